@@ -4,6 +4,9 @@
 
 use std::collections::VecDeque;
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::Wearer;
 
 /// The ID of the E4.
@@ -22,7 +25,8 @@ const SIGNALS: [(&str, &str, f64); 5] = [
 ];
 
 /// Something that goes wrong at a moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct E4Incident {
     /// From when on \[s\].
     pub at_secs: f64,
@@ -31,7 +35,8 @@ pub struct E4Incident {
 }
 
 /// What may go wrong, or happen.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum E4Fault {
     /// The radio link to the E4 is lost.
     LinkLost,

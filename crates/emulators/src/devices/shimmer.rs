@@ -4,6 +4,9 @@
 
 use std::collections::VecDeque;
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::Wearer;
 
 /// Ticks of its clock in a second.
@@ -16,7 +19,8 @@ const REFUSED: u8 = 0xfe;
 const RESISTORS_KOHM: [f64; 4] = [40.2, 287.0, 1000.0, 3300.0];
 
 /// What a Shimmer3 is like.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub struct ShimmerSettings {
     /// Whether its firmware knows checksums.
     pub has_checksums: bool,
@@ -25,6 +29,7 @@ pub struct ShimmerSettings {
     /// How much faster than true its clock runs: 0.0001 for 100 ppm.
     pub clock_fast: f64,
     /// What goes wrong, in the order of time.
+    #[serde(rename = "faults")]
     pub incidents: Vec<ShimmerIncident>,
 }
 
@@ -35,7 +40,8 @@ impl Default for ShimmerSettings {
 }
 
 /// Something that goes wrong at a moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct ShimmerIncident {
     /// From when on \[s\].
     pub at_secs: f64,
@@ -44,7 +50,8 @@ pub struct ShimmerIncident {
 }
 
 /// What may go wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ShimmerFault {
     /// This byte of the next packet is lost.
     LostByte(usize),

@@ -1,5 +1,8 @@
 //! A strap with the Heart Rate service and nothing else to measure with: any maker's.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::battery::Battery;
 use super::heart_rate::BeatDetector;
 use super::peripheral::Property::{Notify, Read};
@@ -36,7 +39,8 @@ const SERVICES: &[Service] = &[
 ];
 
 /// What a strap is like.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub struct StrapSettings {
     /// Its name, as advertised.
     pub name: String,
@@ -47,6 +51,7 @@ pub struct StrapSettings {
     /// How fast that falls.
     pub drain_percent_per_hour: f64,
     /// What goes wrong, in the order of time.
+    #[serde(rename = "faults")]
     pub incidents: Vec<StrapIncident>,
 }
 
@@ -63,7 +68,8 @@ impl Default for StrapSettings {
 }
 
 /// Something that goes wrong at a moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct StrapIncident {
     /// From when on \[s\].
     pub at_secs: f64,
@@ -72,7 +78,8 @@ pub struct StrapIncident {
 }
 
 /// What may go wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum StrapFault {
     /// The next measurement is not sent, and its intervals are lost.
     LostMeasurement,

@@ -7,7 +7,7 @@ use std::time::Duration;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::clock;
-use teampulse_emulators::devices::E4Server;
+use teampulse_emulators::devices::{E4Incident, E4Server};
 use tokio::io::AsyncWriteExt;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::JoinSet;
@@ -33,6 +33,9 @@ pub struct EmulatedE4 {
     /// The port; 0 for any that is free. Default: 28000, as Empatica's.
     #[serde(default = "port")]
     pub port: u16,
+    /// What goes wrong with the E4 and its server, in the order of time.
+    #[serde(default)]
+    pub faults: Vec<E4Incident>,
 }
 
 fn port() -> u16 {
@@ -50,19 +53,19 @@ impl EmulatedE4 {
                 self.person
             ),
             address,
-            serving: Box::pin(serve(listener, worn)),
+            serving: Box::pin(serve(listener, worn, self.faults.clone())),
         })
     }
 }
 
 /// As Empatica's server does, every client has a session of its own.
-async fn serve(listener: TcpListener, worn: Dressed) -> io::Result<()> {
+async fn serve(listener: TcpListener, worn: Dressed, faults: Vec<E4Incident>) -> io::Result<()> {
     let mut clients = JoinSet::new();
     loop {
         tokio::select! {
             accepted = listener.accept(), if clients.len() < MOST_CLIENTS => {
                 let (client, _) = accepted?;
-                clients.spawn(converse(client, worn.clone()));
+                clients.spawn(converse(client, worn.clone(), faults.clone()));
             }
             // A client that leaves in the middle of a line is no fault of the server.
             Some(_left) = clients.join_next() => {}
@@ -70,11 +73,11 @@ async fn serve(listener: TcpListener, worn: Dressed) -> io::Result<()> {
     }
 }
 
-async fn converse(mut client: TcpStream, worn: Dressed) -> io::Result<()> {
+async fn converse(mut client: TcpStream, worn: Dressed, faults: Vec<E4Incident>) -> io::Result<()> {
     client.set_nodelay(true)?;
     // It stamps with the clock of its computer, which is this one.
     let started = clock::wall() - worn.clock.elapsed();
-    let server = E4Server::default().started_at(started.nanos() as f64 * 1e-9);
+    let server = E4Server::new(faults).started_at(started.nanos() as f64 * 1e-9);
     let (mut server, mut wearer) = (server, worn.wearer.at_wrist());
     let mut ticks = interval(GRAIN);
     let mut bytes = [0; PIECE];

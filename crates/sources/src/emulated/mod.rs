@@ -15,8 +15,9 @@ use std::pin::Pin;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_emulators::body::Sensor;
+use teampulse_emulators::devices::{H10Settings, StrapSettings};
 
-pub use bluetooth::EmulatedRadio;
+pub use bluetooth::{EmulatedRadio, MyoSettings};
 pub use empatica_e4::EmulatedE4;
 pub use shimmer3::{EmulatedShimmer, serve_shimmer};
 pub use wardrobe::{PersonError, Wardrobe};
@@ -30,11 +31,11 @@ pub enum EmulatedWearable {
     /// A Shimmer3 GSR+, on a pseudoterminal in place of its serial port.
     Shimmer3(EmulatedShimmer),
     /// A Polar H10, behind a BlueZ on a private D-Bus.
-    PolarH10(EmulatedRadio),
+    PolarH10(EmulatedRadio<H10Settings>),
     /// A heart rate strap of any maker, behind a BlueZ on a private D-Bus.
-    HeartRate(EmulatedRadio),
+    HeartRate(EmulatedRadio<StrapSettings>),
     /// A Myo armband, behind a BlueZ on a private D-Bus.
-    Myo(EmulatedRadio),
+    Myo(EmulatedRadio<MyoSettings>),
 }
 
 impl EmulatedWearable {
@@ -43,9 +44,9 @@ impl EmulatedWearable {
         match self {
             EmulatedWearable::EmpaticaE4(e4) => &e4.person,
             EmulatedWearable::Shimmer3(shimmer) => &shimmer.person,
-            EmulatedWearable::PolarH10(radio)
-            | EmulatedWearable::HeartRate(radio)
-            | EmulatedWearable::Myo(radio) => &radio.person,
+            EmulatedWearable::PolarH10(radio) => &radio.person,
+            EmulatedWearable::HeartRate(radio) => &radio.person,
+            EmulatedWearable::Myo(radio) => &radio.person,
         }
     }
 
@@ -81,6 +82,17 @@ impl EmulatedWearable {
     }
 }
 
+/// By how much the clock of a device may be off.
+const CLOCK_OFF: f64 = 0.1;
+
+/// An error for a clock that runs faster or slower than any does.
+fn check_clock(fast: f64) -> io::Result<()> {
+    if fast.abs() <= CLOCK_OFF {
+        return Ok(());
+    }
+    Err(io::Error::other(format!("clock_fast is {fast}; expected -{CLOCK_OFF} to {CLOCK_OFF}")))
+}
+
 /// An emulated device that can be reached.
 pub struct Emulation {
     /// What it is, such as `Shimmer3 of p001`.
@@ -95,3 +107,41 @@ pub struct Emulation {
 
 /// A task that serves a device.
 pub type Serving = Pin<Box<dyn Future<Output = io::Result<()>> + Send>>;
+
+#[cfg(test)]
+mod tests {
+    use teampulse_emulators::devices::Fault;
+
+    use super::*;
+
+    #[test]
+    fn a_study_says_what_a_device_is_like_and_how_it_fails() {
+        let worn: EmulatedWearable = toml::from_str(
+            r#"
+            type   = "polar_h10"
+            person = "p001"
+            faults = [{ at_secs = 5.0, fault = "drop" }]
+            [device]
+            clock_fast      = 0.02
+            battery_percent = 12
+            faults          = [
+                { at_secs = 10.0, fault = { late_answer = 0.5 } },
+                { at_secs = 20.0, fault = "strap_off" },
+            ]
+            "#,
+        )
+        .expect("settings");
+        let EmulatedWearable::PolarH10(strap) = worn else { panic!("not an H10") };
+        assert_eq!((strap.faults.len(), strap.device.incidents.len()), (1, 2));
+        assert_eq!(strap.device.incidents[0].fault, Fault::LateAnswer(0.5));
+        assert!((strap.device.clock_fast - 0.02).abs() < 1e-12);
+    }
+
+    #[test]
+    fn no_clock_stands_still_or_runs_backwards() {
+        for fast in [-1.0, 0.5, f64::NAN, f64::INFINITY] {
+            assert!(check_clock(fast).is_err(), "{fast}");
+        }
+        assert!(check_clock(0.02).is_ok());
+    }
+}

@@ -10,8 +10,8 @@ use teampulse_core::clock::Stopwatch;
 use teampulse_emulators::devices::{Shimmer, ShimmerSettings, Wearer};
 use tokio::time::interval;
 
-use super::Emulation;
 use super::wardrobe::Dressed;
+use super::{Emulation, check_clock};
 use crate::serial::Pty;
 
 /// How often devices are looked at.
@@ -28,14 +28,19 @@ pub struct EmulatedShimmer {
     /// Where a link to its port is made, such as `/tmp/shimmer`; without it the port has a name of the system.
     #[serde(default)]
     pub port: Option<PathBuf>,
+    /// What the device itself is like, and what goes wrong with it.
+    #[serde(default)]
+    pub device: ShimmerSettings,
 }
 
 impl EmulatedShimmer {
     pub(super) fn open(&self, worn: Dressed) -> io::Result<Emulation> {
+        check_clock(self.device.clock_fast)?;
+        let settings = self.device.clone();
         let pty = Pty::open(self.port.as_deref())?;
         let address = pty.path().to_owned();
         let serving = async move {
-            let mut shimmer = Shimmer::new(ShimmerSettings::default());
+            let mut shimmer = Shimmer::new(settings);
             let Dressed { mut wearer, clock } = worn;
             serve_shimmer(&pty, &mut shimmer, &mut wearer, clock).await
         };

@@ -1,8 +1,12 @@
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 /// The least MTU with which it streams: a frame is one packet.
 pub(super) const LEAST_MTU: u16 = 232;
 
 /// What an H10 is like.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub struct H10Settings {
     /// How much faster than true its clock runs: 0.02 for 2 %.
     pub clock_fast: f64,
@@ -11,10 +15,12 @@ pub struct H10Settings {
     /// The MTU of the link.
     pub mtu: u16,
     /// What goes wrong, in the order of time.
+    #[serde(rename = "faults")]
     pub incidents: Vec<Incident>,
     /// Of the noise off the skin.
     pub seed: u64,
     /// Printed on it, and part of its name.
+    #[serde(skip)]
     pub serial: String,
     /// Of its battery, when it is switched on.
     pub battery_percent: f64,
@@ -38,7 +44,8 @@ impl Default for H10Settings {
 }
 
 /// Something that goes wrong at a moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Incident {
     /// From when on \[s\].
     pub at_secs: f64,
@@ -47,7 +54,8 @@ pub struct Incident {
 }
 
 /// What may go wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Fault {
     /// The next frame is not sent.
     LostFrame,

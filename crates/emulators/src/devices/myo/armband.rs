@@ -1,3 +1,6 @@
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use crate::devices::Wearer;
 
 /// Without a command that keeps it awake it sleeps after this \[s\] (Open-Myo 3).
@@ -10,7 +13,8 @@ const EMG_SECS: f64 = 0.01;
 const IMU_SECS: f64 = 0.02;
 
 /// Something that goes wrong at a moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct MyoIncident {
     /// From when on \[s\].
     pub at_secs: f64,
@@ -19,7 +23,8 @@ pub struct MyoIncident {
 }
 
 /// What may go wrong, or happen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum MyoFault {
     /// The next EMG notifications are lost.
     LostEmg(u32),

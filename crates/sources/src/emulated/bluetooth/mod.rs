@@ -45,7 +45,7 @@ use self::link::Link;
 
 pub use self::daemon::is_installed;
 pub use self::error::EmulatedBluetoothError;
-pub use self::wearable::{EmulatedRadio, open};
+pub use self::wearable::{EmulatedRadio, MyoSettings, open};
 
 /// A device for [`EmulatedBluetooth`].
 pub struct EmulatedDevice {

@@ -5,15 +5,15 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use teampulse_emulators::devices::{H10, H10Settings, Myo, Peripheral, Strap, StrapSettings};
+use teampulse_emulators::devices::{H10, H10Settings, Myo, MyoIncident, Peripheral, Strap};
 
 use super::{EmulatedBluetooth, EmulatedDevice, LinkIncident};
-use crate::emulated::{EmulatedWearable, Emulation, Wardrobe};
+use crate::emulated::{EmulatedWearable, Emulation, Wardrobe, check_clock};
 
 /// A Bluetooth device that a simulated person wears, behind a BlueZ on a private D-Bus.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct EmulatedRadio {
+pub struct EmulatedRadio<D: Default> {
     /// The person who wears it: `p001`.
     pub person: String,
     /// Of its radio, such as `A0:9E:1A:00:00:01`; without it the devices of a study are numbered.
@@ -22,6 +22,17 @@ pub struct EmulatedRadio {
     /// What goes wrong with its link, in the order of time.
     #[serde(default)]
     pub faults: Vec<LinkIncident>,
+    /// What the device itself is like, and what goes wrong with it.
+    #[serde(default)]
+    pub device: D,
+}
+
+/// What an emulated Myo is like.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct MyoSettings {
+    /// What goes wrong, in the order of time.
+    pub faults: Vec<MyoIncident>,
 }
 
 /// Puts Bluetooth devices on a D-Bus that they share; others are left out. Its socket is `bus` in a folder that is
@@ -34,23 +45,17 @@ pub async fn open(
     let mut devices = Vec::new();
     let (mut names, mut lines) = (Vec::new(), Vec::new());
     let mut clock = None;
-    for (place, wearable) in wearables.iter().enumerate() {
-        let Some(radio) = radio(wearable) else { continue };
-        let address = radio.address.clone().unwrap_or_else(|| numbered(place + 1));
-        let Some((source, peripheral)) = parts(wearable, &address) else { continue };
-        let worn = wardrobe.worn_by(&radio.person).map_err(io::Error::other)?;
-        names.push(format!("{} of {}", peripheral.advertisement().name, radio.person));
+    for (wearable, place) in wearables.iter().zip(1..) {
+        let Some(part) = part(wearable, place)? else { continue };
+        let Part { person, address, faults, source, peripheral } = part;
+        let worn = wardrobe.worn_by(&person).map_err(io::Error::other)?;
+        names.push(format!("{} of {person}", peripheral.advertisement().name));
         lines.push(format!(
-            "[[sources]]\ntype    = \"{source}\"\nperson  = \"{}\"\naddress = \"{}\"",
-            radio.person, address
+            "[[sources]]\ntype    = \"{source}\"\nperson  = \"{person}\"\naddress = \"{address}\""
         ));
         clock = Some(worn.clock);
-        devices.push(EmulatedDevice {
-            address,
-            peripheral,
-            wearer: Box::new(worn.wearer),
-            incidents: radio.faults.clone(),
-        });
+        let wearer = Box::new(worn.wearer);
+        devices.push(EmulatedDevice { address, peripheral, wearer, incidents: faults });
     }
     let clock = clock.ok_or_else(|| io::Error::other("no Bluetooth device is worn"))?;
     let bluetooth = match folder {
@@ -70,33 +75,45 @@ pub async fn open(
     })
 }
 
-/// The settings of a Bluetooth device.
-fn radio(wearable: &EmulatedWearable) -> Option<&EmulatedRadio> {
-    match wearable {
-        EmulatedWearable::PolarH10(radio)
-        | EmulatedWearable::HeartRate(radio)
-        | EmulatedWearable::Myo(radio) => Some(radio),
-        EmulatedWearable::EmpaticaE4(_) | EmulatedWearable::Shimmer3(_) => None,
-    }
+/// A Bluetooth device, as it is put on a bus.
+struct Part {
+    person: String,
+    address: String,
+    faults: Vec<LinkIncident>,
+    /// The source that reads it.
+    source: &'static str,
+    peripheral: Box<dyn Peripheral>,
 }
 
-/// The source that reads a Bluetooth device, and the device itself.
-fn parts(
-    wearable: &EmulatedWearable,
-    address: &str,
-) -> Option<(&'static str, Box<dyn Peripheral>)> {
+/// A Bluetooth device at its place in a study; `None` for any other.
+fn part(wearable: &EmulatedWearable, place: usize) -> io::Result<Option<Part>> {
+    fn of<D: Default>(
+        radio: &EmulatedRadio<D>,
+        place: usize,
+        device: impl FnOnce(&str) -> io::Result<(&'static str, Box<dyn Peripheral>)>,
+    ) -> io::Result<Option<Part>> {
+        let EmulatedRadio { person, address, faults, .. } = radio;
+        let address = address.clone().unwrap_or_else(|| numbered(place));
+        let (source, peripheral) = device(&address)?;
+        let (person, faults) = (person.clone(), faults.clone());
+        Ok(Some(Part { person, address, faults, source, peripheral }))
+    }
     match wearable {
-        EmulatedWearable::PolarH10(_) => {
+        EmulatedWearable::PolarH10(radio) => of(radio, place, |address| {
+            check_clock(radio.device.clock_fast)?;
             // The maker prints the end of the address on it.
             let serial = address.replace(':', "").chars().skip(4).collect();
-            let settings = H10Settings { serial, ..H10Settings::default() };
-            Some(("polar", Box::new(H10::new(settings))))
+            let settings = H10Settings { serial, ..radio.device.clone() };
+            Ok(("polar", Box::new(H10::new(settings))))
+        }),
+        EmulatedWearable::HeartRate(radio) => of(radio, place, |_| {
+            check_clock(radio.device.clock_fast)?;
+            Ok(("heart_rate", Box::new(Strap::new(radio.device.clone()))))
+        }),
+        EmulatedWearable::Myo(radio) => {
+            of(radio, place, |_| Ok(("myo", Box::new(Myo::new(radio.device.faults.clone())))))
         }
-        EmulatedWearable::HeartRate(_) => {
-            Some(("heart_rate", Box::new(Strap::new(StrapSettings::default()))))
-        }
-        EmulatedWearable::Myo(_) => Some(("myo", Box::new(Myo::default()))),
-        EmulatedWearable::EmpaticaE4(_) | EmulatedWearable::Shimmer3(_) => None,
+        EmulatedWearable::EmpaticaE4(_) | EmulatedWearable::Shimmer3(_) => Ok(None),
     }
 }
 
