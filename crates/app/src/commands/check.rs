@@ -5,6 +5,7 @@ mod lacks;
 mod lsl;
 mod unheard;
 mod unnamed;
+mod worn;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use std::sync::Arc;
 use clap::Args;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Shape, Signal, Stream};
+use teampulse_ros::buses::Buses;
 use teampulse_sources::robots::{Finding, Robot, Robots, conformity};
 use teampulse_sources::ros_people::{RosPeople, second_publishers};
 use teampulse_sources::wearables;
@@ -41,8 +43,9 @@ const NOTHING: &str =
 ///
 /// Reads the study, receives everything in it for a while without recording, and compares each robot with
 /// the robot profile. The result is no-go where a required stream is missing, where two devices publish the
-/// same signal of one person, and where neither a robot nor a person of the study is present. Robots that
-/// are present but not named in the study are listed, too.
+/// same signal of one person, where a wearable sends no samples, has no contact with the skin or a battery that
+/// does not last through the phases of the study, and where neither a robot nor a person of the study is present.
+/// Robots that are present but not named in the study are listed, too.
 #[derive(Debug, Args)]
 pub struct Check {
     /// The study
@@ -64,7 +67,7 @@ impl Check {
         let workers: Vec<Program> = study.settings_of("workers", "program")?;
         team(&study)?;
         let (notes, publish) = (notes::of_study(&study), study.general.publish.clone());
-        let has_phases = !study.general.phases.is_empty();
+        let phases = study.general.phases.clone();
         let kinds = study.kinds("sources");
         let lsl = lsl::Wanted::of(&study)?;
         let messages = study.general.session.messages.clone();
@@ -76,11 +79,10 @@ impl Check {
         output::lines(notes.iter().map(|note| format!("note     {note}")));
         output::lines(machine::check(&self.out));
         let (buses, keep_free_bytes) = (Arc::clone(&setup.buses), setup.keep_free_bytes());
-        let Heard { streams: heard, own_phases } = listen(setup, sources, self.seconds).await?;
+        let Heard { streams: heard, own_phases, worn } =
+            listen(setup, sources, self.seconds).await?;
         output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status)));
-        let messages = heard.iter().filter(|(stream, _)| matches!(stream.shape, Shape::Message(_)));
-        let messages_per_sec = messages.map(|(_, status)| status.rate_hz).sum();
-        output::lines(machine::crowded(messages_per_sec));
+        output::lines(machine::crowded(messages_per_sec(&heard)));
         output::lines(computers::lines(&buses, &heard));
         let of_robots = heard.iter().filter(|(stream, _)| stream.about == About::Robot);
         let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
@@ -89,16 +91,15 @@ impl Check {
         output::lines(absent.iter().map(|each| format!("robot    none  {}", no_robot(each))));
         output::lines(person_lines(&heard));
         let absent_lsl = lsl.look().await;
+        let worn = worn::found(&worn, worn::planned_secs(&phases));
+        output::lines(worn.lines);
         let away: Vec<&RosPeople> = people.iter().filter(|each| !are_there(each, &heard)).collect();
         output::lines(away.iter().map(|each| format!("person   none  {}", no_person(each))));
         let names: Vec<_> = heard.iter().map(|(stream, _)| stream.name.as_str()).collect();
         let idle = notes::matching_nothing(&publish, &workers, &names);
-        let lacks = lacks::notes(heard.iter().map(|(stream, _)| &**stream));
-        let overruled = lacks::overruled(has_phases, &own_phases);
-        let unheard = unheard::notes(&wanted, heard.iter().map(|(stream, _)| &**stream));
-        let topics = unnamed::topics(&buses);
-        let unnamed = unnamed::notes(&wanted, &people, (&topics, &heard));
-        let notes = idle.iter().chain(&lacks).chain(&overruled).chain(&unheard).chain(&unnamed);
+        let overruled = lacks::overruled(!phases.is_empty(), &own_phases);
+        let lacking = lacking(&wanted, &people, &heard, &buses);
+        let notes = idle.iter().chain(&overruled).chain(&lacking);
         output::lines(notes.map(|note| format!("note     {note}")));
         let mut missing = missing(&wanted, &robots);
         let is_nobody = absent.len() == wanted.len() && away.len() == people.len();
@@ -106,6 +107,7 @@ impl Check {
         missing.extend(away.into_iter().filter(|_| is_nobody).map(no_person));
         missing.extend(nothing(&kinds, &heard).into_iter().chain(unworn(&kinds, &heard)));
         missing.extend(absent_lsl);
+        missing.extend(worn.missing);
         missing.extend(missing_fields(&wanted, &heard));
         missing.extend(second_publishers(heard.iter().map(|(stream, _)| &**stream)));
         missing.extend(machine::unfit(&self.out, keep_free_bytes));
@@ -122,6 +124,26 @@ fn is_go(missing: &[String]) -> bool {
     output::lines(missing.iter().map(|what| format!("missing  {what}")));
     output::line(if missing.is_empty() { "go" } else { "no-go" });
     missing.is_empty()
+}
+
+/// What streams lack, what robots of the study lack, and what is there without being in the study.
+fn lacking(
+    wanted: &[Robots],
+    people: &[RosPeople],
+    heard: &[(Arc<Stream>, StreamStatus)],
+    buses: &Buses,
+) -> Vec<String> {
+    let streams = || heard.iter().map(|(stream, _)| &**stream);
+    let mut notes = lacks::notes(streams());
+    notes.extend(unheard::notes(wanted, streams()));
+    notes.extend(unnamed::notes(wanted, people, (&unnamed::topics(buses), heard)));
+    notes
+}
+
+/// How many messages of others arrive in a second.
+fn messages_per_sec(heard: &[(Arc<Stream>, StreamStatus)]) -> f64 {
+    let messages = heard.iter().filter(|(stream, _)| matches!(stream.shape, Shape::Message(_)));
+    messages.map(|(_, status)| status.rate_hz).sum()
 }
 
 /// Receives from a study's sources.

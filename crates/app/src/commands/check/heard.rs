@@ -10,6 +10,8 @@ use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId};
 
+use super::worn::{self, Newest};
+
 /// Everything that was received.
 #[derive(Debug, Default)]
 pub struct Heard {
@@ -17,6 +19,8 @@ pub struct Heard {
     pub streams: Vec<(Arc<Stream>, StreamStatus)>,
     /// People and robots with phases of their own, each with the stream of these.
     pub own_phases: BTreeMap<String, String>,
+    /// The newest values of what wearables say of their batteries and of their contact with the skin.
+    pub worn: Vec<Newest>,
 }
 
 /// Keeps the last status of every raw stream.
@@ -42,13 +46,15 @@ impl Sink for Listener {
     fn wants(&self) -> Wants {
         let is_subject = |stream: &Stream| matches!(stream.about, About::Person | About::Robot);
         Wants::Only(Box::new(move |stream| {
-            stream.shape == Shape::Status || (is_subject(stream) && Phases::hears(stream))
+            let is_of_phases = is_subject(stream) && Phases::hears(stream);
+            stream.shape == Shape::Status || is_of_phases || worn::wants(stream)
         }))
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
         let mut newest = BTreeMap::new();
         let mut own_phases = BTreeMap::new();
+        let mut worn = BTreeMap::new();
         loop {
             match inbox.receive(Duration::from_secs(1)) {
                 Received::Batch(batch) => {
@@ -61,6 +67,10 @@ impl Sink for Listener {
                                 let Stream { id, name, .. } = &*record.stream;
                                 own_phases.insert(id.clone(), name.clone());
                             }
+                            Data::Sample(values) if worn::wants(&record.stream) => {
+                                let newest = (Arc::clone(&record.stream), values.to_vec());
+                                worn.insert(record.stream.name.clone(), newest);
+                            }
                             _ => {}
                         }
                     }
@@ -69,7 +79,8 @@ impl Sink for Listener {
                 Received::Closed => {
                     let streams = with_statuses(inbox.streams().all(), newest);
                     let mut heard = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-                    *heard = Heard { streams, own_phases };
+                    let worn = worn.into_values().collect();
+                    *heard = Heard { streams, own_phases, worn };
                     return Ok(());
                 }
             }
