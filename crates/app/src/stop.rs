@@ -70,14 +70,17 @@ impl Stop {
         }
     }
 
-    /// Counts signals. A third Ctrl-C ends the process at once.
+    /// Counts signals. A third Ctrl-C ends the process at once; SIGTERM never does, as the kernel may send several
+    /// when a parent process ends.
     fn hear_signals(&self) {
-        let interrupts = [SignalKind::interrupt(), SignalKind::terminate()];
-        for mut signal in interrupts.into_iter().filter_map(|kind| signal(kind).ok()) {
+        let interrupts = [(SignalKind::interrupt(), 3), (SignalKind::terminate(), 2)];
+        let heard =
+            interrupts.into_iter().filter_map(|(kind, most)| Some((signal(kind).ok()?, most)));
+        for (mut signal, most) in heard {
             let stop = self.clone();
             tokio::spawn(async move {
                 while signal.recv().await.is_some() {
-                    stop.0.send_modify(|asked| *asked += 1);
+                    stop.0.send_modify(|asked| *asked = (*asked + 1).min(most).max(*asked));
                     if *stop.0.borrow() > 2 {
                         leave_screen();
                         say("error: stopped before everything was written");

@@ -197,13 +197,20 @@ impl Simulate {
         let running = Stop::default().run(session, clock, self.duration);
         let Some(mut served) = served else { return Ok(conclude(running.await)) };
         let ended = tokio::select! {
-            outcome = running => Ok(conclude(outcome)),
+            outcome = running => Ok(Some(outcome)),
             failure = served.fail() => Err(failure),
             // Its publishers would wait for subscriptions of a process that was killed.
-            () = gone(self.with_parent) => Ok(Exit::Fine),
+            () = gone(self.with_parent) => Ok(None),
         };
         served.close().await;
-        ended
+        if let (Some(folder), Some(parent)) = (&self.wearables, self.with_parent)
+            && !is_child_of(parent)
+        {
+            // Its owner can't any more.
+            drop(std::fs::remove_dir_all(folder));
+        }
+        // Last, as nobody may read what it prints, which ends the process.
+        Ok(ended?.map_or(Exit::Fine, conclude))
     }
 
     /// Serves the wearables where they are asked for, at the time of the people who wear them.

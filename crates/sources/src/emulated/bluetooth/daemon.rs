@@ -1,3 +1,4 @@
+use std::ffi::OsStr;
 use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
@@ -10,8 +11,8 @@ use tokio::time::sleep;
 
 use super::EmulatedBluetoothError;
 
-/// Runs a daemon until standard input is closed, which it is however the process that holds it ends. A folder that is
-/// empty then goes, too.
+/// Runs a daemon until standard input is closed, which it is however the process that holds it ends. A folder of its
+/// own then goes, too.
 const GUARD: &str = r#"command -v dbus-daemon >/dev/null || exit 127
 exec 3>&1 >/dev/null
 dbus-daemon --nofork --nopidfile --print-address=1 --config-file "$1" >&3 3>&- &
@@ -20,7 +21,7 @@ read -r _
 kill $!
 wait $!
 rm -f "$1"
-rmdir "$2" 2>/dev/null"#;
+[ -z "$2" ] || rmdir "$2" 2>/dev/null"#;
 /// How long the daemon of an emulation that has ended may take to leave its socket.
 const LEAVING: Duration = Duration::from_secs(2);
 /// Between two looks whether it has.
@@ -44,12 +45,17 @@ impl Daemon {
     pub async fn start() -> Result<Self, EmulatedBluetoothError> {
         let folder = tempfile::Builder::new().prefix("teampulse-dbus-").tempdir();
         let folder = folder.map_err(|error| EmulatedBluetoothError::Daemon(error.to_string()))?;
-        let daemon = Self::start_in(folder.path()).await?;
+        let daemon = Self::guarded(folder.path(), folder.path().as_os_str()).await?;
         Ok(Self { _folder: Some(folder), ..daemon })
     }
 
-    /// Starts one whose socket is `bus` in a folder that is there.
+    /// Starts one whose socket is `bus` in a folder that is there, and stays.
     pub async fn start_in(folder: &Path) -> Result<Self, EmulatedBluetoothError> {
+        Self::guarded(folder, OsStr::new("")).await
+    }
+
+    /// Starts one whose guard removes a folder.
+    async fn guarded(folder: &Path, removed: &OsStr) -> Result<Self, EmulatedBluetoothError> {
         let failed =
             |error: &dyn std::fmt::Display| EmulatedBluetoothError::Daemon(error.to_string());
         let settings = folder.join("bus.conf");
@@ -60,7 +66,7 @@ impl Daemon {
         let guard = Command::new("sh")
             .args(["-c", GUARD, "dbus-daemon"])
             .arg(&settings)
-            .arg(folder)
+            .arg(removed)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
