@@ -24,10 +24,10 @@ export function ink(): Ink {
   return known.ink;
 }
 
-/** A canvas of the size of its element, cleared; `undefined` while it has none. */
-export function prepared(canvas: HTMLCanvasElement): { x: CanvasRenderingContext2D; w: number; h: number } | undefined {
+/** A canvas of the size of its element, cleared; `undefined` while it has none. One on a panel is opaque: cheaper. */
+export function prepared(canvas: HTMLCanvasElement, ground?: string): { x: CanvasRenderingContext2D; w: number; h: number } | undefined {
   const [w, h] = [canvas.clientWidth, canvas.clientHeight];
-  const x = canvas.getContext("2d");
+  const x = canvas.getContext("2d", { alpha: ground === undefined });
   if (!x || w === 0 || h === 0) return undefined;
   const scale = devicePixelRatio || 1;
   const [width, height] = [Math.round(w * scale), Math.round(h * scale)];
@@ -36,7 +36,11 @@ export function prepared(canvas: HTMLCanvasElement): { x: CanvasRenderingContext
     canvas.height = height;
   }
   x.setTransform(scale, 0, 0, scale, 0, 0);
-  x.clearRect(0, 0, w, h);
+  if (ground === undefined) x.clearRect(0, 0, w, h);
+  else {
+    x.fillStyle = ink().of(ground);
+    x.fillRect(0, 0, w, h);
+  }
   x.font = ink().font();
   x.textBaseline = "middle";
   return { x, w, h };

@@ -37,7 +37,7 @@ export interface Strip {
 
 /** Draws a strip; nothing is ever drawn across a gap. */
 export function drawStrip(canvas: HTMLCanvasElement, strip: Strip): void {
-  const prepare = prepared(canvas);
+  const prepare = prepared(canvas, "panel");
   if (!prepare) return;
   const { x, w, h } = prepare;
   const colours = ink();
@@ -133,52 +133,78 @@ function bands(x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => num
   x.globalAlpha = 1;
 }
 
-/** Draws the smallest and the largest number of each pixel column; returns where data stop before the end. */
+/** How many points are stroked at once: without a GPU a browser takes ever longer for longer paths. */
+const STROKED = 48;
+
+/** Draws what is in view; returns where data stop before the end. */
 function trace(x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => number, y: (v: number) => number, width: number): number | undefined {
-  const { times, values } = strip.track;
-  const colours = ink();
   const first = Math.max(0, strip.track.indexAt(strip.from) - 1);
-  const last = Math.min(times.length, strip.track.indexAt(strip.to) + 1);
-  const perPixel = (last - first) / Math.max(1, width);
-  x.strokeStyle = colours.of(strip.colour);
-  x.lineWidth = perPixel > 1 ? 1.1 : 1.4;
-  x.lineJoin = "round";
+  const last = Math.min(strip.track.length, strip.track.indexAt(strip.to) + 1);
+  const isDense = last - first > width;
+  if (isDense) columns(x, strip, first, last, at, y);
+  else line(x, strip, first, last, at, y);
+  outside(x, strip, first, last, at);
+  const newest = strip.track.values.at(-1) === undefined ? undefined : strip.track.newest;
+  if (newest === undefined) return strip.from;
+  return strip.to - newest > strip.patienceSecs ? newest : undefined;
+}
+
+/** Few points: a line through them, or steps. */
+function line(x: CanvasRenderingContext2D, strip: Strip, first: number, last: number, at: (t: number) => number, y: (v: number) => number): void {
+  const { times, values } = strip.track;
+  x.strokeStyle = ink().of(strip.colour);
+  x.lineWidth = 1.4;
+  x.lineJoin = "bevel";
   x.beginPath();
-  let [pen, column, min, max, held] = [false, -1, 0, 0, 0];
-  let newest: number | undefined;
-  const flush = () => {
-    if (column >= 0 && max !== min) {
-      x.moveTo(column + 0.5, y(min));
-      x.lineTo(column + 0.5, y(max));
-    }
-  };
+  let [pen, stroked, held] = [false, 0, 0];
   for (let k = first; k < last; k += 1) {
-    const [t, v] = [times[k] ?? 0, values[k] ?? Number.NaN];
+    const v = values[k] ?? Number.NaN;
     if (Number.isNaN(v)) {
       pen = false;
       continue;
     }
-    if (t <= strip.to) newest = t;
-    const place = at(t);
-    if (perPixel > 4 && pen && Math.floor(place) === column) {
-      min = Math.min(min, v);
-      max = Math.max(max, v);
+    const [place, level] = [at(times[k] ?? 0), y(v)];
+    if (!pen) x.moveTo(place, level);
+    else {
+      if (strip.steps) x.lineTo(place, held);
+      x.lineTo(place, level);
+    }
+    [pen, stroked, held] = [true, stroked + 1, level];
+    if (stroked % STROKED === 0) {
+      x.stroke();
+      x.beginPath();
+      x.moveTo(place, level);
+    }
+  }
+  x.stroke();
+}
+
+/** Many points: in each column of pixels from the smallest to the largest, joined with the column before. */
+function columns(x: CanvasRenderingContext2D, strip: Strip, first: number, last: number, at: (t: number) => number, y: (v: number) => number): void {
+  const { times, values } = strip.track;
+  x.fillStyle = ink().of(strip.colour);
+  let [column, top, bottom, held] = [-1, 0, 0, Number.NaN];
+  const fill = () => {
+    if (column >= 0) x.fillRect(column, top - 0.6, 1, bottom - top + 1.2);
+  };
+  for (let k = first; k < last; k += 1) {
+    const level = y(values[k] ?? Number.NaN);
+    if (Number.isNaN(level)) {
+      held = Number.NaN;
       continue;
     }
-    flush();
-    if (!pen) x.moveTo(place, y(v));
-    else {
-      if (perPixel > 4) x.moveTo(column + 0.5, y(held));
-      if (strip.steps) x.lineTo(place, y(held));
-      x.lineTo(place, y(v));
+    const place = Math.floor(at(times[k] ?? 0));
+    if (place === column) {
+      top = Math.min(top, level);
+      bottom = Math.max(bottom, level);
+    } else {
+      fill();
+      const joined = Number.isNaN(held) ? level : held;
+      [column, top, bottom] = [place, Math.min(level, joined), Math.max(level, joined)];
     }
-    [pen, column, min, max, held] = [true, Math.floor(place), v, v, v];
+    held = level;
   }
-  flush();
-  x.stroke();
-  outside(x, strip, first, last, at);
-  if (newest === undefined) return strip.from;
-  return strip.to - newest > strip.patienceSecs ? newest : undefined;
+  fill();
 }
 
 /** Ticks where the trace leaves the scale, and how far it goes: never a silent autoscale. */

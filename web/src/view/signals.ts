@@ -75,7 +75,7 @@ export interface Summary {
 /** Sums up a span; `undefined` without any number in it. */
 export function summary(track: Track, from: number, to: number): Summary | undefined {
   const [first, last] = [track.indexAt(from), track.indexAt(to)];
-  const values = [...track.values.subarray(first, last)].filter(Number.isFinite);
+  const values = track.values.slice(first, last).filter(Number.isFinite);
   if (values.length === 0) return undefined;
   const mean = values.reduce((sum, each) => sum + each, 0) / values.length;
   const square = values.reduce((sum, each) => sum + (each - mean) ** 2, 0);
@@ -83,12 +83,12 @@ export function summary(track: Track, from: number, to: number): Summary | undef
   return {
     count: values.length, mean, median, mad: middle(values.map((each) => Math.abs(each - median))),
     sd: values.length > 1 ? Math.sqrt(square / (values.length - 1)) : undefined,
-    min: Math.min(...values), max: Math.max(...values), covered: covered(track.times.subarray(first, last), from, to),
+    min: values.reduce((a, b) => Math.min(a, b)), max: values.reduce((a, b) => Math.max(a, b)), covered: covered(track.times.subarray(first, last), from, to),
   };
 }
 
-function middle(values: number[]): number {
-  const sorted = [...values].sort((a, b) => a - b);
+function middle(values: Float32Array | Float64Array): number {
+  const sorted = values.slice().sort();
   const half = sorted.length >> 1;
   const [low = 0, high = 0] = [sorted[Math.max(0, half - 1)], sorted[half]];
   return sorted.length % 2 === 1 ? high : (low + high) / 2;
@@ -96,10 +96,10 @@ function middle(values: number[]): number {
 
 /** The share of a span in which no point is far from the one before it. */
 function covered(times: Float64Array, from: number, to: number): number {
-  const steps = Array.from(times, (t, k) => t - (times[k - 1] ?? from));
-  const usual = middle(steps.slice(1));
-  const all = [...steps, to - (times.at(-1) ?? to)];
-  const gaps = all.filter((step) => step > Math.max(3 * usual, 0.5)).reduce((sum, step) => sum + step, 0);
+  const steps = times.map((t, k) => t - (times[k - 1] ?? from));
+  const longest = Math.max(3 * middle(steps.subarray(1)), 0.5);
+  const last = to - (times.at(-1) ?? to);
+  const gaps = steps.filter((step) => step > longest).reduce((sum, step) => sum + step, last > longest ? last : 0);
   return Math.max(0, Math.min(1, 1 - gaps / (to - from)));
 }
 
