@@ -86,3 +86,12 @@ test("a recording is shown as one only while it truly grows", () => {
   expect(recordingWords(undefined, undefined)).toMatchObject({ kind: "unknown" });
   expect(recordingWords({ ...recording, stage: "ended_early", reason: "disk full" }, undefined)).toMatchObject({ kind: "fail", detail: "disk full" });
 });
+
+test("events come in any order on joining, and some again, but each is there once and in order", () => {
+  const { model, feed } = session();
+  const before = model.events.length;
+  const event = (number: number) => ({ number, stream: feed.id("/session/events"), t: number, kind: "marker", label: `${number}`, value: null, duration: null, request: null, alert: null });
+  model.apply({ type: "events", events: [event(902), event(900), event(902)] });
+  model.apply({ type: "events", events: [event(901), event(900)] });
+  expect(model.events.slice(before).map((each) => each.number)).toEqual([900, 901, 902]);
+});

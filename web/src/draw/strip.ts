@@ -199,6 +199,10 @@ function columns(x: CanvasRenderingContext2D, strip: Strip, first: number, last:
       bottom = Math.max(bottom, level);
     } else {
       fill();
+      // Where there are fewer points than pixels for a while, the line goes on.
+      for (let c = column + 1; c < place && !Number.isNaN(held); c += 1) {
+        x.fillRect(c, held + ((level - held) * (c - column)) / (place - column) - 0.6, 1, 1.2);
+      }
       const joined = Number.isNaN(held) ? level : held;
       [column, top, bottom] = [place, Math.min(level, joined), Math.max(level, joined)];
     }

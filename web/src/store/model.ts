@@ -41,8 +41,8 @@ export class Model {
   readonly body = new Map<number, Event[]>();
   /** All other events, in the order in which they came. */
   events: Event[] = [];
-  /** The number of the newest event: some come again. */
-  private newestEvent = -1;
+  /** The numbers of the events that are known: some come again. */
+  private readonly taken = new Set<number>();
   recording: Recording | undefined;
   /** The bytes written in each of the last seconds. */
   growth: number[] = [];
@@ -76,7 +76,9 @@ export class Model {
         message.samples.forEach(({ stream, t, values }) => this.takeReading(stream, t, values));
         break;
       case "events":
+        // On joining, those that are kept for long come before the others.
         message.events.forEach((event) => this.takeEvent(event));
+        this.forget();
         break;
       case "recording":
         this.takeRecording(message);
@@ -137,7 +139,7 @@ export class Model {
     this.hello = hello;
     this.ready = false;
     this.events = [];
-    this.newestEvent = -1;
+    this.taken.clear();
     this.body.clear();
     if (!isOther) return;
     for (const known of [this.streams, this.byName, this.health, this.features, this.readings, this.lasts]) known.clear();
@@ -170,18 +172,25 @@ export class Model {
   }
 
   private takeEvent(event: Event): void {
-    if (event.number <= this.newestEvent) return;
-    this.newestEvent = event.number;
+    if (this.taken.has(event.number)) return;
+    this.taken.add(event.number);
     if (OF_THE_BODY.has(event.kind)) {
       const known = this.body.get(event.stream) ?? [];
-      known.push(event);
+      insert(known, event);
       if (known.length > BODY_EVENTS) known.splice(0, BODY_EVENTS / 4);
       this.body.set(event.stream, known);
       return;
     }
     if (STEPS.has(this.streams.get(event.stream)?.name ?? "")) return;
-    this.events.push(event);
+    insert(this.events, event);
     if (this.events.length > OTHER_EVENTS) this.events.splice(0, OTHER_EVENTS / 5);
+  }
+
+  /** Forgets the oldest numbers of events: they don't come again so late. */
+  private forget(): void {
+    if (this.taken.size < 4 * OTHER_EVENTS) return;
+    const oldest = [...this.taken].sort((a, b) => a - b).slice(0, OTHER_EVENTS);
+    oldest.forEach((number) => this.taken.delete(number));
   }
 
   private takeRecording(recording: Recording): void {
@@ -189,6 +198,13 @@ export class Model {
     this.growth = [...this.growth, Math.max(0, recording.bytes - before)].slice(-20);
     this.recording = recording;
   }
+}
+
+/** Puts an event behind those before it: nearly always at the end. */
+function insert(events: Event[], event: Event): void {
+  let at = events.length;
+  while (at > 0 && (events[at - 1]?.number ?? -1) > event.number) at -= 1;
+  events.splice(at, 0, event);
 }
 
 function keyOf(stream: number, channel: number): string {
