@@ -12,9 +12,10 @@ const SHOWN: [&str; 2] = ["workload", "arousal"];
 #[derive(Debug, Default)]
 pub(super) struct Estimates(BTreeMap<u64, String>);
 
-/// Whether a stream compares a person with a baseline, or is estimated from such a comparison.
+/// Whether a stream is an estimate of a person's workload or arousal. The difference from the own baseline, from which
+/// it is estimated, is a measurement, as heart rate is.
 pub(super) fn unblinds(stream: &Stream) -> bool {
-    stream.about == About::Person && matches!(&*stream.family, "state" | "estimates")
+    stream.about == About::Person && stream.family == "estimates"
 }
 
 /// Whether it contains estimates over windows.
@@ -59,11 +60,11 @@ mod tests {
     }
 
     #[test]
-    fn states_and_estimates_unblind_and_features_do_not() {
+    fn estimates_unblind_and_measurements_do_not() {
         let w30 = Window::of_secs(30.0);
         let estimates = |window| stream("estimates", window);
-        assert!(unblinds(&stream("state", w30)) && unblinds(&estimates(Window::Phases)));
-        assert!(!unblinds(&stream("heart", w30)));
+        assert!(unblinds(&estimates(w30)) && unblinds(&estimates(Window::Phases)));
+        assert!(!unblinds(&stream("heart", w30)) && !unblinds(&stream("state", w30)));
         assert!(is_estimate(&estimates(w30)) && !is_estimate(&estimates(Window::Phases)));
         assert!(!is_estimate(&stream("state", w30)));
     }
