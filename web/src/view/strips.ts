@@ -15,15 +15,23 @@ export function scaleOf(stream: Stream): (track: Track, from: number, to: number
   return (track, from, to) => {
     if (fixed && isSettled) return grows ? (fixed = grown(fixed, track.values.at(-1))) : fixed;
     const first = track.indexAt(from);
-    const values = [...track.values.subarray(first)].filter(Number.isFinite).sort((a, b) => a - b);
+    const values = [...track.values.subarray(first), ...coarseOf(track, from)].filter(Number.isFinite);
     if (values.length < 2) return fixed ?? [0, 1];
-    const [low = 0, high = 1] = [values[0], values.at(-1)];
+    const [low, high] = [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))];
     const room = Math.max((high - low) * 0.18, Math.abs(high) * 0.01, 1e-3);
     fixed = [low - room, high + room];
     const span = (track.newest ?? to) - (track.times[first] ?? to);
     isSettled = span > Math.min(8, 0.8 * (to - from));
     return fixed;
   };
+}
+
+/** The smallest and the largest numbers of what is stored in columns since a time. */
+function coarseOf(track: Track, from: number): number[] {
+  const { coarse } = track;
+  if (!coarse) return [];
+  const first = Math.max(0, Math.floor((from - coarse.from) / coarse.step));
+  return [...coarse.min.slice(first), ...coarse.max.slice(first)].filter((each) => each !== null);
 }
 
 function grown([low, high]: [number, number], value: number | undefined): [number, number] {
