@@ -184,7 +184,7 @@ impl Outbox {
         }
     }
 
-    /// What was missed, if that is news. What was skipped before the first call is not counted: a client that joins gets
+    /// What was missed, if it has grown. What was skipped before the first call is not counted: a client that joins gets
     /// all that is known at once, and of that the newest.
     pub fn missed(&self) -> Option<Missed> {
         let mut state = self.lock();

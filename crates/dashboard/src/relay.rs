@@ -45,7 +45,7 @@ pub struct Relay {
 
 /// What a batch has that is new.
 #[derive(Default)]
-struct News {
+struct Fresh {
     events: Vec<(u32, bool, Fragment)>,
     states: Vec<(StateKind, u32, f64, Fragment)>,
     readings: Vec<Reading>,
@@ -82,14 +82,14 @@ impl Relay {
 
     /// Takes records.
     pub fn take(&mut self, batch: &[Record]) {
-        let mut news = News::default();
+        let mut fresh = Fresh::default();
         let hub = Arc::clone(&self.hub);
         let is_described = |record: &Record| matches!(record.sample.data, Data::Description(_));
         self.is_described |= batch.iter().any(is_described);
         self.describe();
         let mut known = hub.known();
         for record in batch.iter().filter(|record| record.sample.turn != Turn::Duplicate) {
-            self.take_record(record, &mut known, &mut news);
+            self.take_record(record, &mut known, &mut fresh);
         }
         // One who joins or begins to draw from here on has all of this already.
         let clients = self.hub.clients();
@@ -97,7 +97,7 @@ impl Relay {
         let hidden = known.hidden.clone();
         drop(known);
         for (client, wanted) in clients.iter().zip(&wanted) {
-            offer(client, &news, wanted, &hidden);
+            offer(client, &fresh, wanted, &hidden);
         }
         for record in batch {
             self.echo(record, &clients);
@@ -190,24 +190,24 @@ impl Relay {
         }
     }
 
-    fn take_record(&mut self, record: &Record, known: &mut Known, news: &mut News) {
+    fn take_record(&mut self, record: &Record, known: &mut Known, fresh: &mut Fresh) {
         let (id, sample) = (record.sample.stream.0, &record.sample);
         let t = self.hub.secs(sample.measured);
         match &sample.data {
             Data::Status(status) => {
                 let Some(&about) = known.named.get(&status.name) else { return };
                 let health = convert::health(about, status);
-                news.states.push((StateKind::Status, about, t, json(&health).into()));
+                fresh.states.push((StateKind::Status, about, t, json(&health).into()));
                 known.health.insert(about, health);
                 known.health_t = t;
             }
-            Data::Event(event) => self.take_event(record, event, known, news),
+            Data::Event(event) => self.take_event(record, event, known, fresh),
             Data::Feature(values) => {
                 let feature = Arc::new(convert::feature(id, t, values));
                 if let Some(track) = known.track(id, false, values.values.len()) {
                     track.add(t, values.values.iter().copied());
                 }
-                news.states.push((StateKind::Feature, id, t, json(&*feature).into()));
+                fresh.states.push((StateKind::Feature, id, t, json(&*feature).into()));
                 known.features.insert(id, feature);
             }
             Data::Wave(wave) => {
@@ -222,24 +222,24 @@ impl Relay {
                 let (start, channels) = (t, wave.channels);
                 let wave = Wave { stream: id, channels, start, period, samples };
                 known.recent.keep(wave.clone());
-                news.waves.push(wave);
+                fresh.waves.push(wave);
             }
-            Data::Sample(_) | Data::Message(_) => self.take_reading(record, t, known, news),
+            Data::Sample(_) | Data::Message(_) => self.take_reading(record, t, known, fresh),
             Data::Description(_) => {}
         }
     }
 
-    fn take_event(&mut self, record: &Record, event: &Event, known: &mut Known, news: &mut News) {
+    fn take_event(&mut self, record: &Record, event: &Event, known: &mut Known, fresh: &mut Fresh) {
         self.events += 1;
         let (id, t) = (record.sample.stream.0, self.hub.secs(record.sample.measured));
         let is_minor = convert::is_minor(event);
         let event = convert::event(self.events, id, t, &record.stream, event);
         let text: Fragment = json(&event).into();
         known.keep(is_minor, id, Arc::clone(&text));
-        news.events.push((id, is_minor, text));
+        fresh.events.push((id, is_minor, text));
     }
 
-    fn take_reading(&mut self, record: &Record, t: f64, known: &mut Known, news: &mut News) {
+    fn take_reading(&mut self, record: &Record, t: f64, known: &mut Known, fresh: &mut Fresh) {
         let (id, stream) = (record.sample.stream.0, &record.stream);
         let readout = self.readouts.entry(id).or_insert_with(|| {
             (!stream.channels.is_empty()).then(|| Readout::of(stream)).flatten()
@@ -263,7 +263,7 @@ impl Relay {
         let sample = Arc::new(crate::wire::Sample { stream: id, t, values });
         if is_drawn || is_shown {
             let fragment = json(&*sample).into();
-            news.readings.push(Reading { stream: id, t, fragment, is_drawn, is_shown });
+            fresh.readings.push(Reading { stream: id, t, fragment, is_drawn, is_shown });
         }
         known.samples.insert(id, sample);
     }
@@ -293,12 +293,12 @@ pub fn is_wanted(stream: &Stream) -> bool {
 }
 
 /// Hands a client what it may see of what is new.
-fn offer(client: &Client, news: &News, wanted: &BTreeMap<u32, f64>, hidden: &BTreeSet<u32>) {
+fn offer(client: &Client, fresh: &Fresh, wanted: &BTreeMap<u32, f64>, hidden: &BTreeSet<u32>) {
     let is_blind = client.is_blind();
     let shows = |stream: &u32| !(is_blind && hidden.contains(stream));
     for is_minor in [false, true] {
         let of_kind =
-            news.events.iter().filter(|(stream, minor, _)| *minor == is_minor && shows(stream));
+            fresh.events.iter().filter(|(stream, minor, _)| *minor == is_minor && shows(stream));
         let events: Vec<&str> = of_kind.map(|(_, _, text)| &**text).collect();
         if events.is_empty() {
             continue;
@@ -310,11 +310,11 @@ fn offer(client: &Client, news: &News, wanted: &BTreeMap<u32, f64>, hidden: &BTr
             client.outbox.urgent(text);
         }
     }
-    for (kind, stream, t, fragment) in news.states.iter().filter(|(_, stream, _, _)| shows(stream))
+    for (kind, stream, t, fragment) in fresh.states.iter().filter(|(_, stream, _, _)| shows(stream))
     {
         client.outbox.state(*kind, *stream, *t, Arc::clone(fragment));
     }
-    for reading in news.readings.iter().filter(|reading| shows(&reading.stream)) {
+    for reading in fresh.readings.iter().filter(|reading| shows(&reading.stream)) {
         let is_wanted = wanted.contains_key(&reading.stream);
         if is_wanted && reading.is_drawn {
             client.outbox.sample(Arc::clone(&reading.fragment));
@@ -323,7 +323,7 @@ fn offer(client: &Client, news: &News, wanted: &BTreeMap<u32, f64>, hidden: &BTr
             client.outbox.state(StateKind::Sample, stream, t, Arc::clone(&reading.fragment));
         }
     }
-    for wave in news.waves.iter().filter(|wave| shows(&wave.stream)) {
+    for wave in fresh.waves.iter().filter(|wave| shows(&wave.stream)) {
         if let Some(points_per_sec) = wanted.get(&wave.stream) {
             client.outbox.wave(Bytes::from(wave.thinned(*points_per_sec).encode()));
         }

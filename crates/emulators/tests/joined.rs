@@ -3,7 +3,7 @@
 //!
 //! 100 simulated people for nine minutes with changing workload, by which their pulses arrive up to 20 ms earlier.
 //! The session has the R waves of a strap, each up to 4 ms off. The wristband samples the pulse wave at 64 Hz by a
-//! clock that is up to 300 s and 100 ppm off. Limits were chosen on seeds below 1000; these are others.
+//! clock that is up to 300 s and 100 ppm off.
 
 use teampulse_emulators::body::{Body, Rates, Sensor, Settings, Traits};
 use teampulse_emulators::noise::Noise;
