@@ -19,6 +19,12 @@ export function significant(value: number): string {
   return size >= 0.001 ? decimal(value, 3) : value.toExponential(1).replace("-", "−");
 }
 
+/** How far a clock is ahead: `1.2 ms`, or that it counts from a moment of its own. */
+export function ahead(secs: number | null | undefined): string {
+  if (typeof secs !== "number") return "?";
+  return Math.abs(secs) > 86_400 ? "its own" : `${decimal(1000 * secs, 1)} ms`;
+}
+
 /** A length of time as `14:32` or `1:02:03`. */
 export function clock(secs: number): string {
   const whole = Math.max(0, Math.floor(secs));

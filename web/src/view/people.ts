@@ -64,22 +64,30 @@ export function people(model: Model, now: number): Person[] {
 function person(model: Model, id: string, now: number): Person {
   const own = [...model.streams.values()].filter((each) => each.about === "person" && each.subject === id);
   const raw = own.filter((each) => !each.derived && !each.beside);
-  const sensors = raw.filter((each) => !isHappening(each) && each.signal !== "other" && !each.hidden);
+  const sensors = raw.filter((each) => !isHappening(each) && !UNLIT.has(each.signal) && !each.hidden);
   const phases = model.events.filter((each) => each.kind === "phase" && model.streams.get(each.stream)?.subject === id);
   return {
     id,
-    lights: sensors.map((stream) => light(model, stream)).sort((a, b) => ORDER.indexOf(a.stream.signal) - ORDER.indexOf(b.stream.signal)),
+    lights: apart(sensors.map((stream) => light(model, stream))).sort((a, b) => ORDER.indexOf(a.stream.signal) - ORDER.indexOf(b.stream.signal)),
     stats: stats(model, own, now),
     strips: ["ecg", "ppg", "eda", "respiration"].flatMap((signal) => {
-      const found = sensors.find((each) => each.signal === signal && each.shape !== "event");
-      return found ? [found] : [];
+      const found = sensors.filter((each) => each.signal === signal && each.shape !== "event");
+      return found.sort((a, b) => b.rate_hz - a.rate_hz).slice(0, 1);
     }),
     hidden: own.some((each) => each.hidden),
     phase: phases.at(-1)?.label ?? "",
   };
 }
 
+/** What has no light of its own: the sensors of a device show that it is out of reach or empty. */
+const UNLIT = new Set(["other", "battery", "link"]);
 const ORDER = ["ecg", "interval", "ppg", "eda", "respiration", "eeg", "emg", "acceleration", "temperature", "image", "audio"];
+
+/** Sensors of one name get that of their device as well. */
+function apart(lights: Light[]): Light[] {
+  const isTwice = (light: Light) => lights.some((other) => other !== light && other.name === light.name);
+  return lights.map((each) => (isTwice(each) && each.stream.device ? { ...each, name: `${each.name} ${each.stream.device.replaceAll("_", " ")}` } : each));
+}
 
 export function light(model: Model, stream: Stream): Light {
   const health = model.health.get(stream.id);

@@ -105,12 +105,11 @@ function covered(times: Float64Array, from: number, to: number): number {
 
 /** Since when a stream's signal is too poor, and why; `undefined` where it is not. */
 export function poorSince(model: Model, stream: Stream): { from: number; word: string } | undefined {
-  for (const each of model.streams.values()) {
-    if (!each.derived || each.inputs.length !== 1 || each.inputs[0] !== stream.name) continue;
-    const feature = model.features.get(each.id);
-    if (feature && feature.quality !== null && feature.quality < 0.5 && (feature.coverage ?? 0) > 0.5) {
-      return { from: feature.t - feature.window_secs, word: `${Math.round(100 * feature.quality)} % usable` };
-    }
-  }
-  return undefined;
+  // The analysis of the signal itself, over its shortest window: others need more than a good signal.
+  const families = new Set(FIGURES.map((each) => each.family));
+  const own = [...model.streams.values()].filter((each) => each.derived && each.inputs.length === 1 && each.inputs[0] === stream.name && families.has(each.family) && each.window !== "phases");
+  const features = own.flatMap((each) => model.features.get(each.id) ?? []).sort((a, b) => a.window_secs - b.window_secs);
+  const [feature] = features;
+  if (!feature || feature.quality === null || feature.quality >= 0.5 || (feature.coverage ?? 0) <= 0.5) return undefined;
+  return { from: feature.t - feature.window_secs, word: `${Math.round(100 * feature.quality)} % usable` };
 }

@@ -44,7 +44,10 @@ export function why(health: StreamHealth | undefined): string {
   if (health.state === "stale" || health.state === "dead") {
     return health.age_secs === null ? STATE_WORDS[health.state] : `silent for ${age(health.age_secs)}`;
   }
-  if (stateOf(health) === "late") return `${age(health.latency_secs ?? 0)} behind; its times are right`;
+  if (stateOf(health) === "late") {
+    const error = health.uncertainty_secs;
+    return `${age(health.latency_secs ?? 0)} behind; its times are right${error === null ? "" : ` to ± ${decimal(1000 * error)} ms`}`;
+  }
   return health.reason;
 }
 
