@@ -45,8 +45,12 @@ function ofRobots(model: Model, now: number): Check[] {
   return [...bad, { glyph: "ok", what: names, value: Number.isFinite(least) ? `battery ${Math.round(100 * least)} % or more` : "online", fix: "" }];
 }
 
+const COMPUTERS = new Set(["host", "remote", "two_way"]);
+
+/** The clocks of computers; those of sensors are judged with them. */
 function clocks(model: Model): Check {
-  const known = [...model.health.values()].flatMap((each) => (each.uncertainty_secs === null ? [] : [each.uncertainty_secs]));
+  const ofComputers = [...model.health.values()].filter((each) => COMPUTERS.has(each.clock));
+  const known = ofComputers.flatMap((each) => (each.uncertainty_secs === null ? [] : [each.uncertainty_secs]));
   const worst = Math.max(0, ...known);
   if (known.length === 0) return { glyph: "late", what: "Clocks", value: "not known yet", fix: "Known after the first seconds of data." };
   const value = `${counted(known.length, "stream")} within ± ${Math.ceil(1000 * worst)} ms`;
