@@ -123,14 +123,14 @@ impl Course {
 
     /// The length of the phase of this name announced at this time [s]; `None` where no phase began with it,
     /// or it has not ended.
-    pub(super) fn length_secs(&self, subject: &Subject, label: &str, begin: Time) -> Option<f64> {
+    pub(super) fn length_secs(&self, subject: &Subject, label: &str, announced: Time) -> Option<f64> {
         let phases = self.phases.of(subject);
-        let since = &phases[phases.partition_point(|phase| phase.begin < begin)..];
+        let since = &phases[phases.partition_point(|phase| phase.begin < announced)..];
         let begin = since.first()?.begin;
         // Somebody's own phase comes after the session's that it replaces.
         let replacing = since.iter().take_while(|phase| phase.begin == begin).last()?;
         let end = replacing.end.filter(|_| replacing.label == label)?;
-        Some(end.secs_since(begin))
+        Some(end.secs_since(announced))
     }
 
     /// The phase of an event: the current one, but for a report the one that it refers to.
