@@ -287,9 +287,11 @@ fn known_number(number: f64) -> Option<f64> {
     known(number)
 }
 
-/// Whether the dashboard has a use for a stream: large messages are left to others.
+/// Whether the dashboard has a use for a stream: large messages, and those of which no number is read, are left to
+/// others.
 pub fn is_wanted(stream: &Stream) -> bool {
-    !matches!(stream.signal, Signal::Image | Signal::Audio)
+    let is_opaque = matches!(stream.shape, Shape::Message(_)) && stream.channels.is_empty();
+    !is_opaque && !matches!(stream.signal, Signal::Image | Signal::Audio)
 }
 
 /// Hands a client what it may see of what is new.

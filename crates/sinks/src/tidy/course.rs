@@ -123,7 +123,12 @@ impl Course {
 
     /// The length of the phase of this name announced at this time [s]; `None` where no phase began with it,
     /// or it has not ended.
-    pub(super) fn length_secs(&self, subject: &Subject, label: &str, announced: Time) -> Option<f64> {
+    pub(super) fn length_secs(
+        &self,
+        subject: &Subject,
+        label: &str,
+        announced: Time,
+    ) -> Option<f64> {
         let phases = self.phases.of(subject);
         let since = &phases[phases.partition_point(|phase| phase.begin < announced)..];
         let begin = since.first()?.begin;
