@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use axum::body::Bytes;
+use serde::Serialize;
 use teampulse_core::clock::Stopwatch;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::sample::{Record, Turn};
@@ -20,7 +21,7 @@ use crate::machine::{Usage, memory_bytes};
 use crate::outbox::{Fragment, Slot, StateKind};
 use crate::recording::Observed;
 use crate::wire::waves::Wave;
-use crate::wire::{Ended, FromServer, Machine, known};
+use crate::wire::{Ended, FromServer, Machine, known as known_number};
 
 /// How often a reading is sent to those who draw it, and to those who don't [s].
 const PACES: [f64; 2] = [1.0 / 30.0, 1.0];
@@ -44,12 +45,26 @@ pub struct Relay {
 }
 
 /// What a batch has that is new.
-#[derive(Default)]
 struct Fresh {
+    /// Whether there is a client: nothing is written for nobody.
+    is_watched: bool,
     events: Vec<(u32, bool, Fragment)>,
     states: Vec<(StateKind, u32, f64, Fragment)>,
     readings: Vec<Reading>,
     waves: Vec<Wave>,
+}
+
+impl Fresh {
+    fn of(is_watched: bool) -> Fresh {
+        let (events, states) = (Vec::new(), Vec::new());
+        Fresh { is_watched, events, states, readings: Vec::new(), waves: Vec::new() }
+    }
+
+    fn state(&mut self, kind: StateKind, stream: u32, t: f64, state: &impl Serialize) {
+        if self.is_watched {
+            self.states.push((kind, stream, t, json(state).into()));
+        }
+    }
 }
 
 /// A reading, and for whom it is due.
@@ -82,17 +97,17 @@ impl Relay {
 
     /// Takes records.
     pub fn take(&mut self, batch: &[Record]) {
-        let mut fresh = Fresh::default();
         let hub = Arc::clone(&self.hub);
         let is_described = |record: &Record| matches!(record.sample.data, Data::Description(_));
         self.is_described |= batch.iter().any(is_described);
         self.describe();
         let mut known = hub.known();
+        // One who joins or begins to draw from here on waits for what is known, and has all of this already.
+        let clients = self.hub.clients();
+        let mut fresh = Fresh::of(!clients.is_empty());
         for record in batch.iter().filter(|record| record.sample.turn != Turn::Duplicate) {
             self.take_record(record, &mut known, &mut fresh);
         }
-        // One who joins or begins to draw from here on has all of this already.
-        let clients = self.hub.clients();
         let wanted: Vec<_> = clients.iter().map(|client| client.wanted()).collect();
         let hidden = known.hidden.clone();
         drop(known);
@@ -197,7 +212,7 @@ impl Relay {
             Data::Status(status) => {
                 let Some(&about) = known.named.get(&status.name) else { return };
                 let health = convert::health(about, status);
-                fresh.states.push((StateKind::Status, about, t, json(&health).into()));
+                fresh.state(StateKind::Status, about, t, &health);
                 known.health.insert(about, health);
                 known.health_t = t;
             }
@@ -207,7 +222,7 @@ impl Relay {
                 if let Some(track) = known.track(id, false, values.values.len()) {
                     track.add(t, values.values.iter().copied());
                 }
-                fresh.states.push((StateKind::Feature, id, t, json(&*feature).into()));
+                fresh.state(StateKind::Feature, id, t, &*feature);
                 known.features.insert(id, feature);
             }
             Data::Wave(wave) => {
@@ -261,7 +276,7 @@ impl Relay {
         let (is_drawn, is_shown) = (due.next() == Some(true) || is_own, due.next() == Some(true));
         let values = numbers.iter().copied().map(known_number).collect();
         let sample = Arc::new(crate::wire::Sample { stream: id, t, values });
-        if is_drawn || is_shown {
+        if fresh.is_watched && (is_drawn || is_shown) {
             let fragment = json(&*sample).into();
             fresh.readings.push(Reading { stream: id, t, fragment, is_drawn, is_shown });
         }
@@ -281,10 +296,6 @@ impl Relay {
         let off_secs = act.is_timed.then(|| record.sample.measured.secs_since(act.at));
         self.echoes.add(act, event.label.clone(), (t, off_secs), clients);
     }
-}
-
-fn known_number(number: f64) -> Option<f64> {
-    known(number)
 }
 
 /// Whether the dashboard has a use for a stream: large messages, and those of which no number is read, are left to
