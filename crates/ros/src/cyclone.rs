@@ -23,6 +23,7 @@ mod replies;
 mod writer;
 mod message;
 mod gather;
+mod waits;
 mod overflow;
 mod sockets;
 mod fragments;

@@ -13,6 +13,7 @@ use std::time::Duration;
 use teampulse_core::clock::Clock;
 use teampulse_core::time::Time;
 
+use super::waits;
 use crate::receiving;
 
 /// The longest pause.
@@ -27,14 +28,15 @@ const PACKET_BYTES: usize = 2304 / 2;
 const WINDOW: Duration = Duration::from_millis(20);
 /// The number of messages in a window from which the thread pauses: 5,000 a second.
 const MANY: u32 = 100;
-/// The waiting time for a message from which a thread counts as having caught up [ns].
-const CAUGHT_UP_NANOS: i64 = 15_000;
+/// The time between messages from which a thread may have waited for one [ns]. It may also have been slow:
+/// after a pause its caches are cold.
+const MAY_HAVE_WAITED_NANOS: i64 = 15_000;
 
 /// The largest batch in this process.
 static MOST: AtomicU32 = AtomicU32::new(*GATHERED.start());
 
 thread_local! {
-    static RECEIVING: RefCell<Receiving> = RefCell::new(Receiving::new(Clock::host()));
+    static RECEIVING: RefCell<Receiving> = RefCell::new(Receiving::new(Clock::host(), waits::of_this_thread));
 }
 
 /// Adapts the batch size to receive buffers of this size [bytes].
@@ -58,7 +60,7 @@ pub(super) fn end(began: Time, messages: usize) {
     if let Some(pause) = pauses {
         std::thread::sleep(pause);
     }
-    RECEIVING.with_borrow_mut(|receiving| receiving.idle_since = receiving.clock.now());
+    RECEIVING.with_borrow_mut(|receiving| receiving.continues(pauses.is_some()));
 }
 
 /// The state of one receiving thread.
@@ -69,12 +71,16 @@ struct Receiving {
     /// The pause; `None` at low rates.
     pause: Option<Duration>,
     idle_since: Time,
+    /// The number of times this thread had waited for something when it last paused.
+    waits: u64,
+    /// Reads that number.
+    count_waits: fn() -> u64,
     /// Whether it has requested a higher priority.
     comes_first: bool,
 }
 
 impl Receiving {
-    fn new(clock: Clock) -> Receiving {
+    fn new(clock: Clock, count_waits: fn() -> u64) -> Receiving {
         let now = clock.now();
         Receiving {
             clock,
@@ -82,6 +88,8 @@ impl Receiving {
             in_window: 0,
             pause: None,
             idle_since: now,
+            waits: count_waits(),
+            count_waits,
             comes_first: false,
         }
     }
@@ -101,7 +109,23 @@ impl Receiving {
             self.window_began = began;
             self.in_window = 0;
         }
-        self.pause.filter(|_| began.nanos_since(self.idle_since) >= CAUGHT_UP_NANOS)
+        self.pause.filter(|_| self.caught_up(began))
+    }
+
+    /// Whether the socket was empty before the messages that arrived at `began`. A pause with a backlog would
+    /// lengthen it, up to the size of the receive buffer.
+    fn caught_up(&self, began: Time) -> bool {
+        // Reading the clock is cheap, counting waits is a system call.
+        let may_have_waited = began.nanos_since(self.idle_since) >= MAY_HAVE_WAITED_NANOS;
+        may_have_waited && (self.count_waits)() != self.waits
+    }
+
+    /// Begins to wait for messages.
+    fn continues(&mut self, paused: bool) {
+        if paused {
+            self.waits = (self.count_waits)();
+        }
+        self.idle_since = self.clock.now();
     }
 }
 
@@ -109,12 +133,20 @@ impl Receiving {
 mod tests {
     use super::*;
 
+    /// Counts every call as a wait, as of a thread that has always caught up.
+    fn waits_each_time() -> u64 {
+        use std::cell::Cell;
+        thread_local!(static WAITS: Cell<u64> = const { Cell::new(0) });
+        WAITS.replace(WAITS.get() + 1)
+    }
+
     /// Receives for a second with this interval between messages [ns]; returns the pauses.
-    fn pauses(gap_nanos: i64) -> Vec<Duration> {
-        let mut receiving = Receiving::new(Clock::settable());
+    fn pauses(gap_nanos: i64, count_waits: fn() -> u64) -> Vec<Duration> {
+        let mut receiving = Receiving::new(Clock::settable(), count_waits);
         let moments = (1..1_000_000_000 / gap_nanos).map(|k| Time::from_nanos(k * gap_nanos));
         let paused = moments.filter_map(|moment| {
             let pauses = receiving.pauses(moment, 1);
+            receiving.continues(pauses.is_some());
             receiving.idle_since = moment;
             pauses
         });
@@ -123,16 +155,23 @@ mod tests {
 
     #[test]
     fn only_a_fast_stream_that_was_caught_up_with_is_paused_for() {
+        let pauses = |gap_nanos| pauses(gap_nanos, waits_each_time);
         assert!(pauses(1_000_000).is_empty(), "1,000 messages a second come one by one");
         assert!(pauses(50_000).len() > 15_000, "20,000 messages a second gather");
         assert!(pauses(4_000).is_empty(), "a backlog is worked off without a pause");
     }
 
     #[test]
+    fn a_slow_thread_with_a_backlog_is_not_paused() {
+        let pauses = pauses(50_000, || 7);
+        assert_eq!(pauses, [], "it took 50 µs a message and never waited for one");
+    }
+
+    #[test]
     fn no_more_gather_than_fit_in_a_small_receive_buffer_many_times() {
         for gap_nanos in [180_000, 50_000, 20_000, 16_000] {
             let gathered = |pause: &Duration| pause.as_nanos() as i64 / gap_nanos;
-            let most = pauses(gap_nanos).iter().map(gathered).max();
+            let most = pauses(gap_nanos, waits_each_time).iter().map(gathered).max();
             assert!((2..=16).contains(&most.unwrap()), "every {gap_nanos} ns: {most:?}");
         }
     }
@@ -145,7 +184,7 @@ mod tests {
 
     #[test]
     fn a_burst_after_silence_is_not_paused_for() {
-        let mut receiving = Receiving::new(Clock::settable());
+        let mut receiving = Receiving::new(Clock::settable(), waits_each_time);
         assert_eq!(receiving.pauses(Time::from_stamp(5, 0), 99), None);
         assert_eq!(receiving.pauses(Time::from_stamp(9, 0), 99), None);
     }
