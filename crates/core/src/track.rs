@@ -94,9 +94,14 @@ struct Joining {
     last: Time,
 }
 
-/// Whether a stream is irregular by its nature: events, and the input of people.
+/// Whether a stream is irregular by its nature: events, the input of people, and the state of what they wear, which
+/// is reported when it changes.
 fn is_irregular(stream: &Stream) -> bool {
-    stream.shape == Shape::Event || stream.signal == Signal::Input
+    match stream.signal {
+        Signal::Input => true,
+        Signal::Link | Signal::Battery => stream.about == About::Person && stream.rate_hz == 0.0,
+        _ => stream.shape == Shape::Event,
+    }
 }
 
 impl Track {

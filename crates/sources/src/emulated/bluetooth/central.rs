@@ -1,4 +1,4 @@
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::{Mutex, PoisonError};
 
 use teampulse_core::clock::Stopwatch;
@@ -55,9 +55,27 @@ impl Central {
         property: &str,
         value: Variant<'_>,
     ) -> zbus::Result<()> {
+        self.emit(path, interface, HashMap::from([(property, value)]), &[]).await
+    }
+
+    /// Emits `PropertiesChanged` for a property of an object that has no value any more.
+    pub async fn invalidated(
+        &self,
+        path: &str,
+        interface: &str,
+        property: &str,
+    ) -> zbus::Result<()> {
+        self.emit(path, interface, HashMap::new(), &[property]).await
+    }
+
+    async fn emit(
+        &self,
+        path: &str,
+        interface: &str,
+        changed: HashMap<&str, Variant<'_>>,
+        invalidated: &[&str],
+    ) -> zbus::Result<()> {
         let emitter = SignalEmitter::new(&self.connection, path)?;
-        let changed = std::collections::HashMap::from([(property, value)]);
-        let invalidated: &[&str] = &[];
         emitter.emit(PROPERTIES, "PropertiesChanged", &(interface, changed, invalidated)).await
     }
 }

@@ -29,6 +29,8 @@ pub(super) struct Link {
     incidents: Vec<LinkIncident>,
     /// Whether BlueZ has an object of the device.
     is_known: bool,
+    /// Whether the signal strength of its last advertisement is still valid.
+    is_heard: bool,
     connecting: Option<Connecting>,
     resolve_secs: Option<f64>,
     advertised_secs: f64,
@@ -49,6 +51,7 @@ impl Link {
             device,
             incidents,
             is_known: false,
+            is_heard: false,
             connecting: None,
             resolve_secs: None,
             advertised_secs: f64::NEG_INFINITY,
@@ -182,6 +185,10 @@ impl Link {
     }
 
     async fn advertise(&mut self, now_secs: f64) -> zbus::Result<()> {
+        if self.is_heard && !self.central().is_discovering() {
+            self.is_heard = false;
+            return self.central().invalidated(self.device.path(), DEVICE, "RSSI").await;
+        }
         let is_due = now_secs >= self.advertised_secs + ADVERTISE_SECS;
         if !is_due || self.is_connected() || !self.central().is_discovering() {
             return Ok(());
@@ -190,6 +197,7 @@ impl Link {
         self.advertisements += 1;
         let rssi_dbm = -60 - (self.advertisements % 3) as i16;
         self.device.state().rssi_dbm = rssi_dbm;
+        self.is_heard = true;
         if self.is_known {
             let value = Variant::from(rssi_dbm);
             return self.central().changed(self.device.path(), DEVICE, "RSSI", value).await;

@@ -4,7 +4,8 @@
 //! services. Programs use it with its address in `DBUS_SYSTEM_BUS_ADDRESS`; the machine's own Bluetooth is not touched.
 //!
 //! Like BlueZ 5.66, as far as clients (bleak, btleplug, bluer) depend on it:
-//! - A device has an object from its first advertisement during a discovery; while somebody discovers, its RSSI changes.
+//! - A device has an object from its first advertisement during a discovery; while somebody discovers, its RSSI changes;
+//!   when the discovery stops, it is invalidated.
 //! - `Connect` answers when the link is up, before the services are known; `ServicesResolved` follows.
 //! - Services and characteristics are objects while the device is connected. A characteristic's path has the handle of
 //!   its declaration.

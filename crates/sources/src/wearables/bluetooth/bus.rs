@@ -258,8 +258,9 @@ impl State {
             (OBJECT_MANAGER, "InterfacesRemoved") => {
                 if let Ok((path, gone)) = body.deserialize::<(OwnedObjectPath, Vec<String>)>() {
                     self.change(|known| {
-                        known.objects.remove(path.as_str(), &gone);
-                        known.drop_lost(path.as_str());
+                        known.losing_links(path.as_str(), |objects| {
+                            objects.remove(path.as_str(), &gone);
+                        });
                     });
                 }
             }
@@ -288,16 +289,20 @@ impl State {
             return;
         }
         self.change(|known| {
-            known.objects.change(path, interface, properties, invalidated);
-            known.drop_lost(path);
+            known.losing_links(path, |objects| {
+                objects.change(path, interface, properties, invalidated);
+            });
         });
     }
 }
 
 impl Known {
-    /// Ends the subscription to a device whose link is lost.
-    fn drop_lost(&mut self, device: &str) {
-        if self.objects.devices.get(device).is_none_or(|device| !device.connected) {
+    /// Applies a change, and ends the subscription to a device whose link it ends. Before there is a link, much
+    /// else changes: when a scan stops, the signal strength of every device goes.
+    fn losing_links(&mut self, device: &str, change: impl FnOnce(&mut Objects)) {
+        let was_connected = self.objects.is_connected(device);
+        change(&mut self.objects);
+        if was_connected && !self.objects.is_connected(device) {
             self.links.remove(device);
         }
     }

@@ -79,10 +79,7 @@ impl GattLink {
 
     async fn connect(&mut self) -> Result<(), BluetoothError> {
         let path = self.seen.path.clone();
-        let is_connected = |bus: &Bus| {
-            bus.read(|objects| objects.devices.get(&path).is_some_and(|device| device.connected))
-        };
-        if !is_connected(&self.bus) {
+        if !self.bus.read(|objects| objects.is_connected(&path)) {
             let asked = self.bus.call(Object::bluez(&path, DEVICE), "Connect", &(), CONNECT).await;
             if let Err(refusal) = asked
                 && refusal.name != "org.bluez.Error.AlreadyConnected"

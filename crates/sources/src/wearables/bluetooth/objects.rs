@@ -120,6 +120,11 @@ impl Objects {
         }
     }
 
+    /// Whether there is a link to a device.
+    pub fn is_connected(&self, device: &str) -> bool {
+        self.devices.get(device).is_some_and(|device| device.connected)
+    }
+
     /// The characteristics of a device, each with its path; the first of two with one UUID.
     pub fn characteristics_of(&self, device: &str) -> BTreeMap<Uuid, String> {
         let prefix = format!("{device}/");
