@@ -52,6 +52,9 @@ endif
 test-peers: build peers ## the binary, end to end (ARGS="-k replay" for a part)
 	tests/isolated $(python) -m pytest tests -n $(processes) --dist loadfile $(ARGS)
 
+test-vm: build .venv/ready .venv-vm/ready target/vm/kernel/ready ## straps through a real Bluetooth stack, under qemu (Debian on x86-64; 2 minutes)
+	$(python) -m pytest tests/vm $(ARGS)
+
 check: lint $(if $(shell command -v npm),check-web) ## format, lints and unit tests: before every commit
 	$(if $(nextest),cargo nextest run --workspace --lib --bins,cargo test --workspace --lib --bins --quiet)
 
@@ -116,6 +119,16 @@ $(ready)-peers:
 	@.venv-myo/bin/pip install --quiet --disable-pip-version-check --requirement $<
 	@touch $@
 
+.venv-vm/ready: tests/vm/requirements.txt
+	@echo "setting up .venv-vm with the Bluetooth devices of tests/vm/requirements.txt"
+	@python3 -m venv .venv-vm
+	@.venv-vm/bin/pip install --quiet --disable-pip-version-check --requirement $<
+	@touch $@
+
+target/vm/kernel/ready: tests/vm/get-kernel
+	@.ci/apt-install "to test with a Bluetooth stack in a virtual machine" qemu-system-x86 bluez dbus kmod
+	@tests/vm/get-kernel $(@D) && touch $@
+
 .venv/signal-ready: bench/signal/requirements.txt .venv/ready
 	@echo "adding the Python peers of bench/signal/requirements.txt to .venv"
 	@.venv/bin/pip install --quiet --disable-pip-version-check --requirement $<
@@ -124,4 +137,4 @@ $(ready)-peers:
 tests/build/fastdds_peer: $(wildcard tests/peers/fastdds/*) | $(ready)-peers
 	@tests/peers/fastdds/build $@
 
-.PHONY: help demo picture build web check-web test test-rust test-peers check lint fuzz bench setup peers
+.PHONY: help demo picture build web check-web test test-rust test-peers test-vm check lint fuzz bench setup peers
