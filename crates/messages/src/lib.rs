@@ -4,6 +4,7 @@ pub mod cdr;
 pub mod standard;
 pub mod convert;
 pub mod definition;
+pub mod ros1;
 pub mod catalogue;
 pub mod fields;
 pub mod value;

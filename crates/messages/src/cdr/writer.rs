@@ -58,6 +58,11 @@ impl Writer {
         &mut self.0[begin..]
     }
 
+    /// The number of bytes so far, including the header.
+    pub fn size(&self) -> usize {
+        self.0.len()
+    }
+
     /// Returns the message.
     pub fn finish(self) -> Bytes {
         Bytes::from(self.0)
