@@ -73,12 +73,15 @@ pub enum Found {
     /// An `SQLite` file of another application, or a broken one.
     #[error("an SQLite file that is not a recording of rosbag2")]
     Sqlite,
-    /// A file of rosbag2 that can be read, but not repaired.
-    #[error("a recording in SQLite or a compressed file")]
+    /// A file of rosbag2, or a ROS 1 bag, that can be read, but not repaired.
+    #[error("a ROS 1 bag, a recording in SQLite or a compressed file")]
     Foreign,
-    /// A bag of ROS 1.
-    #[error("a ROS 1 bag")]
+    /// A bag of ROS 1 that is damaged at its start, or of a version before 2.0.
+    #[error("a ROS 1 bag that is damaged at its start or older than version 2.0")]
     Ros1,
+    /// An encrypted bag of ROS 1.
+    #[error("an encrypted ROS 1 bag")]
+    Encrypted,
     /// A recording compressed with something other than Zstandard, or a file that can't be decompressed.
     #[error("a recording whose compression can't be undone")]
     Compressed,
@@ -150,7 +153,8 @@ impl Found {
     fn hint(self) -> &'static str {
         match self {
             Found::Foreign => "`teampulse import` makes a bag of all readable messages",
-            Found::Ros1 => "convert it with `rosbags-convert` to a rosbag2 in MCAP",
+            Found::Ros1 => "mend it with ROS 1's `rosbag reindex` or `rosbag fix` first",
+            Found::Encrypted => "decrypt it with ROS 1's `rosbag decrypt` first",
             Found::Compressed => {
                 "convert it with `ros2 bag convert` to compression_mode none; \
                  MCAP compresses its own chunks"

@@ -259,7 +259,7 @@ fn another_kind_of_file_is_named() {
         }
     };
     assert_eq!(open(b"SQLite format 3\0 and so on"), Found::Sqlite);
-    assert_eq!(open(b"#ROSBAG V2.0\n"), Found::Ros1);
+    assert_eq!(open(b"#ROSBAG V1.2\n"), Found::Ros1);
     assert_eq!(open(b"(\xb5/\xfdcompressed"), Found::Compressed);
     assert_eq!(open(b"time,value\n"), Found::Other);
     fs::remove_file(folder.path().join("x.mcap")).unwrap();

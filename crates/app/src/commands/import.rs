@@ -46,7 +46,8 @@ const JOINED: &str = "teampulse.joined";
 
 /// Converts recordings of other programs to bags of teampulse, with all computed features.
 ///
-/// A recording of ROS 2 (a folder, .mcap or .db3, compressed or not) becomes a new bag. Tables of samples,
+/// A recording of ROS 2 (a folder, .mcap or .db3, compressed or not) becomes a new bag, and so does a .bag of ROS 1,
+/// whose messages become those of ROS 2. Tables of samples,
 /// as `extract` reads them, become one bag about one person with a stream for each table; from a folder of
 /// Empatica's E4 or of Polar Sensor Logger all tables are read. So are the zip of an E4, files of an Embrace Plus
 /// (Avro), XDF, EDF and BDF. The imported files are not changed.

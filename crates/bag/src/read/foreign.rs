@@ -1,4 +1,4 @@
-//! Files of rosbag2 that are not plain MCAP: recordings in `SQLite`, and compressed files and messages.
+//! Recordings that are not plain MCAP: those of rosbag2 in `SQLite`, compressed files and messages, bags of ROS 1.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use crate::error::{BagError, Found};
 use crate::read::block::Entry;
 use crate::read::index::Index;
 use crate::read::records::LIMIT_BYTES;
-use crate::read::sqlite;
+use crate::read::{ros1, sqlite};
 
 const SQLITE: &[u8] = b"SQLite format 3\0";
 const ZSTD: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
@@ -114,12 +114,15 @@ pub(crate) struct Opened {
 }
 
 /// Opens a file. One that is not MCAP is converted to an unnamed file, which is deleted when it is closed:
-/// it is decompressed, and a database is copied message by message.
+/// it is decompressed, and a database or a bag of ROS 1 is copied message by message.
 pub(crate) fn open(path: &Path) -> Result<Opened, BagError> {
     let file = File::open(path).map_err(BagError::io("open", path))?;
     if !begins_with(&file, ZSTD) {
         if begins_with(&file, SQLITE) {
             return sqlite::into_mcap(path, path);
+        }
+        if begins_with(&file, ros1::MAGIC) {
+            return ros1::into_mcap(path, &file);
         }
         return Ok(Opened { file, is_made: false, damage: None });
     }

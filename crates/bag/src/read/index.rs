@@ -279,7 +279,6 @@ fn check_magic(path: &Path, file: &File) -> Result<(), BagError> {
     let found = match start.as_slice() {
         start if start.iter().zip(MAGIC).all(|(is, expected)| is == expected) => return Ok(()),
         start if start.starts_with(b"SQLite format 3") => Found::Sqlite,
-        start if start.starts_with(b"#ROSBAG V") => Found::Ros1,
         // The magic number of a Zstandard frame.
         [0x28, 0xb5, 0x2f, 0xfd, ..] => Found::Compressed,
         _ => Found::Other,

@@ -6,6 +6,7 @@ pub(crate) mod parse;
 mod chunk;
 mod foreign;
 mod sqlite;
+mod ros1;
 pub(crate) mod block;
 pub(crate) mod index;
 mod landmark;
