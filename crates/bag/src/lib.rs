@@ -23,7 +23,7 @@ pub use read::messages::{Message, Messages};
 pub use read::{Bag, BagStream, DAMAGE_NOTE};
 pub use recover::{RecoveredFile, Report, recover};
 pub use sink::{BagSink, Broken, CONTINUES_NOTE, ENDED_NOTE, Recording, STUDY_NAME};
-pub use source::{BagSource, Selection, Unread};
+pub use source::{Adapter, BagSource, Selection, Unread};
 pub use spill::Spill;
 pub use write::chunk::Compression;
 pub use write::part::Attachment;

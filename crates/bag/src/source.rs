@@ -1,6 +1,7 @@
 //! The bag as a source: replays a recording.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Debug;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -42,6 +43,14 @@ pub struct BagSource {
     repeats: u64,
     stamps: OwnStamps,
     unread: Arc<Unread>,
+    adapter: Option<Box<dyn Adapter>>,
+}
+
+/// Makes samples of streams out of messages whose contents are known by their topics, such as those of people's
+/// sensors that were published as plain numbers.
+pub trait Adapter: Debug + Send + Sync {
+    /// The sample of a message with its stream, if it has one; messages are handed over in their order.
+    fn adapt(&mut self, stream: &Stream, message: &Message) -> Option<(Stream, Data)>;
 }
 
 /// The timestamps with which samples of our own types are replayed.
@@ -77,7 +86,15 @@ impl BagSource {
             repeats: 1,
             stamps: OwnStamps::Sent,
             unread: Arc::default(),
+            adapter: None,
         }
+    }
+
+    /// Also replays the samples that an adapter makes of messages by other recorders, each just after its message.
+    #[must_use]
+    pub fn adapted(mut self, adapter: Box<dyn Adapter>) -> BagSource {
+        self.adapter = Some(adapter);
+        self
     }
 
     /// Replays samples of our own types with the times at which the recording placed them, instead of the
@@ -126,7 +143,8 @@ impl BagSource {
 #[async_trait]
 impl Source for BagSource {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        let mut playback = Playback::new(self, outlet);
+        let adapter = self.adapter.take();
+        let mut playback = Playback::new(self, adapter, outlet);
         let mut shift = Duration::ZERO;
         for _ in 0..self.repeats {
             tokio::select! {
@@ -146,12 +164,20 @@ struct Playback<'a> {
     pacer: Option<Pacer>,
     /// The declaration of each stream of the bag, once made.
     declared: Vec<Option<(StreamId, Stream)>>,
+    adapter: Option<Box<dyn Adapter>>,
+    /// The streams of the adapter, by name.
+    adapted: BTreeMap<String, StreamId>,
 }
 
 impl<'a> Playback<'a> {
-    fn new(source: &'a BagSource, outlet: &'a Outlet) -> Playback<'a> {
+    fn new(
+        source: &'a BagSource,
+        adapter: Option<Box<dyn Adapter>>,
+        outlet: &'a Outlet,
+    ) -> Playback<'a> {
         let declared = vec![None; source.bag.streams().len()];
-        let mut playback = Playback { source, outlet, pacer: None, declared };
+        let (pacer, adapted) = (None, BTreeMap::new());
+        let mut playback = Playback { source, outlet, pacer, declared, adapter, adapted };
         if let Some(from) = source.from {
             playback.declare_all(from);
         }
@@ -178,10 +204,11 @@ impl<'a> Playback<'a> {
                 let pacer = self.pacer.get_or_insert_with(|| pace.keep(Clock::host(), at));
                 pacer.reach(at).await;
             }
-            if let Some(reading) = self.reading(&message)?
-                && self.outlet.send(reading, at).await.is_err()
-            {
-                return Ok(());
+            let readings = [self.reading(&message)?, self.adapted(&message)];
+            for reading in readings.into_iter().flatten() {
+                if self.outlet.send(reading, at).await.is_err() {
+                    return Ok(());
+                }
             }
             if count % TURN == TURN - 1 {
                 tokio::task::yield_now().await;
@@ -227,6 +254,18 @@ impl<'a> Playback<'a> {
                 Ok(Some(Reading { stream, index, device_time, source_time, data }))
             }
         }
+    }
+
+    /// The sample that the adapter makes of a message by another recorder.
+    fn adapted(&mut self, message: &Message) -> Option<Reading> {
+        let known = &self.source.bag.streams()[message.stream];
+        let adapter = self.adapter.as_mut().filter(|_| known.is_foreign)?;
+        let (stream, data) = adapter.adapt(&known.stream, message)?;
+        let at = message.log_time - Duration::from_nanos(1);
+        let name = stream.name.clone();
+        let declare = || self.outlet.declare_at(stream, at);
+        let stream = *self.adapted.entry(name).or_insert_with(declare);
+        Some(Reading { stream, index: None, device_time: None, source_time: None, data })
     }
 
     fn selects(&self, stream: &Stream) -> bool {

@@ -1,5 +1,6 @@
 //! `teampulse import`: converts recordings of other programs to bags of teampulse.
 
+mod biosensors;
 mod imported;
 mod joining;
 mod kind;
@@ -12,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use teampulse_bag::{Bag, BagSink, Options, Place};
+use teampulse_bag::{Bag, BagSink, Options, Place, Selection};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
@@ -25,7 +26,7 @@ use teampulse_sinks::{Again, ContinuingBag};
 
 use crate::commands::info::open;
 use crate::commands::replay::{
-    defaults, describe_foreign, replayed, study_at, study_of, study_or_defaults,
+    defaults, describe_foreign, replayed_from, source_of, study_at, study_of, study_or_defaults,
 };
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -35,6 +36,7 @@ use crate::recorded::read_through;
 use crate::setup::{features, sink_context, tidy};
 use crate::study::Study;
 
+use biosensors::Biosensors;
 use imported::DeviceRecording;
 use joining::Into;
 use kind::{Kind, tables_in};
@@ -47,7 +49,8 @@ const JOINED: &str = "teampulse.joined";
 /// Converts recordings of other programs to bags of teampulse, with all computed features.
 ///
 /// A recording of ROS 2 (a folder, .mcap or .db3, compressed or not) becomes a new bag, and so does a .bag of ROS 1,
-/// whose messages become those of ROS 2. Tables of samples,
+/// whose messages become those of ROS 2. Topics of wearables as the package ros2-foxy-wearable-biosensors publishes
+/// them, such as `/biosensors/empatica_e4/bvp`, also become streams of a person. Tables of samples,
 /// as `extract` reads them, become one bag about one person with a stream for each table; from a folder of
 /// Empatica's E4 or of Polar Sensor Logger all tables are read. So are the zip of an E4, files of an Embrace Plus
 /// (Avro), XDF, EDF and BDF. The imported files are not changed.
@@ -131,8 +134,12 @@ impl Import {
         let study = self.study(path)?;
         let claimed = Claimed::new(&self.out, &study.general.session.name)?;
         let bag = Arc::new(bag);
-        let exit = replayed(Arc::clone(&bag), &study, &claimed).await?;
+        let biosensors = Biosensors::of(self.asked.person());
+        let streams = biosensors.report(&bag);
+        let source = source_of(&bag, Selection::Raw).adapted(Box::new(biosensors));
+        let exit = replayed_from(source, Arc::clone(&bag), &study, &claimed).await?;
         output::lines(report::of_bag(&bag));
+        output::lines(streams);
         concluded(claimed.path(), exit);
         Ok(exit)
     }

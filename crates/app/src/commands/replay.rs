@@ -61,6 +61,17 @@ impl Replay {
 
 /// Computes all derived streams of a bag again, into a new one.
 pub async fn replayed(bag: Arc<Bag>, study: &Study, claimed: &Claimed) -> Result<Exit, Failure> {
+    let source = source_of(&bag, Selection::Raw);
+    replayed_from(source, bag, study, claimed).await
+}
+
+/// The same, of what a source reads from the bag.
+pub async fn replayed_from(
+    source: BagSource,
+    bag: Arc<Bag>,
+    study: &Study,
+    claimed: &Claimed,
+) -> Result<Exit, Failure> {
     let folder = claimed.path().to_owned();
     let options = Options {
         session: study.general.session.name.clone(),
@@ -79,7 +90,6 @@ pub async fn replayed(bag: Arc<Bag>, study: &Study, claimed: &Claimed) -> Result
         again: Again::Never,
     })];
     sinks.extend(tidy(study, &context)?);
-    let source = source_of(&bag, Selection::Raw);
     let unread = source.unread();
     let session = Session {
         clock,
