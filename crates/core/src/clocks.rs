@@ -3,6 +3,7 @@
 mod settings;
 mod owner;
 mod by_interval;
+mod by_beats;
 mod hindsight;
 
 use std::collections::BTreeMap;
@@ -15,8 +16,9 @@ use teampulse_timefilter::clock::{
 use crate::computers::{SIMULATED, is_far, is_simulated};
 use crate::pattern::last_token;
 use crate::qos::{Durability, Qos};
-use crate::stream::{About, Origin, Shape, Stream, StreamId};
+use crate::stream::{About, Origin, Shape, Signal, Stream, StreamId};
 
+use by_beats::ByBeats;
 use by_interval::ByInterval;
 pub use hindsight::Hindsight;
 use owner::Owner;
@@ -85,6 +87,8 @@ struct Clock {
     off_secs: Option<f64>,
     /// Its latency over links with a known connection interval.
     by_interval: Option<ByInterval>,
+    /// The bounds of beats that a strap reports without their times.
+    by_beats: Option<ByBeats>,
 }
 
 impl Clock {
@@ -149,7 +153,7 @@ impl Clocks {
             return stamped;
         }
         let Placed { clock, latency } = self.placed(id, stream, stamps);
-        let Clock { owner, model, by_interval, .. } = &mut self.at_work[clock];
+        let Clock { owner, model, by_interval, by_beats, .. } = &mut self.at_work[clock];
         let is_message = matches!(stream.shape, Shape::Message(_));
         if matches!((&self.timing, &owner), (Timing::Retimed, Owner::Computer(_))) && !is_message {
             return stamped;
@@ -158,6 +162,12 @@ impl Clocks {
             hindsight.push(owner, stamps);
         }
         let corrected = model.correct(stamps);
+        if let (Some(by_beats), Some(device)) = (by_beats, stamps.device) {
+            match stream.signal {
+                Signal::Interval => by_beats.beat(device, corrected.measured),
+                _ => by_beats.measurement(stamps.arrival),
+            }
+        }
         if matches!(self.timing, Timing::Retimed)
             && matches!(owner, Owner::Device(..) | Owner::Counted(..))
         {
@@ -209,8 +219,11 @@ impl Clocks {
     /// The state of the clock of a stream; `None` before its first sample.
     pub(crate) fn state(&self, id: StreamId) -> Option<ClockState> {
         let Placed { clock, latency } = (*self.of.get(id.0 as usize)?)?;
-        let Clock { owner, model, by_interval, .. } = &self.at_work[clock];
+        let Clock { owner, model, by_interval, by_beats, .. } = &self.at_work[clock];
         let mut state = model.state();
+        if let Some(by_beats) = by_beats {
+            state = by_beats.state(state);
+        }
         if let Some(by_interval) = by_interval {
             state = by_interval.state(state);
         }
@@ -290,7 +303,9 @@ impl Clocks {
         let model = self.begin(owner, rate_hz);
         let place = self.at_work.len();
         let by_interval = self.by_interval(owner);
-        self.at_work.push(Clock { owner: owner.clone(), model, off_secs: None, by_interval });
+        let by_beats = self.by_beats(owner);
+        let owned = owner.clone();
+        self.at_work.push(Clock { owner: owned, model, off_secs: None, by_interval, by_beats });
         self.places.insert(owner.clone(), place);
         place
     }
@@ -324,6 +339,14 @@ impl Clocks {
         let intervals = &self.settings.get(last_token(device))?.intervals;
         let base = self.settings_of(device).latency;
         (!intervals.is_empty()).then(|| ByInterval::new(base, intervals.clone()))
+    }
+
+    /// The bounds of the beats of a strap; `None` for any other device.
+    fn by_beats(&self, owner: &Owner) -> Option<ByBeats> {
+        let Owner::Device(_, device) = owner else { return None };
+        let device = last_token(device);
+        let latency_secs = self.settings_of(device).latency.secs;
+        device.starts_with(by_beats::STRAP).then(|| ByBeats::new(latency_secs))
     }
 
     /// The collector of the stamps of a clock; `None` for clocks that are corrected causally.
