@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use teampulse_emulators::devices::{Advertisement, AttError, Notice, Peripheral, Service, Wearer};
+use teampulse_emulators::devices::{Advertisement, Notice, Peripheral, Service, Wearer};
 use tokio::sync::{mpsc, oneshot};
 use zbus::Variant;
 use zbus::object_server::ResponseDispatchListener;
@@ -97,6 +97,12 @@ impl Handle {
         self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The state of a device that is connected; otherwise the error with which BlueZ refuses requests.
+    pub fn connected(&self) -> Result<MutexGuard<'_, State>, BluezError> {
+        let state = self.state();
+        if state.is_connected { Ok(state) } else { Err(BluezError::Failed("Not connected".into())) }
+    }
+
     pub fn services(&self) -> &'static [Service] {
         self.state().peripheral.services()
     }
@@ -130,8 +136,8 @@ impl Handle {
     }
 
     /// Subscribes a client to a characteristic.
-    pub fn listen(&self, characteristic: u128, client: String) -> Result<(), AttError> {
-        let mut state = self.state();
+    pub fn listen(&self, characteristic: u128, client: String) -> Result<(), BluezError> {
+        let mut state = self.connected()?;
         state.peripheral.subscribe(characteristic)?;
         state.listeners.entry(characteristic).or_default().insert(client);
         Ok(())

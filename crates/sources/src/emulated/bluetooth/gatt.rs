@@ -74,7 +74,7 @@ impl GattCharacteristic {
         _options: HashMap<String, Variant<'_>>,
     ) -> Result<Vec<u8>, BluezError> {
         self.require(&[Property::Read], "Read not permitted")?;
-        let value = self.device.state().peripheral.read(self.entry.uuid)?;
+        let value = self.device.connected()?.peripheral.read(self.entry.uuid)?;
         self.device.value(self.entry.uuid, value.clone()).await?;
         Ok(value)
     }
@@ -86,14 +86,14 @@ impl GattCharacteristic {
     ) -> Result<(), BluezError> {
         let written = [Property::Write, Property::WriteWithoutResponse];
         self.require(&written, "Write not permitted")?;
-        Ok(self.device.state().peripheral.write(self.entry.uuid, &value)?)
+        Ok(self.device.connected()?.peripheral.write(self.entry.uuid, &value)?)
     }
 
     fn start_notify(&self, #[zbus(header)] header: Header<'_>) -> Result<(), BluezError> {
         if !self.has(Property::Notify) && !self.has(Property::Indicate) {
             return Err(BluezError::NotSupported("Operation is not supported".into()));
         }
-        Ok(self.device.listen(self.entry.uuid, sender(&header))?)
+        self.device.listen(self.entry.uuid, sender(&header))
     }
 
     fn stop_notify(&self, #[zbus(header)] header: Header<'_>) -> Result<(), BluezError> {
