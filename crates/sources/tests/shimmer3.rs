@@ -142,6 +142,7 @@ async fn what_the_body_had_is_read_over_a_port_and_the_device_is_left_idle() {
     let numbers: Vec<u64> = eda(&records).map(|record| record.sample.index).collect();
     assert!(numbers.windows(2).all(|pair| pair[1] == pair[0] + 1), "lost: {numbers:?}");
     let worst = worst_deviation(&records);
+    eprintln!("Shimmer3: conductance within {:.2} % of the body's (bar 1)", 100.0 * worst);
     assert!(worst < 0.01, "{worst}");
     let rate_hz = eda(&records).next().map(|record| record.stream.rate_hz);
     assert_eq!(rate_hz, Some(128.0));
