@@ -105,7 +105,23 @@ fn a_server_that_stalls_is_subscribed_to_again() {
     let outputs = read(with(&[(10.0, E4Fault::Stall)]), 30);
     assert_numbered(&outputs);
     let lost = gaps(&outputs, "ppg")[0].unwrap_or_default();
-    assert!((5 * 64..6 * 64).contains(&lost), "{lost}");
+    assert!((4 * 64..5 * 64).contains(&lost), "{lost}");
+}
+
+#[test]
+fn after_each_fault_samples_are_back_within_five_seconds_of_the_device() {
+    // A radio link comes back when the wristband is near again.
+    let link = [(10.0, E4Fault::LinkLost), (17.0, E4Fault::LinkBack)];
+    for (what, incidents, away_secs) in
+        [("link lost", &link[..], 7.0), ("stall", &[(10.0, E4Fault::Stall)], 0.0)]
+    {
+        let outputs = read(with(incidents), 30);
+        let lost = gaps(&outputs, "ppg")[0].unwrap_or_default() as f64 / 64.0;
+        let gap_secs = lost - away_secs;
+        eprintln!("E4 {what}: samples are back {gap_secs:.2} s of the device after it (bar 5)");
+        assert!(gap_secs < 5.0, "{what}");
+        assert_numbered(&outputs);
+    }
 }
 
 #[test]

@@ -226,7 +226,13 @@ fn a_start_that_was_answered_and_not_carried_out_is_repeated() {
     assert!(!strap.is_streaming());
     // The session notices when nothing comes.
     let link = Link::new(with(0.0, Fault::FalseAnswer)).until(60.0);
-    assert!(!link.readings("ecg").is_empty());
+    // It has to wait for as long as a first frame may take before it knows.
+    let gap_secs = longest_gap_secs(&link);
+    eprintln!(
+        "H10 false answer to its start: the ECG is there after {gap_secs:.1} s, of which it waits 30"
+    );
+    assert!(gap_secs < 33.0, "{gap_secs}");
+    assert_on_one_time_base(&link, 0);
 }
 
 #[test]
@@ -256,6 +262,62 @@ fn a_link_that_was_lost_costs_what_was_measured_meanwhile() {
     let lost_secs = gaps[0].unwrap_or_default() as f64 / RATE_HZ;
     assert!(gaps.len() == 1 && (10.0..12.5).contains(&lost_secs), "{gaps:?}");
     assert!(link.strap.is_streaming());
+}
+
+/// The longest time without ECG \[s\], by the strap's clock, which has numbered its samples; the first takes as long as it
+/// takes.
+fn longest_gap_secs(link: &Link) -> f64 {
+    let readings = link.readings("ecg");
+    let bounds = readings.iter().filter_map(|r| Some((*r.values.first()?, *r.values.last()?)));
+    let bounds: Vec<(f64, f64)> =
+        [(0.0, 0.0)].into_iter().chain(bounds).chain([(link.secs * RATE_HZ, 0.0)]).collect();
+    let gaps = bounds.windows(2).map(|pair| (pair[1].0 - pair[0].1) / RATE_HZ);
+    gaps.fold(0.0, f64::max)
+}
+
+/// That each sample is as old as its number, by the strap's clock; but for a frame whose stamp was harmed.
+fn assert_on_one_time_base(link: &Link, harmed: usize) {
+    let readings = link.readings("ecg");
+    let since = |reading: &Reading| {
+        let device_secs = reading.device_time_ns.unwrap_or_default() as f64 / 1e9;
+        device_secs - reading.values[0] / RATE_HZ
+    };
+    // Numbers are whole: a stream that begins again does so between two of them.
+    let is_off = |reading: &&Reading| (since(reading) - since(&readings[0])).abs() > 1.0 / RATE_HZ;
+    assert_eq!(readings.iter().filter(is_off).count(), harmed);
+}
+
+#[test]
+fn after_each_fault_the_ecg_is_back_within_thirty_seconds_on_the_same_time_base() {
+    let faults = [
+        (0.0, Fault::LostAnswer),
+        (0.0, Fault::LateAnswer(3.0)),
+        (20.0, Fault::LostFrame),
+        (20.0, Fault::RepeatedFrame),
+        (20.0, Fault::CorruptByte(0)),
+        (20.0, Fault::CorruptByte(1)),
+        (20.0, Fault::CorruptByte(5)),
+        (20.0, Fault::CorruptByte(9)),
+        (20.0, Fault::Stall),
+    ];
+    for (at_secs, fault) in faults {
+        let link = Link::new(with(at_secs, fault)).until(90.0);
+        let gap_secs = longest_gap_secs(&link);
+        eprintln!("H10 {fault:?}: the ECG is back {gap_secs:.1} s of the strap after it (bar 30)");
+        assert!(gap_secs < 30.0, "{fault:?}");
+        assert_on_one_time_base(&link, usize::from(fault == Fault::CorruptByte(5)));
+    }
+    // The strap streams on while nobody is connected: the start is answered with "already in state".
+    let mut link = Link::new(H10Settings::default()).until(20.0);
+    link.strap.disconnect();
+    link.connect();
+    let link = link.until(90.0);
+    let gap_secs = longest_gap_secs(&link);
+    eprintln!(
+        "H10 link lost, then already in state: the ECG is back {gap_secs:.1} s after it (bar 30)"
+    );
+    assert!(gap_secs < 30.0);
+    assert_on_one_time_base(&link, 0);
 }
 
 #[test]

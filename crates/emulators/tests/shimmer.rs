@@ -145,6 +145,34 @@ fn a_device_that_stalls_is_set_up_again_and_its_gap_has_its_length() {
 }
 
 #[test]
+fn after_each_fault_samples_are_back_within_five_seconds_on_the_same_time_base() {
+    let faults = [
+        ShimmerFault::LostByte(5),
+        ShimmerFault::CorruptByte(6),
+        ShimmerFault::LostPackets(30),
+        ShimmerFault::Status,
+        ShimmerFault::Stall,
+    ];
+    for fault in faults {
+        for first_ticks in [0, 0xff_0000] {
+            let light = readings(&read(Device { first_ticks, ..with(true, fault) }, 30.0), "ppg");
+            let times: Vec<f64> =
+                light.iter().filter_map(|r| Some(r.device_time_ns? as f64 / 1e9)).collect();
+            let gap_secs = times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+            eprintln!(
+                "Shimmer3 {fault:?}, from tick {first_ticks}: back {gap_secs:.2} s of the device after it (bar 5)"
+            );
+            assert!(gap_secs < 5.0, "{fault:?}");
+            // Also over the wrap of the counter each sample is as old as its number.
+            for (reading, secs) in light.iter().zip(&times) {
+                let off_secs = secs - times[0] - (reading.index - light[0].index) as f64 / RATE_HZ;
+                assert!(off_secs.abs() < 1e-3, "{fault:?}: {off_secs}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_device_of_an_earlier_session_is_stopped_first() {
     let mut shimmer = Shimmer::new(Device::default());
     shimmer.receive(&[0x8b, 2, 0x07]);

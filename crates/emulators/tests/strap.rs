@@ -64,6 +64,27 @@ fn a_strap_that_is_off_reports_no_contact_and_no_beats() {
 }
 
 #[test]
+fn after_each_fault_intervals_are_back_within_five_seconds() {
+    let at = |at_secs, fault| StrapIncident { at_secs, fault };
+    let off = vec![at(5.5, StrapFault::Off), at(10.5, StrapFault::On)];
+    for (what, back_secs, incidents) in [
+        ("lost measurement", 10.5, vec![at(10.5, StrapFault::LostMeasurement)]),
+        ("strap off and on again", 10.5, off),
+    ] {
+        // One measurement a second, of which a lost one is missing.
+        let measured = measured(incidents);
+        let lost = 20 - measured.len();
+        let since = measured.iter().enumerate().skip(10);
+        let first = since.into_iter().find(|(_, one)| !one.rr_intervals.is_empty());
+        let gap_secs = (first.expect("intervals").0 + 1 + lost) as f64 - back_secs;
+        eprintln!(
+            "strap, {what}: intervals are back {gap_secs:.1} s of the strap after it (bar 5)"
+        );
+        assert!((0.0..5.0).contains(&gap_secs), "{what}: {gap_secs}");
+    }
+}
+
+#[test]
 fn a_battery_is_read_and_reports_each_percent() {
     let battery = teampulse_emulators::devices::assigned(0x2a19);
     let settings = StrapSettings { drain_percent_per_hour: 60.0, ..StrapSettings::default() };

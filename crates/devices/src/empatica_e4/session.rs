@@ -14,7 +14,8 @@ const MOST_ATTEMPTS: u32 = 3;
 /// An E4 that is off or far away is looked for this long: twelve times.
 const MOST_SEARCHES: u32 = 12;
 
-const PATIENCE: Duration = Duration::from_secs(5);
+/// Without a sample for this long a server is subscribed to again.
+const SILENCE: Duration = Duration::from_secs(4);
 const STOP_PATIENCE: Duration = Duration::from_secs(2);
 
 /// Which E4, and what of it.
@@ -186,7 +187,7 @@ impl E4Session {
     }
 
     fn subscribe(&mut self, now: Duration) {
-        self.watchdog = self.watched().map(|_| Watchdog::new(now, PATIENCE));
+        self.watchdog = self.watched().map(|_| Watchdog::new(now, SILENCE));
         self.requests.push_back("pause ON".to_owned());
         for word in &self.settings.subscriptions {
             self.requests.push_back(format!("device_subscribe {word} ON"));
@@ -206,7 +207,7 @@ impl E4Session {
         self.out.event(Event::Wearable { connected });
         // Samples come by themselves again, however long that takes.
         let watched = self.watched().filter(|_| connected);
-        self.watchdog = watched.map(|_| Watchdog::new(now, PATIENCE));
+        self.watchdog = watched.map(|_| Watchdog::new(now, SILENCE));
     }
 
     fn send_next(&mut self, now: Duration) {
