@@ -104,3 +104,64 @@ async fn mind(name: &str, mut source: Box<dyn Source>, outlet: &Outlet) -> Ended
         pause = (pause * 2).min(LAST_PAUSE);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use async_trait::async_trait;
+
+    use super::*;
+    use crate::clock::Clock;
+    use crate::outlet::Queue;
+    use crate::streams::Streams;
+
+    /// A strap that is lost after this many seconds each time, until the times of its connections are as many as here.
+    struct Strap {
+        lasts_secs: u64,
+        connected: Arc<Mutex<Vec<Instant>>>,
+        most: usize,
+    }
+
+    #[async_trait]
+    impl Source for Strap {
+        async fn run(&mut self, _: &Outlet) -> Result<(), SourceError> {
+            let connections = {
+                let mut connected = self.connected.lock().expect("nobody panicked");
+                connected.push(Instant::now());
+                connected.len()
+            };
+            if connections == self.most {
+                return Ok(());
+            }
+            tokio::time::sleep(Duration::from_secs(self.lasts_secs)).await;
+            Err(SourceError::Gone { message: "go on".into(), hint: String::new() })
+        }
+    }
+
+    /// How long a strap that lasts this long each time is away.
+    async fn away(lasts_secs: u64) -> Vec<Duration> {
+        let connected = Arc::default();
+        let strap = Strap { lasts_secs, connected: Arc::clone(&connected), most: 11 };
+        let outlet = Queue::new().outlet(Clock::host(), Streams::default());
+        let ended = mind("strap", Box::new(strap), &outlet).await;
+        assert!(matches!(ended, Ended::Done));
+        let connected = connected.lock().expect("nobody panicked");
+        let lasted = Duration::from_secs(lasts_secs);
+        connected.windows(2).map(|pair| (pair[1] - pair[0]).saturating_sub(lasted)).collect()
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_strap_that_is_lost_every_ten_minutes_is_tried_again_as_soon_the_tenth_time() {
+        let away = away(600).await;
+        eprintln!("tried again {:?} after the first loss, {:?} after the tenth", away[0], away[9]);
+        assert!(away.iter().all(|pause| pause.abs_diff(FIRST_PAUSE) < Duration::from_millis(5)));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn one_that_is_lost_at_once_is_tried_again_less_and_less_often() {
+        let away = away(1).await;
+        assert!(away.iter().is_sorted(), "{away:?}");
+        assert!(away[9].abs_diff(LAST_PAUSE) < Duration::from_millis(5));
+    }
+}
