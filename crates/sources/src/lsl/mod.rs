@@ -30,6 +30,8 @@ use crate::SourceContext;
 /// All streams that match are read, also those that appear later, and one that was lost is read again when its sender
 /// is back. Regular samples become waves and irregular ones samples, of a person or of the session; texts, and numbers
 /// of the type `Markers`, become markers. Stamps are the sender's, whose clock is probed as LSL does it.
+///
+/// It works over IPv4 alone: a sender that LSL's configuration limits to IPv6 (`IPv6 = force`) is not found.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Lsl {
