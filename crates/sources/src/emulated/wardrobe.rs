@@ -70,6 +70,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_person_whom_no_simulation_has_is_named() {
+        let worn = |person: &str| -> EmulatedWearable {
+            let worn = format!("type = \"shimmer3\"\nperson = \"{person}\"");
+            toml::from_str(&worn).expect("settings")
+        };
+        let dressed = |person| Wardrobe::of(&SimulatedTeam::default(), &[worn(person)]).map(drop);
+        assert_eq!(dressed("p001"), Ok(()));
+        let error = dressed("ann").expect_err("nobody is called so");
+        assert_eq!(error.to_string(), "`ann` is not a simulated person; they are p001 to p999");
+    }
+
+    #[test]
     fn people_have_the_names_of_the_simulation() {
         assert_eq!(number_of("p001"), Some(1));
         for none in ["", "p", "p000", "p1", "p0001", "q001", "pabc", "p+01"] {
