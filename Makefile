@@ -86,6 +86,7 @@ bench-crash: ## kill -9 at 20 random moments: what the bag still holds
 bench-timefilter: ## the time filter against message_filters: sets, speed, accuracy
 bench-people: ## 30 simulated operators over ROS for 6 minutes: what features find, cost, and how late they are
 bench-soak: ## eight accelerated hours, very many topics and robots, bad workers: memory, CPU and delays
+bench-wearables: ## everything that a person can wear, and 30 straps: CPU, losses, and how soon readings are recorded
 bench-dashboard: ## 24 charts in a browser without a GPU: frames, latency, CPU, and how soon a page has data
 bench-signal: .venv/signal-ready ## physiological signals: accuracy on recorded ones, speed against NeuroKit2
 
