@@ -6,6 +6,7 @@ import random
 import re
 import struct
 import zipfile
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import bags
@@ -129,15 +130,59 @@ def test_a_wristband_is_joined_by_presses_of_its_button(stage, heart, figure):
     assert other.returncode != 0 and "no mark" in other.stderr
 
 
-def test_a_list_of_intervals_without_a_date_is_joined(stage, session, heart):
+@pytest.mark.parametrize(("unit", "secs", "form"), [("ms", 1e-3, "{:.0f}"), ("s", 1, "{:.3f}")], ids=["ms", "s"])
+def test_a_list_of_intervals_without_a_date_is_joined(stage, session, heart, unit, secs, form):
     worn = [beat for beat in heart if 60 < beat < 240]
-    intervals = [1e3 * (after - before) for before, after in zip(worn, worn[1:])]
-    (stage.folder / "rr.txt").write_text("\n".join(f"{interval:.0f}" for interval in intervals))
-    answer = joined(stage, "rr.txt", session, "--signal", "interval")
+    intervals = [(after - before) / secs for before, after in zip(worn, worn[1:])]
+    (stage.folder / "rr.txt").write_text("\n".join(form.format(interval) for interval in intervals))
+    in_secs = [] if unit == "ms" else ["--unit", unit]
+    answer = joined(stage, "rr.txt", session, "--signal", "interval", *in_secs)
     assert answer.returncode == 0, answer.stderr
     assert "it has no date" in answer.stdout
     bag = Path(answer.stdout.splitlines()[-1])
     assert abs(first_secs(bag, "/table/interval") - worn[1]) < 0.02
+
+
+def consensys(heart) -> str:
+    """A Shimmer3 GSR+ with its PPG at a finger, as Consensys exports it: units below names, times with an exponent."""
+    names = ["Timestamp_Unix_CAL", "GSR_Skin_Conductance_CAL", "PPG_A13_CAL"]
+    head = ['"sep=\t"', "\t".join(f"Shimmer_40AC_{name}" for name in names), "ms\tuS\tmV"]
+    start_ms = 1e3 * (BEGIN_SECS - BEHIND_SECS)
+    pulse = bumps(128, [beat + ARRIVAL_SECS + 2 * 0.055 for beat in heart], 0.055)
+    rows = [
+        f"{start_ms + k * 7.8125:.15E}".replace("E+", "E") + f"\t{2 + k % 128 / 1000}\t{1500 + 100 * value:.6f}"
+        for k, value in enumerate(pulse)
+    ]
+    return "\n".join(head + rows)
+
+
+def sensor_logger(heart) -> str:
+    """An H10 as Polar Sensor Logger writes it: samples of a packet have the phone's time of its arrival."""
+    start = datetime.fromtimestamp(BEGIN_SECS - BEHIND_SECS, UTC)
+    rows = ["Phone timestamp;sensor timestamp [ns];timestamp [ms];ecg [uV]"]
+    for k, value in enumerate(bumps(130, heart, 0.012)):
+        sensor_ns = 599_616_050_941_733_632 + k * 1_000_000_000 // 130
+        phone = (start + timedelta(seconds=k // 73 * 73 / 130)).isoformat(timespec="milliseconds")[:-6]
+        rows.append(f"{phone};{sensor_ns};{k / 0.13:.1f};{1000 * value:.0f}")
+    return "\n".join(rows)
+
+
+@pytest.mark.parametrize(
+    ("name", "table", "signal", "topic", "within_ms"),
+    [
+        ("2023-11-14_Session1_Shimmer_40AC_Calibrated_SD.csv", consensys, "ppg", "/table/ppg", 20),
+        ("Polar_H10_12345678_20231114_221320_ECG.txt", sensor_logger, None, "/table/ecg", 5),
+    ],
+    ids=["consensys", "polar sensor logger"],
+)
+def test_a_table_of_a_device_s_program_is_joined(stage, session, heart, figure, name, table, signal, topic, within_ms):
+    (stage.folder / name).write_text(table(heart))
+    answer = joined(stage, name, session, *(["--signal", signal] if signal else []))
+    assert answer.returncode == 0, answer.stderr
+    assert "its clock was 37." in answer.stdout and "behind" in answer.stdout
+    off_ms = 1e3 * first_secs(Path(answer.stdout.splitlines()[-1]), topic)
+    figure(f"import: {table.__name__}, joined by heart beats, {off_ms:+.1f} ms off")
+    assert abs(off_ms) <= within_ms
 
 
 def test_a_heart_that_beats_like_a_clock_is_refused(stage, session, heart):
