@@ -3,6 +3,8 @@ export interface Ink {
   of: (token: string) => string;
   font: (weight?: number) => string;
   size: number;
+  /** Differs from that of another theme, screen or size. */
+  theme: string;
 }
 
 let known: { theme: string; ink: Ink } | undefined;
@@ -20,12 +22,12 @@ export function ink(): Ink {
     colours.set(token, colour);
     return colour;
   };
-  known = { theme, ink: { of, size, font: (weight = 400) => `${weight} ${size}px ${family}` } };
+  known = { theme, ink: { of, size, theme, font: (weight = 400) => `${weight} ${size}px ${family}` } };
   return known.ink;
 }
 
-/** A canvas of the size of its element, cleared; `undefined` while it has none. One on a panel is opaque: cheaper. */
-export function prepared(canvas: HTMLCanvasElement, ground?: string): { x: CanvasRenderingContext2D; w: number; h: number } | undefined {
+/** A canvas of the size of its element, with what is on it; `undefined` while it has none. One on a panel is opaque: cheaper. */
+export function fitted(canvas: HTMLCanvasElement, ground?: string): { x: CanvasRenderingContext2D; w: number; h: number; scale: number } | undefined {
   const [w, h] = [canvas.clientWidth, canvas.clientHeight];
   const x = canvas.getContext("2d", { alpha: ground === undefined });
   if (!x || w === 0 || h === 0) return undefined;
@@ -36,14 +38,16 @@ export function prepared(canvas: HTMLCanvasElement, ground?: string): { x: Canva
     canvas.height = height;
   }
   x.setTransform(scale, 0, 0, scale, 0, 0);
-  if (ground === undefined) x.clearRect(0, 0, w, h);
-  else {
-    x.fillStyle = ink().of(ground);
-    x.fillRect(0, 0, w, h);
-  }
   x.font = ink().font();
   x.textBaseline = "middle";
-  return { x, w, h };
+  return { x, w, h, scale };
+}
+
+/** A canvas of the size of its element, cleared; `undefined` while it has none. */
+export function prepared(canvas: HTMLCanvasElement): { x: CanvasRenderingContext2D; w: number; h: number } | undefined {
+  const sized = fitted(canvas);
+  sized?.x.clearRect(0, 0, sized.w, sized.h);
+  return sized;
 }
 
 /** Diagonal lines over a part of a canvas. */

@@ -4,8 +4,8 @@ const visible = new Set<Element>();
 let running = false;
 let last = 0;
 
-/** The browser's frames go on at full speed; strips are drawn 25 times a second. */
-const STEP_MS = 40;
+/** The browser's frames go on at full speed; strips are drawn 15 times a second. */
+const STEP_MS = 60;
 /** With reduced motion strips step. */
 const REDUCED_MS = 200;
 
@@ -31,6 +31,11 @@ export function everyFrame(canvas: Element, draw: () => void): () => void {
     watcher.unobserve(canvas);
     visible.delete(canvas);
   };
+}
+
+/** Draws with the next frame: the page changes with it anyway, and is painted once instead of twice. */
+export function drawSoon(): void {
+  last = Number.NEGATIVE_INFINITY;
 }
 
 function frame(now: number): void {

@@ -1,6 +1,8 @@
 import type { Track } from "../store/track";
 import { decimal } from "../view/format";
-import { hatch, ink, label, prepared, ticks } from "./canvas";
+import { fitted, hatch, ink, label, ticks } from "./canvas";
+import { Roll } from "./roll";
+import { bands, trace, type Plot } from "./trace";
 
 /** The width of the scale at the left of a strip [px]. */
 export const GUTTER = 38;
@@ -24,7 +26,6 @@ export interface Strip {
   ticks: readonly Tick[];
   /** The times of markers and phases. */
   markers: readonly number[];
-  band?: { mean: number; sd: number } | undefined;
   cursor?: number | undefined;
   selection?: readonly [number, number] | undefined;
   /** How far back the newest point may be before that is a gap [s]. */
@@ -35,73 +36,103 @@ export interface Strip {
   steps?: boolean;
 }
 
-/** Draws a strip; nothing is ever drawn across a gap. */
-export function drawStrip(canvas: HTMLCanvasElement, strip: Strip): void {
-  const prepare = prepared(canvas, "panel");
-  if (!prepare) return;
-  const { x, w, h } = prepare;
-  const colours = ink();
-  const [top, bottom] = [9, h - 4];
-  const [left, width] = [GUTTER, w - GUTTER];
-  const at = (t: number) => left + ((t - strip.from) / (strip.to - strip.from)) * width;
-  const y = (v: number) => bottom - ((v - strip.low) / (strip.high - strip.low)) * (bottom - top);
-  x.fillStyle = colours.of("sunk");
-  x.fillRect(0, 0, left, h);
-  scale(x, strip, y, left, w);
-  if (strip.selection) {
-    x.fillStyle = colours.of("accent-wash");
-    x.fillRect(at(strip.selection[0]), 0, at(strip.selection[1]) - at(strip.selection[0]), h);
-  }
-  x.save();
-  x.beginPath();
-  x.rect(left, 0, width, h);
-  x.clip();
-  if (strip.band) band(x, strip.band, y, left, w);
-  lines(x, strip.markers.map(at), h);
-  bands(x, strip, at, y);
-  const gapAt = trace(x, strip, at, y, width);
-  if (strip.poor) {
-    const from = Math.max(left, at(strip.poor.from));
-    hatch(x, from, w, 0, h, colours.of("hatch"));
-    x.fillStyle = colours.of("degraded");
-    x.fillRect(from, 0, w - from, 2);
-    label(x, strip.poor.word, from + x.measureText(strip.poor.word).width / 2 + 8, 13, colours.of("ink"), colours.of("panel"));
-  }
-  if (gapAt !== undefined) silence(x, strip, at(gapAt), w, h);
-  body(x, strip, at, y, h);
-  if (strip.cursor !== undefined) cursor(x, strip, strip.cursor, at, y, h);
-  x.restore();
-}
+/** A strip on its canvas: what moves is kept, and drawn only where it is new. */
+export class StripCanvas {
+  private readonly roll = new Roll();
+  private shown = "";
+  private isDense = false;
 
-function scale(x: CanvasRenderingContext2D, strip: Strip, y: (v: number) => number, left: number, w: number): void {
-  const colours = ink();
-  x.strokeStyle = colours.of("grid");
-  x.fillStyle = colours.of("ink-3");
-  x.lineWidth = 1;
-  x.textAlign = "right";
-  for (const tick of ticks(strip.low, strip.high, 2.4)) {
-    const line = Math.round(y(tick)) + 0.5;
+  constructor(private readonly canvas: HTMLCanvasElement) {}
+
+  /** Draws a strip as it is now; nothing is ever drawn across a gap. */
+  draw(asked: Strip): void {
+    const sized = fitted(this.canvas, "panel");
+    if (!sized) return;
+    const { x, w, h, scale } = sized;
+    const [width, left] = [Math.round((w - GUTTER) * scale), Math.round(GUTTER * scale)];
+    if (width <= 0) return;
+    // A column of pixels is always the same span of time: what is drawn once is only shifted.
+    const secs = Math.round(1e6 * (asked.to - asked.from)) / 1e6 / width;
+    const end = Math.floor(asked.to / secs + 1e-3);
+    const strip = { ...asked, from: (end - width) * secs, to: end * secs };
+    const [top, bottom] = [9, h - 4];
+    const y = (v: number) => bottom - ((v - strip.low) / (strip.high - strip.low)) * (bottom - top);
+    const at = (t: number) => GUTTER + ((t - strip.from) / (strip.to - strip.from)) * (w - GUTTER);
+    this.isDense = dense(strip, w - GUTTER, this.isDense);
+    const key = [w, h, scale, secs, strip.low, strip.high, strip.track.revision, this.isDense, strip.selection, ink().theme].join(" ");
+    const frame = { width, height: Math.round(h * scale), secs, end, key, y: (v: number) => scale * y(v) };
+    const isNew = this.roll.update(strip, frame, (onto, whole, place, level, from, to) => this.paint(onto, whole, { at: place, y: level, left: from, right: to, scale }, frame.height));
+    const over = [key, strip.cursor, strip.ticks.length, strip.ticks.at(-1)?.t, strip.markers.join(), strip.poor?.from, strip.poor?.word].join(" ");
+    if (!isNew && over === this.shown) return;
+    x.setTransform(1, 0, 0, 1, 0, 0);
+    this.roll.show(x, left, frame);
+    x.setTransform(scale, 0, 0, scale, 0, 0);
+    if (!this.shown.startsWith(key)) gutter(x, strip, y, h);
+    this.shown = over;
+    this.above(x, strip, at, y, w, h);
+  }
+
+  /** A part of what moves: the ground and what is on it. */
+  private paint(x: CanvasRenderingContext2D, strip: Strip, plot: Plot, height: number): void {
+    const colours = ink();
+    const { at, y, left, right, scale } = plot;
+    x.fillStyle = colours.of("panel");
+    x.fillRect(left, 0, right - left, height);
+    x.fillStyle = colours.of("grid");
+    for (const tick of levels(strip)) x.fillRect(left, Math.round(y(tick)), right - left, Math.max(1, Math.round(scale)));
+    if (strip.selection) {
+      x.fillStyle = colours.of("accent-wash");
+      x.fillRect(at(strip.selection[0]), 0, at(strip.selection[1]) - at(strip.selection[0]), height);
+    }
+    bands(x, strip, plot);
+    trace(x, strip, this.isDense, plot);
+  }
+
+  /** What comes and goes above the trace. */
+  private above(x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => number, y: (v: number) => number, w: number, h: number): void {
+    const colours = ink();
+    x.save();
     x.beginPath();
-    x.moveTo(left, line);
-    x.lineTo(w, line);
-    x.stroke();
-    const step = strip.high - strip.low;
-    x.fillText(decimal(tick, step < 0.5 ? 2 : step < 5 ? 1 : 0), left - 5, Math.max(8, line));
+    x.rect(GUTTER, 0, w - GUTTER, h);
+    x.clip();
+    lines(x, strip.markers.map(at), h);
+    farthest(x, strip, w);
+    if (strip.poor) {
+      const from = Math.max(GUTTER, at(strip.poor.from));
+      hatch(x, from, w, 0, h, colours.of("hatch"));
+      x.fillStyle = colours.of("degraded");
+      x.fillRect(from, 0, w - from, 2);
+      label(x, strip.poor.word, from + x.measureText(strip.poor.word).width / 2 + 8, 13, colours.of("ink"), colours.of("panel"));
+    }
+    const newest = strip.track.newest ?? strip.from;
+    if (strip.track.newest === undefined || strip.to - newest > strip.patienceSecs) silence(x, strip, at(newest), w, h);
+    body(x, strip, at, y, h);
+    if (strip.cursor !== undefined) cursor(x, strip, strip.cursor, at, y, h);
+    x.restore();
   }
-  x.textAlign = "left";
 }
 
-function band(x: CanvasRenderingContext2D, { mean, sd }: { mean: number; sd: number }, y: (v: number) => number, left: number, w: number): void {
+/** Whether there are more points than columns; near that it stays as it was. */
+function dense({ track, from, to }: Strip, width: number, was: boolean): boolean {
+  const points = track.indexAt(to) - track.indexAt(from);
+  return points > (was ? 0.9 : 1) * width;
+}
+
+/** The levels with a line. */
+function levels({ low, high }: Strip): number[] {
+  return ticks(low, high, 2.4);
+}
+
+/** The scale, at the left. */
+function gutter(x: CanvasRenderingContext2D, strip: Strip, y: (v: number) => number, h: number): void {
   const colours = ink();
-  x.fillStyle = colours.of("band");
-  x.fillRect(left, y(mean + sd), w - left, y(mean - sd) - y(mean + sd));
-  x.strokeStyle = colours.of("ink-3");
-  x.setLineDash([2, 3]);
-  x.beginPath();
-  x.moveTo(left, y(mean));
-  x.lineTo(w, y(mean));
-  x.stroke();
-  x.setLineDash([]);
+  x.fillStyle = colours.of("sunk");
+  x.fillRect(0, 0, GUTTER, h);
+  x.fillStyle = colours.of("ink-3");
+  x.textAlign = "right";
+  const span = strip.high - strip.low;
+  for (const level of levels(strip)) x.fillText(decimal(level, span < 0.5 ? 2 : span < 5 ? 1 : 0), GUTTER - 5, Math.max(8, Math.round(y(level)) + 0.5));
+  x.textAlign = "left";
 }
 
 function lines(x: CanvasRenderingContext2D, places: number[], h: number): void {
@@ -117,118 +148,16 @@ function lines(x: CanvasRenderingContext2D, places: number[], h: number): void {
   x.setLineDash([]);
 }
 
-/** What was before the first point, as bands from the smallest to the largest number. */
-function bands(x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => number, y: (v: number) => number): void {
-  const { coarse, times } = strip.track;
-  if (!coarse) return;
-  const until = times[0] ?? strip.to;
-  x.fillStyle = ink().of(strip.colour);
-  x.globalAlpha = 0.28;
-  coarse.min.forEach((min, k) => {
-    const [from, max] = [coarse.from + k * coarse.step, coarse.max[k] ?? null];
-    if (min === null || max === null || from >= until || from + coarse.step < strip.from) return;
-    const [left, right] = [at(from), at(Math.min(until, from + coarse.step))];
-    x.fillRect(left, y(max), right - left, Math.max(1, y(min) - y(max)));
-  });
-  x.globalAlpha = 1;
-}
-
-/** How many points are stroked at once: without a GPU a browser takes ever longer for longer paths. */
-const STROKED = 48;
-
-/** Draws what is in view; returns where data stop before the end. */
-function trace(x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => number, y: (v: number) => number, width: number): number | undefined {
-  const first = Math.max(0, strip.track.indexAt(strip.from) - 1);
-  const last = Math.min(strip.track.length, strip.track.indexAt(strip.to) + 1);
-  const isDense = last - first > width;
-  if (isDense) columns(x, strip, first, last, at, y);
-  else line(x, strip, first, last, at, y);
-  outside(x, strip, first, last, at);
-  const newest = strip.track.values.at(-1) === undefined ? undefined : strip.track.newest;
-  if (newest === undefined) return strip.from;
-  return strip.to - newest > strip.patienceSecs ? newest : undefined;
-}
-
-/** Few points: a line through them, or steps. */
-function line(x: CanvasRenderingContext2D, strip: Strip, first: number, last: number, at: (t: number) => number, y: (v: number) => number): void {
-  const { times, values } = strip.track;
-  x.strokeStyle = ink().of(strip.colour);
-  x.lineWidth = 1.4;
-  x.lineJoin = "bevel";
-  x.beginPath();
-  let [pen, stroked, held] = [false, 0, 0];
-  for (let k = first; k < last; k += 1) {
-    const v = values[k] ?? Number.NaN;
-    if (Number.isNaN(v)) {
-      pen = false;
-      continue;
-    }
-    const [place, level] = [at(times[k] ?? 0), y(v)];
-    if (!pen) x.moveTo(place, level);
-    else {
-      if (strip.steps) x.lineTo(place, held);
-      x.lineTo(place, level);
-    }
-    [pen, stroked, held] = [true, stroked + 1, level];
-    if (stroked % STROKED === 0) {
-      x.stroke();
-      x.beginPath();
-      x.moveTo(place, level);
-    }
-  }
-  x.stroke();
-}
-
-/** Many points: in each column of pixels from the smallest to the largest, joined with the column before. */
-function columns(x: CanvasRenderingContext2D, strip: Strip, first: number, last: number, at: (t: number) => number, y: (v: number) => number): void {
-  const { times, values } = strip.track;
-  x.fillStyle = ink().of(strip.colour);
-  let [column, top, bottom, held] = [-1, 0, 0, Number.NaN];
-  const fill = () => {
-    if (column >= 0) x.fillRect(column, top - 0.6, 1, bottom - top + 1.2);
-  };
-  for (let k = first; k < last; k += 1) {
-    const level = y(values[k] ?? Number.NaN);
-    if (Number.isNaN(level)) {
-      held = Number.NaN;
-      continue;
-    }
-    const place = Math.floor(at(times[k] ?? 0));
-    if (place === column) {
-      top = Math.min(top, level);
-      bottom = Math.max(bottom, level);
-    } else {
-      fill();
-      // Where there are fewer points than pixels for a while, the line goes on.
-      for (let c = column + 1; c < place && !Number.isNaN(held); c += 1) {
-        x.fillRect(c, held + ((level - held) * (c - column)) / (place - column) - 0.6, 1, 1.2);
-      }
-      const joined = Number.isNaN(held) ? level : held;
-      [column, top, bottom] = [place, Math.min(level, joined), Math.max(level, joined)];
-    }
-    held = level;
-  }
-  fill();
-}
-
-/** Ticks where the trace leaves the scale, and how far it goes: never a silent autoscale. */
-function outside(x: CanvasRenderingContext2D, strip: Strip, first: number, last: number, at: (t: number) => number): void {
-  const { times, values } = strip.track;
+/** How far the trace leaves the scale: never a silent autoscale. */
+function farthest(x: CanvasRenderingContext2D, { track, from, to, high }: Strip, w: number): void {
+  const values = track.values;
+  const last = track.indexAt(to);
+  let most = high;
+  for (let k = track.indexAt(from); k < last; k += 1) most = Math.max(most, values[k] || high);
+  if (most <= high) return;
   const colours = ink();
-  let most = strip.high;
-  x.fillStyle = colours.of("degraded");
-  for (let k = first; k < last; k += 1) {
-    const v = values[k] ?? 0;
-    if (v > strip.high) {
-      x.fillRect(at(times[k] ?? 0) - 1, 0, 2, 3);
-      most = Math.max(most, v);
-    }
-  }
-  if (most > strip.high) {
-    const text = `goes to ${decimal(most, most < 10 ? 1 : 0)}: fit (⇧F)`;
-    const right = x.canvas.clientWidth - x.measureText(text).width / 2 - 8;
-    label(x, text, right, 11, colours.of("ink"), colours.of("panel"));
-  }
+  const text = `goes to ${decimal(most, most < 10 ? 1 : 0)}: fit (⇧F)`;
+  label(x, text, w - x.measureText(text).width / 2 - 8, 11, colours.of("ink"), colours.of("panel"));
 }
 
 function silence(x: CanvasRenderingContext2D, strip: Strip, from: number, w: number, h: number): void {
@@ -245,40 +174,47 @@ function silence(x: CanvasRenderingContext2D, strip: Strip, from: number, w: num
   label(x, text, Math.min(w - half, Math.max(GUTTER + half, (from + w) / 2)), h / 2, colours.of("ink"), colours.of("panel"));
 }
 
-/** Beats, responses, breaths, bursts and blinks. */
+/** Beats, responses, breaths, bursts and blinks: those that are filled as one path, as many small ones take longer. */
 function body(x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => number, y: (v: number) => number, h: number): void {
   const colours = ink();
-  let free = -100;
-  for (const tick of strip.ticks) {
-    const place = at(tick.t);
-    x.fillStyle = colours.of("ink-2");
-    x.beginPath();
-    if (tick.kind === "beat") {
+  x.fillStyle = colours.of("ink-2");
+  x.beginPath();
+  for (const { t, kind, duration } of strip.ticks) {
+    const place = at(t);
+    if (kind === "beat") {
       x.moveTo(place - 3, 1.5);
       x.lineTo(place + 3, 1.5);
       x.lineTo(place, 6.5);
-      x.fill();
-    } else if (tick.kind === "breath") x.fillRect(place - 0.5, h - 6, 1.2, 5);
-    else if (tick.kind === "blink") {
+    } else if (kind === "breath") x.rect(place - 0.5, h - 6, 1.2, 5);
+    else if (kind === "burst") x.rect(place, h - 3.5, Math.max(2, at(t + (duration ?? 0)) - place), 2);
+    else if (kind === "blink") {
+      x.moveTo(place + 2, 4.5);
       x.arc(place, 4.5, 2, 0, 7);
-      x.fill();
-    } else if (tick.kind === "burst") x.fillRect(place, h - 3.5, Math.max(2, at(tick.t + (tick.duration ?? 0)) - place), 2);
-    else if (tick.kind === "response") {
-      const level = strip.track.at(tick.t, 2);
-      if (level === undefined) continue;
-      x.fillStyle = colours.of("panel");
-      x.strokeStyle = colours.of("ink-2");
-      x.lineWidth = 1.2;
-      x.arc(place, y(level), 2.6, 0, 7);
-      x.fill();
-      x.stroke();
-      if (tick.value === null || place < Math.max(free, GUTTER)) continue;
-      const text = `+${decimal(tick.value, 2)}`;
-      if (place + 8 + x.measureText(text).width > x.canvas.clientWidth) continue;
-      x.fillStyle = colours.of("ink-2");
-      x.fillText(text, place + 5, Math.max(8, y(level) - 9));
-      free = place + x.measureText(text).width + 12;
     }
+  }
+  x.fill();
+  responses(x, strip, at, y);
+}
+
+function responses(x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => number, y: (v: number) => number): void {
+  const colours = ink();
+  let free = -100;
+  for (const { t, kind, value } of strip.ticks) {
+    const [place, level] = [at(t), kind === "response" ? strip.track.at(t, 2) : undefined];
+    if (level === undefined) continue;
+    x.fillStyle = colours.of("panel");
+    x.strokeStyle = colours.of("ink-2");
+    x.lineWidth = 1.2;
+    x.beginPath();
+    x.arc(place, y(level), 2.6, 0, 7);
+    x.fill();
+    x.stroke();
+    if (value === null || place < Math.max(free, GUTTER)) continue;
+    const text = `+${decimal(value, 2)}`;
+    if (place + 8 + x.measureText(text).width > x.canvas.clientWidth) continue;
+    x.fillStyle = colours.of("ink-2");
+    x.fillText(text, place + 5, Math.max(8, y(level) - 9));
+    free = place + x.measureText(text).width + 12;
   }
 }
 

@@ -9,8 +9,8 @@ import { stored } from "./stored";
 import { readWave } from "./wave";
 import { Wants } from "./wants";
 
-/** How often what is shown is composed anew [ms]; waves are drawn by themselves. */
-const TICK_MS = 250;
+/** How often what is shown is composed anew [ms]: numbers that change more often can't be read. Waves are drawn by themselves. */
+const TICK_MS = 500;
 /** How often the session's clock is probed: at first, and later [ms]. */
 const PROBE_MS = [200, 200, 200, 200, 200, 2000];
 
@@ -87,7 +87,7 @@ export class Live {
     if (first - from > 1) this.history(stream, from, first, points, (reply) => {
         const column = reply.channels[channel];
         if (reply.step > coarsestSecs) {
-          if (column) track.coarse = { from: reply.from, step: reply.step, min: column.min, max: column.max };
+          if (column) track.before({ from: reply.from, step: reply.step, min: column.min, max: column.max });
           return;
         }
         const { times, values } = stored(reply, channel, this.model.streams.get(stream)?.rate_hz ?? 0);

@@ -55,6 +55,8 @@ export class Model {
   ended: string | undefined;
   /** Becomes more with each stream that is declared. */
   streamsVersion = 0;
+  /** Becomes more with each event. */
+  eventsVersion = 0;
 
   /** Takes a message; those for one part of a page, such as `history`, are handled elsewhere. */
   apply(message: FromServer): void {
@@ -139,6 +141,7 @@ export class Model {
     this.hello = hello;
     this.ready = false;
     this.events = [];
+    this.eventsVersion += 1;
     this.taken.clear();
     this.body.clear();
     if (!isOther) return;
@@ -183,6 +186,7 @@ export class Model {
     }
     if (STEPS.has(this.streams.get(event.stream)?.name ?? "")) return;
     insert(this.events, event);
+    this.eventsVersion += 1;
     if (this.events.length > OTHER_EVENTS) this.events.splice(0, OTHER_EVENTS / 5);
   }
 

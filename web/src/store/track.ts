@@ -13,6 +13,8 @@ export class Track {
   private end = 0;
   /** Before its first point. */
   coarse: Coarse | undefined;
+  /** Becomes more whenever what is before the newest point changes. */
+  revision = 0;
 
   constructor(
     /** How many points are kept. */
@@ -64,6 +66,13 @@ export class Track {
       if (time < first) this.push(time, values[k] ?? Number.NaN);
     });
     ownTimes.forEach((time, k) => this.push(time, ownValues[k] ?? Number.NaN));
+    this.revision += 1;
+  }
+
+  /** Takes what is stored of an earlier time. */
+  before(coarse: Coarse): void {
+    this.coarse = coarse;
+    this.revision += 1;
   }
 
   /** The index of the first point at or after a time. */

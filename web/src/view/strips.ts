@@ -55,13 +55,19 @@ export function bodyTicks(model: Model, stream: Stream, from: number, to: number
   return found.reverse();
 }
 
+let ofSession: { model: Model; version: number; events: Event[] } | undefined;
+
+/** Phases and markers of the session, sought once for each event that comes: strips ask with each frame. */
+function marksOf(model: Model): Event[] {
+  if (ofSession?.model === model && ofSession.version === model.eventsVersion) return ofSession.events;
+  const events = model.events.filter((event) => (event.kind === "phase" || (event.kind === "marker" && !event.request)) && model.streams.get(event.stream)?.about === "session");
+  ofSession = { model, version: model.eventsVersion, events };
+  return events;
+}
+
 /** Events of the session that are drawn on every strip. */
 export function markers(model: Model, from: number, to: number): Event[] {
-  return model.events.filter((event) => {
-    const isIn = event.t >= from && event.t <= to;
-    const about = isIn ? model.streams.get(event.stream)?.about : undefined;
-    return about === "session" && (event.kind === "phase" || (event.kind === "marker" && !event.request));
-  });
+  return marksOf(model).filter((event) => event.t >= from && event.t <= to);
 }
 
 export function markerTimes(model: Model, from: number, to: number): number[] {
