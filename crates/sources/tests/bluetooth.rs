@@ -186,29 +186,37 @@ async fn the_beats_of_a_strap_without_a_clock_are_placed_where_they_were() {
         errors.min_by(|one, other| one.abs().total_cmp(&other.abs())).unwrap_or(f64::NAN)
     };
     let errors_secs: Vec<f64> = of(&records, "rr_interval").iter().map(error_secs).collect();
-    // After half a minute it is known how late each one is.
-    assert!(errors_secs[50..].iter().all(|error| error.abs() < 0.030), "{errors_secs:?}");
+    let late_secs = of(&records, "heart_rate").into_iter().map(|record| late_secs(record, began));
+    let late_secs = late_secs.fold(0.0, f64::max);
     // What is stated once a second is stated of the beats until then.
-    let stated_secs = |record: &&Record| {
-        let stated = statuses(&records, "rr_interval");
-        let next = stated.into_iter().find(|(at, _)| *at > record.sample.log_time);
+    let statuses = statuses(&records, "rr_interval");
+    let stated_secs = |record: &Record| {
+        let next = statuses.iter().find(|(at, _)| *at > record.sample.log_time);
         next.map(|(_, status)| status.uncertainty_secs())
     };
-    let beats = of(&records, "rr_interval");
-    let stated = beats.iter().zip(&errors_secs);
+    let beats = of(&records, "rr_interval").into_iter().zip(&errors_secs);
     let stated: Vec<(f64, f64)> =
-        stated.filter_map(|(beat, error)| Some((stated_secs(beat)?, error.abs()))).collect();
-    let within = stated.iter().filter(|(stated, error)| error <= stated).count();
-    let last = stated.last().expect("beats").0;
-    let worst = errors_secs[50..].iter().fold(0.0_f64, |worst, error| worst.max(error.abs()));
+        beats.filter_map(|(beat, error)| Some((stated_secs(beat)?, error.abs()))).collect();
+    let within = stated.iter().filter(|(stated, error)| *error <= stated + late_secs).count();
+    // After half a minute it is known how late each one is.
+    let worst_secs = errors_secs[50..].iter().fold(0.0_f64, |worst, error| worst.max(error.abs()));
     eprintln!(
         "beats of a strap: within {:.0} ms after 50 beats (bar 30); {within} of {} within what is stated (bar 95 %), \
-         at last {:.0} ms",
-        1e3 * worst,
+         at last {:.0} ms; this machine was late by up to {:.0} ms more than usual",
+        1e3 * worst_secs,
         stated.len(),
-        1e3 * last
+        stated.last().map_or(f64::NAN, |(stated, _)| 1e3 * stated),
+        1e3 * late_secs
     );
+    assert!(worst_secs < 0.030 + late_secs, "{errors_secs:?}");
     assert!(within as f64 >= 0.95 * stated.len() as f64, "{stated:?}");
+}
+
+/// By how much a measurement, which is sent at a full second, came later than on a machine that has time for it [s].
+fn late_secs(measurement: &Record, began: Time) -> f64 {
+    const USUAL_SECS: f64 = 0.010;
+    let since_secs = measurement.sample.log_time.secs_since(began);
+    (since_secs.rem_euclid(1.0) - USUAL_SECS).max(0.0)
 }
 
 /// By how much the samples of a wave that count the time are off [s].
