@@ -236,3 +236,14 @@ proptest! {
         }
     }
 }
+
+/// Chunks of a few bytes, each of which unpacks to 20 MB of nothing.
+#[test]
+fn chunks_that_unpack_without_end_are_given_up() {
+    let bomb = chunk(&vec![0; 20_000_000], Packing::Bz2);
+    let mut bytes = [b"#ROSBAG V2.0\n", &bag_header(0)[..]].concat();
+    (0..30).for_each(|_| bytes.extend(&bomb));
+    let bag = opened(&bytes).unwrap();
+    assert_eq!(bag.messages_count(), 0);
+    assert!(damage(&bag).contains("it unpacks to far more than its size"), "{}", damage(&bag));
+}

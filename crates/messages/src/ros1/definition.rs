@@ -21,6 +21,9 @@ const HEADER_TEXT: &str = "builtin_interfaces/Time stamp\nstring frame_id\n";
 /// The fields of a header of ROS 1.
 const HEADER_FIELDS: [&str; 3] = ["uint32 seq", "time stamp", "string frame_id"];
 
+/// The most fields whose names are alike by the rules of ROS 2.
+const MOST_ALIKE: usize = 20;
+
 /// The text of a type without fields: readers take an empty one for a definition that is missing.
 const NO_FIELDS: &str = "# It has no fields.\n";
 
@@ -117,13 +120,10 @@ fn field_name(name: &str) -> String {
     words.split('_').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("_")
 }
 
-/// The name, with a number behind it if another field has it.
+/// The name, with a number behind it if another field has it: in ROS 1 `x` and `X` differ. Names that many have stay
+/// as they are, which is an error of the definition.
 fn unused(name: &str, names: &mut BTreeSet<String>) -> String {
-    let mut candidate = name.to_owned();
-    let mut number = 2;
-    while !names.insert(candidate.clone()) {
-        candidate = format!("{name}_{number}");
-        number += 1;
-    }
-    candidate
+    let numbered = (2..=MOST_ALIKE).map(|number| format!("{name}_{number}"));
+    let mut candidates = std::iter::once(name.to_owned()).chain(numbered);
+    candidates.find(|candidate| names.insert(candidate.clone())).unwrap_or_else(|| name.to_owned())
 }

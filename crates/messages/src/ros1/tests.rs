@@ -79,6 +79,12 @@ fn names_and_constants_follow_the_rules_of_ros_2() {
 }
 
 #[test]
+fn many_fields_of_one_name_are_refused_at_once() {
+    let error = Ros1Type::parse("own/Many", &"int8 a\n".repeat(100_000)).unwrap_err();
+    assert!(error.to_string().ends_with("there are two fields named a"), "{error}");
+}
+
+#[test]
 fn transforms_have_their_name_in_ros_2() {
     let transforms = "geometry_msgs/TransformStamped[] transforms\n";
     let part = format!("{SEPARATOR}MSG: geometry_msgs/TransformStamped\nHeader header\n");

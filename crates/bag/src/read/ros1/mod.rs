@@ -14,6 +14,7 @@ mod records;
 mod chunk;
 mod connections;
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek};
 use std::path::Path;
@@ -23,6 +24,7 @@ use mcap::{McapError, WriteOptions};
 
 use crate::error::{BagError, Found};
 use crate::read::foreign::{Opened, most_unpacked, unnamed};
+use crate::read::records::LIMIT_BYTES;
 use connections::{Connections, Out};
 use records::{Fields, Head, Records, op};
 
@@ -80,7 +82,7 @@ fn checked(file: &File) -> io::Result<Result<u64, Found>> {
 struct Conversion {
     out: Out,
     connections: Connections,
-    /// How many more bytes of messages are written.
+    /// How many more bytes are unpacked and written.
     left_bytes: u64,
     damage: Vec<String>,
     /// The messages of connections that are nowhere in the file.
@@ -168,7 +170,11 @@ impl Conversion {
         let is_cut = is_open || records.is_cut();
         let data = if is_cut { records.rest(head) } else { records.data(head.data_bytes) }?;
         let (fields, at) = (Fields::new(&head.header), head.data_at);
-        let (contents, reason) = chunk::contents(&data, fields.get("compression"));
+        let most_bytes = self.left_bytes.min(LIMIT_BYTES);
+        let (contents, reason) = chunk::contents(&data, fields.get("compression"), most_bytes);
+        if let Cow::Owned(unpacked) = &contents {
+            self.left_bytes = self.left_bytes.saturating_sub(unpacked.len() as u64);
+        }
         let is_whole = self.items(&contents)?;
         match reason {
             _ if is_cut => {
