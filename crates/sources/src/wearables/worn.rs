@@ -56,6 +56,8 @@ struct WornStream {
     width: usize,
     rate_hz: Option<f64>,
     in_runs: bool,
+    /// Whether it is timed by the beats that it reports.
+    by_beats: bool,
     /// The samples of the last reading, and when it came.
     last: Option<(usize, Stopwatch)>,
 }
@@ -117,7 +119,8 @@ impl Worn {
             rate_hz: described.rate_hz.unwrap_or(0.0),
             ..self.stream(described.name, shape)
         };
-        if self.is_by_beats(described.name) && self.device != STRAP {
+        let by_beats = self.is_by_beats(described);
+        if by_beats && self.device != STRAP {
             stream.device = format!("{STRAP}_{}", self.device);
         }
         self.has_clock |= described.has_clock;
@@ -125,7 +128,7 @@ impl Worn {
         let &devices::Stream { name, rate_hz, in_runs, .. } = described;
         let width = described.channels.len().max(1);
         let last = self.streams.get(name).and_then(|known| known.last);
-        let worn = WornStream { id, width, rate_hz, in_runs, last };
+        let worn = WornStream { id, width, rate_hz, in_runs, by_beats, last };
         if self.streams.insert(name, worn).is_none() && rate_hz.is_some() {
             // The device numbers its samples: what is lost is known.
             outlet.lost(id, 0.0);
@@ -139,8 +142,8 @@ impl Worn {
         let stream = *stream;
         let arrival_ms = self.clock.elapsed().as_secs_f64() * 1e3;
         match reading.stream {
-            BEATS => self.offer_beats(stream, reading, outlet),
-            HEART_RATE if self.is_by_beats(HEART_RATE) => {
+            BEATS if stream.by_beats => self.offer_beats(stream, reading, outlet),
+            _ if stream.by_beats => {
                 let device_time = Some(self.beats.notified(arrival_ms));
                 let data = Data::Sample(reading.values.as_slice().into());
                 let index = Some(reading.index);
@@ -168,9 +171,10 @@ impl Worn {
         outlet.offer_together(reading.values.iter().zip(times).map(beat).collect());
     }
 
-    /// Whether a stream of this name is timed by the beats: it comes from the Heart Rate service.
-    fn is_by_beats(&self, name: &str) -> bool {
-        name == BEATS || (name == HEART_RATE && self.device != empatica_e4::DEVICE)
+    /// Whether a stream is timed by the beats: it comes from the Heart Rate service, which has no clock.
+    fn is_by_beats(&self, described: &devices::Stream) -> bool {
+        let is_of_service = described.name == HEART_RATE && self.device != empatica_e4::DEVICE;
+        !described.has_clock && (described.name == BEATS || is_of_service)
     }
 
     fn offer_samples(&self, stream: WornStream, reading: &devices::Reading, outlet: &Outlet) {
