@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::fmt;
+use std::str::FromStr;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, Visitor};
@@ -59,6 +60,21 @@ impl From<u32> for BusId {
 impl From<&BusId> for BusId {
     fn from(id: &BusId) -> BusId {
         id.clone()
+    }
+}
+
+/// As on a command line: `12`, `dds:12`.
+impl FromStr for BusId {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<BusId, String> {
+        if let Ok(domain) = text.parse::<u32>() {
+            return Ok(domain.into());
+        }
+        let (kind, address) = text.split_once(':').ok_or("expected a ROS domain, such as 12")?;
+        let id = BusId { kind: kind.to_owned(), address: address.to_owned() };
+        id.check().map_err(|reason| format!("there is no such bus: {reason}"))?;
+        Ok(id)
     }
 }
 
@@ -156,6 +172,7 @@ mod tests {
         assert_eq!(number, Ok(BusId::from(12)));
         assert_eq!(text("dds:12"), Ok(BusId::from(12)));
         assert_eq!(BusId::from(12).to_string(), "ROS domain 12");
+        assert_eq!(("12".parse(), "dds:12".parse()), (Ok(BusId::from(12)), Ok(BusId::from(12))));
     }
 
     #[test]
@@ -163,6 +180,10 @@ mod tests {
         assert!(text("twelve").unwrap_err().contains("expected a ROS domain, such as 12"));
         assert!(text("smoke:12").unwrap_err().contains("expected one of the kinds dds"));
         assert!(text("dds:233").unwrap_err().contains("expected 0 to 232"));
+        assert!(
+            "twelve".parse::<BusId>().unwrap_err().contains("expected a ROS domain, such as 12")
+        );
+        assert!("smoke:12".parse::<BusId>().unwrap_err().contains("expected one of the kinds dds"));
         let negative: Result<BusId, Error> = BusId::deserialize((-1_i64).into_deserializer());
         assert!(negative.unwrap_err().to_string().contains("-1 is not a ROS domain"));
     }

@@ -10,6 +10,7 @@ use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::session::Session;
 use teampulse_messages::convert::encode;
+use teampulse_ros::BusId;
 use teampulse_ros::sink::{Publish, RosSink};
 use teampulse_sources::session::pause_by_key;
 
@@ -46,7 +47,7 @@ pub struct Play {
     network: bool,
     /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID")]
-    domain: Option<u32>,
+    domain: Option<BusId>,
 }
 
 impl Play {
@@ -56,8 +57,7 @@ impl Play {
         warn_of_damage(&bag);
         let join = if self.network { network::buses } else { network::buses_on_this_machine };
         let buses = join("teampulse_player");
-        let domain =
-            self.domain.map_or_else(|| network::default_bus(&buses), |domain| Ok(domain.into()))?;
+        let domain = self.domain.clone().map_or_else(|| network::default_bus(&buses), Ok)?;
         let bus = buses.get(&domain)?;
         let pace = Playing::new(self.rate);
         let mut source = BagSource::new(Arc::clone(&bag), Selection::RawAndDerived)

@@ -43,7 +43,7 @@ pub struct Scan {
     seconds: f64,
     /// The ROS domains to scan; by default that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID", value_delimiter = ',')]
-    domains: Vec<u32>,
+    domains: Vec<BusId>,
     /// Prints one JSON array: of each domain, and of Bluetooth, serial ports and LSL where devices or streams are
     /// found there
     #[arg(long)]
@@ -99,7 +99,7 @@ impl Scan {
         let ids = if self.domains.is_empty() {
             vec![network::default_bus(&buses)?]
         } else {
-            self.domains.iter().copied().map(BusId::from).collect()
+            self.domains.clone()
         };
         let bluetooth = Bluetooth::default();
         let within = Duration::from_secs_f64(self.seconds);

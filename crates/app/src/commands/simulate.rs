@@ -50,7 +50,7 @@ pub struct Simulate {
     seed: Option<u64>,
     /// The ROS domain; by default that of the study's session, or of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID")]
-    domain: Option<u32>,
+    domain: Option<BusId>,
     /// How far the clock of the robots' computer is ahead of the true time [s]
     #[arg(long, value_name = "SECS", default_value_t = 0.0, value_parser = any_number)]
     #[arg(allow_negative_numbers = true)]
@@ -106,7 +106,7 @@ impl Simulate {
                 .hint("remove `speed` and `clock`, or --clock-offset and --clock-skew-ppm")
                 .exit(Exit::BadArguments));
         }
-        let domain = self.domain.map(BusId::from).or(study.general.session.domain.clone());
+        let domain = self.domain.clone().or(study.general.session.domain.clone());
         self.simulate(team, time, domain).await
     }
 }
