@@ -4,7 +4,7 @@ import { Model } from "../src/store/model";
 import { alertsOf, waiting } from "../src/view/alerts";
 import { age, bytes, clock, decimal, lasts, listed, signed, significant } from "../src/view/format";
 import { log } from "../src/view/log";
-import { people } from "../src/view/people";
+import { baselineOf, people } from "../src/view/people";
 import { phases, present } from "../src/view/phases";
 import { recordingWords } from "../src/view/recording";
 import { robots } from "../src/view/robots";
@@ -35,6 +35,18 @@ test("a person's numbers have source and age, or the reason why there is none", 
   expect(stats.get("Heart")?.compared).toMatchObject({ difference: 19, z: 5.1 });
   expect(stats.get("Pulse")).toMatchObject({ state: "none", why: "signal too poor: 90 % of 30 s usable" });
   expect(person?.lights.map((each) => each.state)).toEqual(["ok", "degraded", "ok", "ok", "never"]);
+});
+
+test("a number's own baseline is what it is compared with, and not everything is", () => {
+  const { model, now } = session();
+  const stats = people(model, now)[0]?.stats ?? [];
+  const baseline = (word: string) => {
+    const stat = stats.find((each) => each.figure.word === word);
+    return stat && baselineOf(model, stat.stream, stat.channel);
+  };
+  const heart = stats.find((each) => each.figure.word === "Heart");
+  expect(baseline("Heart")?.compared?.mean).toBeCloseTo((heart?.value ?? 0) - 19);
+  expect(baseline("Pulse")).toBeUndefined();
 });
 
 test("a number of long ago is never shown as one of now", () => {

@@ -4,7 +4,7 @@ import { live } from "./live.svelte";
 /** The lengths of the window that can be chosen [s]. */
 export const WINDOWS = [5, 10, 30, 60, 120, 300] as const;
 /** The most lines at once. */
-export const MOST_LINES = 24;
+export const MOST_LINES = 48;
 
 /** What the Signals page shows; the layout is kept in this browser. */
 class Signals {

@@ -184,6 +184,14 @@ function comparedOf(model: Model, figure: Figure, of: Stream, value: number): { 
   return { compared: undefined, why: isHidden ? "comparison hidden" : (NO_COMPARISON["no_baseline"] ?? "") };
 }
 
+/** The own baseline of a channel, or why it has none; `undefined` of what is never compared. */
+export function baselineOf(model: Model, stream: Stream, channel: number): { compared: Compared | undefined; why: string } | undefined {
+  const figure = FIGURES.find((each) => each.family === stream.family && each.channel === stream.channels[channel]?.name);
+  if (!figure?.measure) return undefined;
+  const value = model.features.get(stream.id)?.values[channel] ?? undefined;
+  return value === undefined ? { compared: undefined, why: "no number now" } : comparedOf(model, figure, stream, value);
+}
+
 /** Why a number can't be compared, by the reason that the feature `state` gives. */
 const NO_COMPARISON: Record<string, string> = {
   no_baseline: "no baseline yet",
