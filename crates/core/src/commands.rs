@@ -38,7 +38,7 @@ impl Default for CommandSettings {
 }
 
 impl CommandSettings {
-    /// Nobody may ask for anything.
+    /// No command is allowed.
     pub fn nobody() -> CommandSettings {
         CommandSettings { keys: Vec::new(), ..CommandSettings::default() }
     }

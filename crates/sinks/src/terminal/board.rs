@@ -39,7 +39,7 @@ pub struct Board {
     known: Streams,
     streams: BTreeMap<Name, Watched>,
     phases: Phases,
-    /// Who has phases of the own, so that the session's don't count.
+    /// Subjects with phases of their own, to which the session's do not apply.
     own_phases: BTreeSet<Subject>,
     team: Team,
     people: BTreeMap<Name, Person>,

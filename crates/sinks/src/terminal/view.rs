@@ -25,7 +25,7 @@ struct Looks {
 /// A scroll command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scroll {
-    /// The team up by a line.
+    /// Scrolls the team up by one line.
     Up,
     /// The team down by a line.
     Down,
@@ -33,7 +33,7 @@ pub enum Scroll {
     Back,
     /// The log forward by a page.
     Forth,
-    /// To the top of the team and the end of the log.
+    /// Scrolls to the top of the team and the end of the log.
     Home,
 }
 

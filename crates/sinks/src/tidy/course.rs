@@ -144,7 +144,7 @@ impl Course {
         just_ended.or_else(|| self.section(subject, at).phase)
     }
 
-    /// Somebody's phase that has just ended.
+    /// A subject's phase that has just ended.
     fn just_ended(&self, subject: &Subject, at: Time) -> Option<&str> {
         let phases = self.phases.of(subject);
         let has_just_ended = |phase: &&Phase| {

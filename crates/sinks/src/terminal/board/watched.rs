@@ -2,7 +2,7 @@
 
 use teampulse_core::status::{State, StreamStatus};
 
-/// After how many statuses a stream's rate is settled: before, a window is not full.
+/// The number of statuses until a stream's rate has settled: its window is full by then.
 const SETTLED: u32 = 3;
 /// After how many statuses it is said that a stream was never seen.
 const AWAITED: u32 = 10;
