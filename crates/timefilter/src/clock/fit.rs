@@ -1,7 +1,7 @@
 //! A low line through points, with an estimate of its error.
 
 /// The stated drift of the skew [1/s].
-const STATED_DRIFT: f64 = 1e-8;
+pub(super) const STATED_DRIFT: f64 = 1e-8;
 /// The initial additional drift of the skew during warm-up [1/s], and the duration of the warm-up [s].
 const WARM_UP_DRIFT: f64 = 1e-7;
 const WARM_UP_SECS: f64 = 200.0;

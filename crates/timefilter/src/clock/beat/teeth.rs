@@ -5,7 +5,7 @@
 //! interval: there the wait was zero or restarted from zero, whichever delay is lower. These moments are
 //! knots; between and after them the clock is taken to run at a nearly constant rate, within the band.
 
-use crate::clock::fit::{Fit, Point};
+use crate::clock::fit::{Fit, Point, STATED_DRIFT};
 
 /// How close a bin must be to the present tooth, or to a whole step from it, as a fraction of the interval.
 const NEAR: f64 = 0.25;
@@ -41,11 +41,15 @@ const MOST_SKEW: f64 = 200e-6;
 
 /// The number of steps that the live model keeps.
 const STEPS: usize = 16;
-/// The memory of steps [s], and the stated drift of the skew between them, in addition to that of other
-/// lines [1/s].
-const LIVE: Memory = Memory { secs: 150.0, drift: 1.5e-8 };
+/// The memory of steps [s], and the stated drift of the skew between them before it is known from the steps
+/// [1/s].
+const LIVE: Memory = Memory { secs: 150.0, drift: 2.5e-8 };
 /// The same with steps on both sides.
-const HINDSIGHT: Memory = Memory { secs: 100.0, drift: 0.7e-8 };
+const HINDSIGHT: Memory = Memory { secs: 100.0, drift: 1.7e-8 };
+/// The number of changes of the rate between steps that count as much as that drift, and the multiple of
+/// their root mean square that is stated.
+const EXPECTED: f64 = 4.0;
+const DRIFTS: f64 = 3.0;
 /// How close intervals must be to count as equal [fraction].
 const SAME_INTERVAL: f64 = 0.01;
 
@@ -220,13 +224,31 @@ impl Teeth {
                 (
                     fit.delay,
                     fit.slope,
-                    fit.uncertainty_at(device, device) + fit.bend_secs(memory.drift),
+                    fit.uncertainty_at(device, device)
+                        + fit.bend_secs(self.drift(memory.drift) - STATED_DRIFT),
                 )
             }
         };
         let delay = delay.clamp(low, high);
         let within = (high - delay).max(delay - low) + (STATED - 0.5) * self.interval;
         Fit::stated(Point { device, delay }, slope, error.min(within))
+    }
+
+    /// The drift of the skew to state [1/s]: from the changes of the rate between steps, and from the
+    /// `expected` drift while these are few; never more than that, as steps that were missed look like changes.
+    fn drift(&self, expected: f64) -> f64 {
+        let mut squares = EXPECTED * expected * expected;
+        let mut count = EXPECTED;
+        for knots in self.knots.windows(3) {
+            let rate =
+                |a: Point, b: Point| (b.delay - a.delay) / (b.device - a.device).max(BIN_SECS);
+            let apart = (knots[2].device - knots[0].device) / 2.0;
+            let change = rate(knots[1], knots[2]) - rate(knots[0], knots[1]);
+            let drift = DRIFTS * change / apart.max(BIN_SECS);
+            squares += drift * drift;
+            count += 1.0;
+        }
+        (squares / count).sqrt().min(expected)
     }
 
     /// The true delay [s], its slope and its uncertainty [s] at `level`, after or before the only knot so

@@ -53,6 +53,22 @@ fn behind_the_second_step_of_a_saw_tooth_the_truth_is_known() {
 }
 
 #[test]
+fn the_more_even_the_steps_the_less_is_stated() {
+    let packets = beating(SECOND / 125, SECOND / 125, 1200);
+    let errors = errors(&mut OneWay::new(settings()), &packets);
+    let most = |from_secs: usize, to_secs: usize| {
+        let within = &errors[from_secs * 125..to_secs * 125];
+        for (error, stated) in within {
+            assert!(error.abs() <= *stated, "{error} ms, {stated} stated");
+        }
+        within.iter().map(|(_, stated)| *stated).fold(0.0, f64::max)
+    };
+    // A tooth lasts 80 s.
+    let (first, last) = (most(300, 400), most(1100, 1200));
+    assert!(last < 0.75 * first, "{first} ms stated after three steps, {last} ms after thirteen");
+}
+
+#[test]
 fn with_hindsight_the_truth_in_all_of_a_saw_tooth_is_known() {
     let packets = beating(SECOND / 20, SECOND / 20, 2000);
     let mut smoother = Smoother::new(settings());
