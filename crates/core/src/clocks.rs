@@ -1,6 +1,7 @@
 //! The clocks of a session: one model for each device and computer, shared by its streams.
 
 mod settings;
+mod acts;
 mod owner;
 mod by_interval;
 mod by_beats;
@@ -18,6 +19,7 @@ use crate::pattern::last_token;
 use crate::qos::{Durability, Qos};
 use crate::stream::{About, Origin, Shape, Signal, Stream, StreamId};
 
+use acts::done_at;
 use by_beats::ByBeats;
 use by_interval::ByInterval;
 pub use hindsight::Hindsight;
@@ -151,6 +153,9 @@ impl Clocks {
         };
         if matches!(self.timing, Timing::Stamped) {
             return stamped;
+        }
+        if let Some(measured) = done_at(stream, stamps) {
+            return Corrected { measured, ..stamped };
         }
         let Placed { clock, latency } = self.placed(id, stream, stamps);
         let Clock { owner, model, by_interval, by_beats, .. } = &mut self.at_work[clock];

@@ -8,6 +8,7 @@ use thiserror::Error;
 use crate::data::{Data, Event, EventKind};
 use crate::session_streams::session_events;
 use crate::stream::Stream;
+use crate::time::Time;
 
 /// The longest text of a command [bytes].
 const LONGEST: usize = 1000;
@@ -221,6 +222,17 @@ impl fmt::Display for Sender {
         f.write_str(&self.component)?;
         if self.name.is_empty() { Ok(()) } else { write!(f, ":{}", self.name) }
     }
+}
+
+/// A command as it reaches the component that carries it out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instruction {
+    /// Who sent it.
+    pub sender: Sender,
+    /// What is asked for.
+    pub command: Command,
+    /// When it was given, by the session's clock: when a key or a button was pressed, which may be earlier than now.
+    pub at: Time,
 }
 
 /// A command that was accepted, and who sent it: an event of the kind `command` on `/session/events`,

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use thiserror::Error;
 use tokio::sync::{mpsc, watch};
 
-use crate::command::{Command, Sender, VERBS};
+use crate::command::{Command, Instruction, Sender, VERBS};
 use crate::worker::Feed;
 
 /// How many commands wait for one receiver.
@@ -131,7 +131,7 @@ struct Receiver {
 
 /// How a component receives commands.
 enum By {
-    Queue(mpsc::Sender<Command>),
+    Queue(mpsc::Sender<Instruction>),
     /// A sink: the event of the command is all that it needs.
     Event,
     Worker(Feed),
@@ -154,12 +154,12 @@ impl Receiver {
         }
     }
 
-    fn take(&self, command: &Command) {
+    fn take(&self, instruction: &Instruction) {
         match &self.by {
             // A full queue was refused before.
-            By::Queue(queue) => drop(queue.try_send(command.clone())),
+            By::Queue(queue) => drop(queue.try_send(instruction.clone())),
             By::Event => {}
-            By::Worker(feed) => feed.command(command.clone()),
+            By::Worker(feed) => feed.command(instruction.clone()),
         }
     }
 }
@@ -189,7 +189,7 @@ impl Commands {
     pub(crate) fn receive(
         &self,
         accepts: impl Fn(&Command) -> bool + Send + 'static,
-    ) -> mpsc::Receiver<Command> {
+    ) -> mpsc::Receiver<Instruction> {
         let (queue, received) = mpsc::channel(DEPTH);
         self.receivers().push(Receiver { accepts: Box::new(accepts), by: By::Queue(queue) });
         received
@@ -229,12 +229,13 @@ impl Commands {
     }
 
     /// Hands an accepted command to everybody who carries it out.
-    pub(crate) fn dispatch(&self, command: &Command) {
+    pub(crate) fn dispatch(&self, instruction: &Instruction) {
+        let command = &instruction.command;
         if *command == Command::Stop {
             self.0.stop.send_replace(true);
         }
         for receiver in self.receivers().iter().filter(|each| (each.accepts)(command)) {
-            receiver.take(command);
+            receiver.take(instruction);
         }
     }
 
@@ -260,9 +261,14 @@ impl Commands {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::time::Time;
 
     fn ros() -> Sender {
         Sender::ros("/panel")
+    }
+
+    fn by_key(command: Command) -> Instruction {
+        Instruction { sender: Sender::keys(), command, at: Time::from_nanos(1) }
     }
 
     #[test]
@@ -308,9 +314,9 @@ mod tests {
         assert_eq!(split(), Err(Refused::NoReceiver));
         let mut received = commands.receive(|command| *command == Command::Split);
         assert_eq!(split(), Ok(()));
-        commands.dispatch(&Command::Split);
-        commands.dispatch(&Command::NextPhase);
-        assert_eq!(received.try_recv(), Ok(Command::Split));
+        commands.dispatch(&by_key(Command::Split));
+        commands.dispatch(&by_key(Command::NextPhase));
+        assert_eq!(received.try_recv(), Ok(by_key(Command::Split)));
         assert!(received.try_recv().is_err());
         drop(received);
         assert_eq!(split(), Err(Refused::NoReceiver));
@@ -324,7 +330,7 @@ mod tests {
         let _received = commands.receive(|_| true);
         for _ in 0..DEPTH {
             assert_eq!(commands.check(&Sender::keys(), &Command::NextPhase), Ok(()));
-            commands.dispatch(&Command::NextPhase);
+            commands.dispatch(&by_key(Command::NextPhase));
         }
         assert_eq!(commands.check(&Sender::keys(), &Command::NextPhase), Err(Refused::Busy));
     }
@@ -332,7 +338,7 @@ mod tests {
     #[tokio::test]
     async fn a_stop_reaches_the_session() {
         let commands = Commands::default();
-        commands.dispatch(&Command::Stop);
+        commands.dispatch(&by_key(Command::Stop));
         commands.stopped().await;
     }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use tokio::sync::mpsc;
 
 use crate::clock::Clock;
-use crate::command::{Accepted, Command, Sender};
+use crate::command::{Accepted, Command, Instruction, Sender};
 use crate::commands::Refused;
 use crate::computers::ClockReport;
 use crate::data::{Data, Event, EventKind};
@@ -168,11 +168,13 @@ impl Outlet {
         self.happen_at(event, None);
     }
 
-    /// The same, of an event that happened at a known time of the session's clock, such as a click in a browser.
+    /// The same, of an event that happened at a known time of the session's clock, such as a click in a browser:
+    /// up to a minute ago, as far as it waited for a connection.
     pub fn happen_at(&self, event: Event, at: Option<Time>) {
         let stream = self.declare(session_events());
         let data = Data::Event(Arc::new(event));
-        self.offer(Reading { index: None, stream, device_time: None, source_time: at, data });
+        let device_time = at.map(Time::nanos);
+        self.offer(Reading { index: None, stream, device_time, source_time: at, data });
     }
 
     fn report(&self, report: &ClockReport) {
@@ -202,12 +204,13 @@ impl Outlet {
         }
         let accepted = Accepted { sender: sender.clone(), command };
         self.happen_at(accepted.event(), at);
-        let command = accepted.command;
+        let Accepted { sender, command } = accepted;
         if let Command::Mark(label) = &command {
             let (kind, label) = (EventKind::Marker, label.clone());
             self.happen_at(Event { kind, label, value: f64::NAN, duration_secs: 0.0 }, at);
         }
-        commands.dispatch(&command);
+        let at = at.unwrap_or_else(|| self.clock.now());
+        commands.dispatch(&Instruction { sender, command, at });
         Ok(())
     }
 
@@ -215,13 +218,13 @@ impl Outlet {
     pub fn commands(
         &self,
         accepts: impl Fn(&Command) -> bool + Send + 'static,
-    ) -> mpsc::Receiver<Command> {
+    ) -> mpsc::Receiver<Instruction> {
         self.queue.commands().receive(accepts)
     }
 
     /// Carries out what this component is asked for by [`Command::Do`]: gives each request, as long as what is
     /// returned is held.
-    pub fn requests(&self, component: &'static str) -> mpsc::Receiver<Command> {
+    pub fn requests(&self, component: &'static str) -> mpsc::Receiver<Instruction> {
         self.commands(move |command| matches!(command, Command::Do { component: asked, .. } if asked == component))
     }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 
-use crate::command::Command;
+use crate::command::{Command, Instruction};
 use crate::data::Data;
 use crate::outlet::Outlet;
 use crate::sample::Record;
@@ -69,7 +69,7 @@ pub enum Fed {
     /// Records, in the pump's order.
     Records(Vec<Record>),
     /// A command that it carries out.
-    Command(Command),
+    Command(Instruction),
     /// Nothing came for as long as was asked.
     Silence,
     /// The session is over.
@@ -103,7 +103,7 @@ struct Waiting {
     newest: BTreeMap<StreamId, (u64, Record)>,
     /// Events, and the streams of which all is kept.
     kept: VecDeque<(u64, Record)>,
-    commands: VecDeque<Command>,
+    commands: VecDeque<Instruction>,
     bytes: usize,
     came: u64,
     looked: Looked,
@@ -196,8 +196,8 @@ impl Feed {
         if state.is_closed {
             return Fed::Closed;
         }
-        if let Some(command) = state.commands.pop_front() {
-            return Fed::Command(command);
+        if let Some(instruction) = state.commands.pop_front() {
+            return Fed::Command(instruction);
         }
         match state.bytes {
             0 => Fed::Silence,
@@ -216,8 +216,8 @@ impl Feed {
     }
 
     /// Hands over a command; it comes before the records that wait.
-    pub(crate) fn command(&self, command: Command) {
-        self.shared.lock().commands.push_back(command);
+    pub(crate) fn command(&self, instruction: Instruction) {
+        self.shared.lock().commands.push_back(instruction);
         self.shared.filled.notify_all();
     }
 
@@ -250,6 +250,7 @@ mod tests {
     use bytes::Bytes;
 
     use super::*;
+    use crate::command::Sender;
     use crate::data::{Event, EventKind};
     use crate::sample::{Sample, Turn};
     use crate::stream::{Shape, Stream, Subject};
@@ -313,8 +314,10 @@ mod tests {
     fn a_command_comes_before_the_records_that_wait() {
         let (post, feed) = feed(Streams::default(), Wants::Everything, only(|_| false));
         post.offer(&[frame(1, 0, 10)]);
-        feed.command(Command::Split);
-        assert!(matches!(feed.next(Duration::ZERO), Fed::Command(Command::Split)));
+        let (sender, at) = (Sender::keys(), Time::from_nanos(7));
+        let split = Instruction { sender, command: Command::Split, at };
+        feed.command(split.clone());
+        assert!(matches!(feed.next(Duration::ZERO), Fed::Command(given) if given == split));
         assert_eq!(taken(&feed), [(1, 0)]);
     }
 

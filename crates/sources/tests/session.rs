@@ -45,6 +45,16 @@ async fn events_of(
     clock: Clock,
     meanwhile: impl Future<Output = ()>,
 ) -> Vec<Event> {
+    let kept = records_of(sources, commands, clock, meanwhile).await;
+    kept.iter().filter_map(event_of).collect()
+}
+
+async fn records_of(
+    sources: Vec<Box<dyn Source>>,
+    commands: Commands,
+    clock: Clock,
+    meanwhile: impl Future<Output = ()>,
+) -> Vec<Record> {
     let kept = Arc::default();
     let session = Session {
         clock,
@@ -59,12 +69,14 @@ async fn events_of(
         commands,
     };
     session.run(meanwhile).await;
-    let kept = std::mem::take(&mut *kept.lock().expect("nobody panicked"));
-    let event = |record: Record| match record.sample.data {
-        Data::Event(event) => Some(Event::clone(&event)),
+    std::mem::take(&mut *kept.lock().expect("nobody panicked"))
+}
+
+fn event_of(record: &Record) -> Option<Event> {
+    match &record.sample.data {
+        Data::Event(event) => Some(Event::clone(event)),
         _ => None,
-    };
-    kept.into_iter().filter_map(event).collect()
+    }
 }
 
 fn publisher(bus: &MemoryBus, topic: &str, type_name: &str) -> Box<dyn Publisher> {
@@ -210,6 +222,46 @@ async fn the_next_phase_begins_by_command() {
     let begins: Vec<(&str, f64)> = begins.map(|each| (&*each.label, each.duration_secs)).collect();
     assert_eq!(begins, [("task", 9.0)]);
     assert!(events.iter().any(|event| event.label == "keys next_phase"), "{events:?}");
+}
+
+/// Begins the next two phases: the first by a click that was under way for 5 s, the second by one that was
+/// made even earlier.
+struct LateClicks(Time);
+
+#[async_trait]
+impl Source for LateClicks {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        for late_secs in [5, 20] {
+            let at = Some(self.0 - Duration::from_secs(late_secs));
+            let next = || outlet.command_at(&Sender::keys(), Command::NextPhase, at);
+            while next() == Err(Refused::NoReceiver) {
+                tokio::time::sleep(Duration::from_millis(1)).await;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_phase_begins_when_its_button_was_pressed_and_none_before_the_last() {
+    let begun = Clock::host().now();
+    let by_hand =
+        |name: &str| Phase { name: name.into(), from_secs: None, to_secs: None, lasts_secs: None };
+    let desk = PhaseDesk::default();
+    let phases = Phases::new(vec![by_hand("task"), by_hand("rest"), by_hand("end")], desk.clone());
+    let both = async {
+        while desk.next().as_deref() != Some("end") {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    };
+    let sources: Vec<Box<dyn Source>> = vec![Box::new(LateClicks(begun)), Box::new(phases)];
+    let records = records_of(sources, Commands::default(), Clock::host(), both).await;
+    let phase = |record: &Record| {
+        let event = event_of(record).filter(|event| event.kind == EventKind::Phase)?;
+        Some((event.label, begun.secs_since(record.sample.measured)))
+    };
+    let phases: Vec<_> = records.iter().filter_map(phase).collect();
+    assert_eq!(phases, [("task".to_owned(), 5.0), ("rest".to_owned(), 5.0)]);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -12,7 +12,7 @@ use std::time::Duration;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::clock::Stopwatch;
-use teampulse_core::command::Command;
+use teampulse_core::command::{Command, Instruction};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::pattern::Pattern;
 use teampulse_core::registry::{Component, SettingsError};
@@ -149,9 +149,8 @@ impl Worker for Program {
                     let Some((oldest, newest)) = times().min().zip(times().max()) else { continue };
                     dialogue.ask(oldest..=newest, questions.line(&records))?;
                 }
-                Fed::Command(Command::Do { request, .. }) => {
-                    let now = outlet.clock().now();
-                    dialogue.ask(now..=now, question::request(&request, now))?;
+                Fed::Command(Instruction { command: Command::Do { request, .. }, at, .. }) => {
+                    dialogue.ask(at..=at, question::request(&request, at))?;
                 }
                 Fed::Command(_) | Fed::Silence => dialogue.check()?,
                 Fed::Closed => {

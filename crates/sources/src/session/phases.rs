@@ -5,13 +5,14 @@ use std::time::Duration;
 use async_trait::async_trait;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use teampulse_core::data::EventKind;
+use teampulse_core::command::Instruction;
+use teampulse_core::data::{Event, EventKind};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::SettingsError;
 use teampulse_core::source::{Source, SourceError};
+use teampulse_core::time::Time;
 
 use super::course::{Course, Happens, PhaseDesk, Turn};
-use super::happen;
 
 /// The interval at which the session's clock is checked, and so the largest delay of a phase.
 const LOOK: Duration = Duration::from_millis(20);
@@ -145,29 +146,50 @@ fn check_order(phases: &[Phase]) -> Result<(), SettingsError> {
 pub struct Phases {
     course: Course,
     desk: PhaseDesk,
-    started: Option<teampulse_core::time::Time>,
+    started: Option<Time>,
+    /// When the phase last changed.
+    changed: Option<Time>,
 }
 
 impl Phases {
     /// The source of these phases, in any order.
     pub fn new(phases: Vec<Phase>, desk: PhaseDesk) -> Phases {
-        Phases { course: Course::new(phases), desk, started: None }
+        Phases { course: Course::new(phases), desk, started: None, changed: None }
     }
 
-    /// Applies a change at a time after the start [s].
-    fn turn(&mut self, outlet: &Outlet, turn: Turn, elapsed_secs: f64) {
-        if let Some(happens) = self.course.turn(turn, elapsed_secs) {
-            report(outlet, &happens);
+    /// Changes the phase at the moment at which that was asked for, but not before the last change.
+    fn carry_out(&mut self, instruction: &Instruction, started: Time, outlet: &Outlet) {
+        let at = self.changed.map_or(instruction.at, |changed| changed.max(instruction.at));
+        let turn = Turn::of(&instruction.command);
+        let elapsed_secs = at.secs_since(started);
+        if let Some(happens) = turn.and_then(|turn| self.course.turn(turn, elapsed_secs)) {
+            self.report(outlet, &happens, at);
+        }
+    }
+
+    fn report(&mut self, outlet: &Outlet, happens: &Happens, at: Time) {
+        self.changed = Some(at);
+        match happens {
+            Happens::Begins(name, lasts_secs) => {
+                happen_at(outlet, (EventKind::Phase, name, *lasts_secs), at);
+            }
+            Happens::Aborted(name) => {
+                happen_at(outlet, (EventKind::Marker, &format!("{name} aborted"), 0.0), at);
+                // A phase without a name ends the current one.
+                happen_at(outlet, (EventKind::Phase, "", 0.0), at);
+            }
         }
     }
 
     /// Publishes the change due at a time after the start [s].
-    fn happen(&mut self, outlet: &Outlet, elapsed_secs: f64) {
+    fn happen(&mut self, outlet: &Outlet, started: Time) {
+        let now = outlet.clock().now();
+        let elapsed_secs = now.secs_since(started);
         while let Some(label) = self.desk.take_heard() {
             self.course.hear(&label, elapsed_secs);
         }
         if let Some(happens) = self.course.look(elapsed_secs) {
-            report(outlet, &happens);
+            self.report(outlet, &happens, now);
         }
         self.desk.show_next(self.course.next().map(str::to_owned));
     }
@@ -179,14 +201,9 @@ impl Source for Phases {
         let started = *self.started.get_or_insert_with(|| outlet.clock().now());
         let mut commands = outlet.commands(|command| Turn::of(command).is_some());
         loop {
-            self.happen(outlet, outlet.clock().now().secs_since(started));
+            self.happen(outlet, started);
             tokio::select! {
-                Some(command) = commands.recv() => {
-                    let elapsed_secs = outlet.clock().now().secs_since(started);
-                    if let Some(turn) = Turn::of(&command) {
-                        self.turn(outlet, turn, elapsed_secs);
-                    }
-                }
+                Some(instruction) = commands.recv() => self.carry_out(&instruction, started, outlet),
                 () = tokio::time::sleep(LOOK) => {}
                 () = outlet.closed() => return Ok(()),
             }
@@ -194,15 +211,9 @@ impl Source for Phases {
     }
 }
 
-fn report(outlet: &Outlet, happens: &Happens) {
-    match happens {
-        Happens::Begins(name, lasts_secs) => happen(outlet, EventKind::Phase, name, *lasts_secs),
-        Happens::Aborted(name) => {
-            happen(outlet, EventKind::Marker, &format!("{name} aborted"), 0.0);
-            // A phase without a name ends the current one.
-            happen(outlet, EventKind::Phase, "", 0.0);
-        }
-    }
+fn happen_at(outlet: &Outlet, (kind, label, duration_secs): (EventKind, &str, f64), at: Time) {
+    let event = Event { kind, label: label.to_owned(), value: f64::NAN, duration_secs };
+    outlet.happen_at(event, Some(at));
 }
 
 #[cfg(test)]

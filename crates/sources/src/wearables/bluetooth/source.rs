@@ -10,7 +10,7 @@ use tokio::sync::mpsc;
 use tokio::time::sleep;
 
 use teampulse_core::clock::Stopwatch;
-use teampulse_core::command::Command;
+use teampulse_core::command::{Command, Instruction};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::SettingsError;
 use teampulse_core::source::{Source, SourceError};
@@ -104,7 +104,7 @@ impl<S: Wearable> Conversation<S> {
     async fn hold(
         &mut self,
         link: &mut GattLink,
-        commands: &mut mpsc::Receiver<Command>,
+        commands: &mut mpsc::Receiver<Instruction>,
         outlet: &Outlet,
     ) -> Result<(), SourceError> {
         let mut requests = VecDeque::new();
@@ -141,7 +141,7 @@ impl<S: Wearable> Conversation<S> {
                     pending = None;
                     self.take_answer(answer);
                 }
-                Some(command) = commands.recv() => self.session.obey(&command),
+                Some(instruction) = commands.recv() => self.session.obey(&instruction.command),
                 () = sleep(self.pause()) => {}
                 () = outlet.closed(), if leaving.is_none() => {
                     leaving = Some(Stopwatch::start());
