@@ -224,8 +224,8 @@ fn nothing(kinds: &[String], heard: &[(Arc<Stream>, StreamStatus)]) -> Option<St
 
 /// The devices of the study that send nothing.
 fn unworn(kinds: &[String], heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String> {
-    let devices = wearables::KINDS.iter().filter_map(|device| {
-        let wanted = kinds.iter().filter(|kind| kind == device).count();
+    let devices = wearables::kinds().filter_map(|device| {
+        let wanted = kinds.iter().filter(|kind| *kind == device).count();
         let is_of = |stream: &&Arc<Stream>| {
             // What is known of its link and its battery says nothing of what it measures.
             let measures = !matches!(stream.signal, Signal::Link | Signal::Battery);

@@ -17,37 +17,62 @@ use teampulse_devices::polar::PolarSession;
 
 use bluetooth::{Seen, Wearable};
 
-/// The kinds of sources that are a device which a person wears.
-pub const KINDS: [&str; 5] =
-    [empatica_e4::DEVICE, heart_rate::KIND, polar::DEVICE, myo::DEVICE, shimmer3::DEVICE];
+/// A kind of source that is a device which a person wears.
+struct Kind {
+    /// The `type` of the source in a study.
+    name: &'static str,
+    /// Whether it reads a device, by the device of its streams.
+    reads: fn(device: &str) -> bool,
+    /// Whether it reads a Bluetooth device in range; `None` where it is reached otherwise.
+    is_in_range: Option<fn(&Seen) -> bool>,
+}
+
+/// All of them. A Polar is more than a strap, so it comes first.
+const KINDS: [Kind; 5] = [
+    Kind {
+        name: polar::DEVICE,
+        reads: |device| device.starts_with(polar::DEVICE),
+        is_in_range: Some(PolarSession::is_kind),
+    },
+    Kind {
+        name: myo::DEVICE,
+        reads: |device| device == myo::DEVICE,
+        is_in_range: Some(MyoSession::is_kind),
+    },
+    Kind {
+        name: heart_rate::KIND,
+        reads: |device| device == heart_rate::DEVICE,
+        is_in_range: Some(HeartRateSession::is_kind),
+    },
+    Kind { name: shimmer3::DEVICE, reads: |device| device == shimmer3::DEVICE, is_in_range: None },
+    Kind {
+        name: empatica_e4::DEVICE,
+        reads: |device| device == empatica_e4::DEVICE,
+        is_in_range: None,
+    },
+];
+
+/// The kinds of sources that are a device which a person wears, by their `type` in a study.
+pub fn kinds() -> impl Iterator<Item = &'static str> {
+    KINDS.iter().map(|kind| kind.name)
+}
 
 /// An error where a person's id can't be a part of a topic.
 pub(crate) fn check_person(person: &str) -> Result<(), SettingsError> {
     worn::Worn::check(person)
 }
 
-/// The kind of source that reads a Bluetooth device in range; a Polar is more than a strap.
+/// The kind of source that reads a Bluetooth device in range.
 pub fn kind_in_range(seen: &Seen) -> Option<&'static str> {
-    type IsKind = fn(&Seen) -> bool;
-    const KINDS: [(&str, IsKind); 3] = [
-        (polar::DEVICE, PolarSession::is_kind),
-        (myo::DEVICE, MyoSession::is_kind),
-        (heart_rate::KIND, HeartRateSession::is_kind),
-    ];
-    KINDS.iter().find(|(_, is_kind)| is_kind(seen)).map(|(kind, _)| *kind)
+    let is_it = |kind: &&Kind| kind.is_in_range.is_some_and(|is_in_range| is_in_range(seen));
+    KINDS.iter().find(is_it).map(|kind| kind.name)
 }
 
 /// The kind of source that reads a device, by the device of its streams.
 pub fn kind_of(device: &str) -> Option<&'static str> {
     // Beats that a Polar reports have the clock of a strap.
     let sensor = device.strip_prefix("heart_rate_strap_").unwrap_or(device);
-    match sensor {
-        empatica_e4::DEVICE => Some(empatica_e4::DEVICE),
-        heart_rate::DEVICE => Some(heart_rate::KIND),
-        myo::DEVICE => Some(myo::DEVICE),
-        shimmer3::DEVICE => Some(shimmer3::DEVICE),
-        _ => sensor.starts_with(polar::DEVICE).then_some(polar::DEVICE),
-    }
+    KINDS.iter().find(|kind| (kind.reads)(sensor)).map(|kind| kind.name)
 }
 
 #[cfg(test)]
@@ -66,7 +91,7 @@ mod tests {
             ("camera", None),
         ] {
             assert_eq!(kind_of(device), kind);
-            assert!(kind.is_none_or(|kind| KINDS.contains(&kind)));
+            assert!(kind.is_none_or(|kind| kinds().any(|each| each == kind)));
         }
     }
 }
