@@ -6,7 +6,7 @@ use teampulse_bag::{Growth, Stage};
 use teampulse_core::clock::Clock;
 use teampulse_core::command::Command;
 use teampulse_sinks::{Scroll, View};
-use teampulse_sources::session::{Key, Keys, PhaseDesk, marker};
+use teampulse_sources::session::{Key, Keys, ScheduleHandle, marker};
 
 /// The question before a key ends a recording.
 const END: &str = "end the recording?  y ends it, any other key continues";
@@ -17,7 +17,7 @@ const NO_PHASE: &str = "no phase follows: the study has no more [[phases]]";
 /// The actions of the keys.
 pub struct Controls {
     view: View,
-    phases: PhaseDesk,
+    phases: ScheduleHandle,
     growth: Growth,
     clock: Clock,
     /// Whether the user was asked to confirm the end of the recording.
@@ -26,7 +26,7 @@ pub struct Controls {
 
 impl Controls {
     /// Controls that scroll a view and switch phases.
-    pub fn new(view: View, phases: PhaseDesk, growth: Growth) -> Controls {
+    pub fn new(view: View, phases: ScheduleHandle, growth: Growth) -> Controls {
         Controls { view, phases, growth, clock: Clock::host(), asks: false }
     }
 
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     fn controls(growth: &Growth) -> Controls {
-        Controls::new(View::default(), PhaseDesk::default(), growth.clone())
+        Controls::new(View::default(), ScheduleHandle::default(), growth.clone())
     }
 
     /// Presses keys; returns the markers that were set, and whether the session was ended.

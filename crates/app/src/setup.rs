@@ -28,7 +28,7 @@ use teampulse_sinks::{
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
 use teampulse_sources::session::{
-    Computers, Overflows, Phase, PhaseDesk, Phases, RosCommands, RosEvents, SimulatedClock,
+    Computers, Overflows, Phase, Phases, RosCommands, RosEvents, ScheduleHandle, SimulatedClock,
     follow_clock,
 };
 use teampulse_sources::wearables::bluetooth::Bluetooth;
@@ -62,7 +62,7 @@ pub struct Setup {
     /// The scroll position on the terminal.
     view: View,
     /// The control that switches phases.
-    phases: PhaseDesk,
+    phases: ScheduleHandle,
     /// The source that follows `/clock`, where the session does.
     follows: Option<SimulatedClock>,
     /// How Bluetooth devices are reached.
@@ -82,7 +82,7 @@ impl Setup {
         study.check_commands()?;
         let growth = Growth::default();
         let (clock, bag_ended) = (Clock::host(), Ended::default());
-        let (view, phases, follows) = (View::default(), PhaseDesk::default(), None);
+        let (view, phases, follows) = (View::default(), ScheduleHandle::default(), None);
         let announce: Announce = Arc::new(|_| {});
         let mut setup = Setup {
             clock,
@@ -144,7 +144,7 @@ impl Setup {
         let mut sources = Sources::new();
         let bus = self.buses.get(self.bus_id()?)?;
         sources.push(("commands".into(), Box::new(RosCommands::new(Arc::clone(&bus)))));
-        let events = RosEvents::new(bus).heard_at(self.phases.clone());
+        let events = RosEvents::new(bus).with_schedule(self.phases.clone());
         sources.push(("events".into(), Box::new(events)));
         let phases = Phases::new(self.study.general.phases.clone(), self.phases.clone());
         sources.push(("phases".into(), Box::new(phases)));

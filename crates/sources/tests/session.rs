@@ -25,7 +25,9 @@ use teampulse_messages::convert::encode;
 use teampulse_messages::standard::{Message, rosgraph_msgs};
 use teampulse_ros::bus::{Bus, Publisher};
 use teampulse_ros::memory::MemoryBus;
-use teampulse_sources::session::{Phase, PhaseDesk, Phases, RosCommands, RosEvents, follow_clock};
+use teampulse_sources::session::{
+    Phase, Phases, RosCommands, RosEvents, ScheduleHandle, follow_clock,
+};
 
 use keeper::Keeper;
 
@@ -158,7 +160,7 @@ async fn a_node_may_command_what_the_study_allows_and_nothing_else() {
         to_secs: None,
         lasts_secs: None,
     };
-    let phases = Phases::new(vec![by_hand("baseline"), by_hand("task")], PhaseDesk::default());
+    let phases = Phases::new(vec![by_hand("baseline"), by_hand("task")], ScheduleHandle::default());
     let commands = RosCommands::new(monitor);
     let sources: Vec<Box<dyn Source>> = vec![Box::new(phases), Box::new(commands)];
     let allowed = ["next_phase", "mark", "split", "stop"].map(str::to_owned).to_vec();
@@ -208,11 +210,11 @@ async fn the_next_phase_begins_by_command() {
     }
     let phase =
         Phase { name: "task".into(), from_secs: None, to_secs: None, lasts_secs: Some(9.0) };
-    let desk = PhaseDesk::default();
+    let schedule = ScheduleHandle::default();
     let rest = Phase { name: "rest".into(), ..phase.clone() };
-    let phases = Phases::new(vec![phase, rest], desk.clone());
+    let phases = Phases::new(vec![phase, rest], schedule.clone());
     let begun = async {
-        while desk.next().as_deref() != Some("rest") {
+        while schedule.next().as_deref() != Some("rest") {
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
     };
@@ -247,10 +249,11 @@ async fn a_phase_begins_when_its_button_was_pressed_and_none_before_the_last() {
     let begun = Clock::host().now();
     let by_hand =
         |name: &str| Phase { name: name.into(), from_secs: None, to_secs: None, lasts_secs: None };
-    let desk = PhaseDesk::default();
-    let phases = Phases::new(vec![by_hand("task"), by_hand("rest"), by_hand("end")], desk.clone());
+    let schedule = ScheduleHandle::default();
+    let phases =
+        Phases::new(vec![by_hand("task"), by_hand("rest"), by_hand("end")], schedule.clone());
     let both = async {
-        while desk.next().as_deref() != Some("end") {
+        while schedule.next().as_deref() != Some("end") {
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
     };
@@ -338,7 +341,7 @@ async fn phases_begin_when_the_study_says_by_the_clock_of_the_simulation() {
     };
     let phases = Phases::new(
         vec![phase("task", 100.0), phase("baseline", 0.0), phase("later", 1e6)],
-        PhaseDesk::default(),
+        ScheduleHandle::default(),
     );
     let events = events(phases, clock.clone(), async {
         tokio::time::sleep(Duration::from_millis(60)).await;

@@ -14,9 +14,9 @@ use teampulse_core::sample::{Record, Turn};
 use teampulse_core::stream::{About, Origin, Stream, Subject};
 use teampulse_core::time::Time;
 
-use super::course::{Course, word_of};
 use super::file::{TextFile, Unwritten, on_one_line};
 use super::sidecar::Column;
+use super::timeline::{Timeline, word_of};
 use crate::text::harmless;
 
 /// The name of the file.
@@ -89,7 +89,7 @@ impl Events {
         &mut self,
         record: &Record,
         event: &Arc<Event>,
-        course: &Course,
+        timeline: &Timeline,
     ) -> Result<(), Unwritten> {
         if record.sample.turn != Turn::Duplicate && is_listed(&record.stream, event) {
             let (stream, event) = (Arc::clone(&record.stream), Arc::clone(event));
@@ -97,15 +97,15 @@ impl Events {
             self.taken += 1;
             self.waiting.insert((onset, self.taken), Row { stream, event, onset });
         }
-        let due = Time::from_nanos(course.now().nanos().saturating_sub(WAIT_NS));
-        self.write_until(due, course)
+        let due = Time::from_nanos(timeline.now().nanos().saturating_sub(WAIT_NS));
+        self.write_until(due, timeline)
     }
 
     /// Writes waiting rows and the lengths of phases, and sorts what arrived later than rows wait.
-    pub(super) fn finish(mut self, course: &Course) -> Result<(), Unwritten> {
-        self.write_until(Time::from_nanos(i64::MAX), course)?;
+    pub(super) fn finish(mut self, timeline: &Timeline) -> Result<(), Unwritten> {
+        self.write_until(Time::from_nanos(i64::MAX), timeline)?;
         self.flush()?;
-        let text = |row: &Row| (!row.repeats_the_session(course)).then(|| row.text(course));
+        let text = |row: &Row| (!row.repeats_the_session(timeline)).then(|| row.text(timeline));
         let phases = self.phases.iter().map(|(line, row)| (*line, text(row)));
         let phases: BTreeMap<usize, Option<String>> = phases.collect();
         let is_right = phases.is_empty() && !self.is_mixed_up;
@@ -116,12 +116,12 @@ impl Events {
         self.file.flush()
     }
 
-    fn write_until(&mut self, due: Time, course: &Course) -> Result<(), Unwritten> {
+    fn write_until(&mut self, due: Time, timeline: &Timeline) -> Result<(), Unwritten> {
         while let Some(first) = self.waiting.first_entry().filter(|first| first.key().0 <= due) {
             let row = first.remove();
             self.is_mixed_up |= row.onset < self.newest;
             self.newest = self.newest.max(row.onset);
-            self.file.push(row.text(course))?;
+            self.file.push(row.text(timeline))?;
             if row.event.kind == EventKind::Phase {
                 self.phases.insert(self.lines, row);
             }
@@ -132,9 +132,9 @@ impl Events {
 }
 
 impl Row {
-    fn text(&self, course: &Course) -> String {
+    fn text(&self, timeline: &Timeline) -> String {
         let Row { stream, event, onset } = self;
-        let (onset_secs, duration) = (course.secs(*onset), self.duration(course));
+        let (onset_secs, duration) = (timeline.secs(*onset), self.duration(timeline));
         let Event { kind, label, value, .. } = event.as_ref();
         let is_notice = is_notice(stream, event);
         let what = if is_notice { NOTICE.to_owned() } else { kind.to_string() };
@@ -142,9 +142,9 @@ impl Row {
         let channel = if *kind == EventKind::Burst { word(label) } else { absent() };
         let value = number(ended_secs(stream, event).unwrap_or(*value));
         let label = word(self.name());
-        let whom = course.whom(stream, event);
+        let whom = timeline.whom(stream, event);
         let (subject, name) = (word(word_of(&whom)), &stream.name);
-        let phase = course.phase_of(&whom, *kind, *onset).map_or_else(absent, word);
+        let phase = timeline.phase_of(&whom, *kind, *onset).map_or_else(absent, word);
         format!(
             "{onset_secs:.3}\t{duration}\t{what}\t{value}\t{label}\t{subject}\t{name}\t{phase}\t{onset}\t{channel}"
         )
@@ -158,13 +158,13 @@ impl Row {
     }
 
     /// Whether it is a person's phase that equals the session's.
-    fn repeats_the_session(&self, course: &Course) -> bool {
+    fn repeats_the_session(&self, timeline: &Timeline) -> bool {
         let (of_session, subject) = (Subject::session(), self.stream.subject());
         let is_near = |a: Time, b: Time| a.secs_since(b).abs() < SAME_SECS;
-        let own = course.phases_of(&subject).iter().filter(|own| is_near(own.begin, self.onset));
+        let own = timeline.phases_of(&subject).iter().filter(|own| is_near(own.begin, self.onset));
         subject.about != About::Session
             && own.filter(|own| own.label == self.name()).any(|own| {
-                course.phases_of(&of_session).iter().any(|phase| {
+                timeline.phases_of(&of_session).iter().any(|phase| {
                     let ends_too = own.end.zip(phase.end).is_none_or(|(a, b)| is_near(a, b));
                     phase.label == own.label && is_near(phase.begin, own.begin) && ends_too
                 })
@@ -172,7 +172,7 @@ impl Row {
     }
 
     /// Its duration; for a phase as far as known, missing if its end is.
-    fn duration(&self, course: &Course) -> String {
+    fn duration(&self, timeline: &Timeline) -> String {
         let Event { kind, duration_secs, .. } = self.event.as_ref();
         if ended_secs(&self.stream, &self.event).is_some() {
             return number(0.0);
@@ -181,7 +181,7 @@ impl Row {
             return number(*duration_secs);
         }
         let own_secs = Some(*duration_secs).filter(|secs| *secs > 0.0);
-        let known_secs = course.length_secs(&self.stream.subject(), self.name(), self.onset);
+        let known_secs = timeline.length_secs(&self.stream.subject(), self.name(), self.onset);
         // Announced lengths are whole numbers, measured ones have milliseconds.
         known_secs.or(own_secs).map_or_else(absent, |secs| number((secs * 1e3).round() / 1e3))
     }

@@ -8,10 +8,10 @@ use teampulse_core::sample::Record;
 use teampulse_core::stream::{Stream, StreamId};
 use teampulse_core::time::Time;
 
-use super::course::{Course, SHORTEST_SECS, Section, word_of};
 use super::file::{TextFile, Unwritten, on_one_line};
 use super::measures::{COVERAGE, QUALITY, has_coverage, is_of_phases, is_of_statistics, source_of};
 use super::sidecar::Column;
+use super::timeline::{SHORTEST_SECS, Section, Timeline, word_of};
 use crate::csv::{cell, number};
 
 /// The name of the file.
@@ -71,10 +71,10 @@ impl Features {
         &mut self,
         record: &Record,
         values: &FeatureValues,
-        course: &Course,
+        timeline: &Timeline,
     ) -> Result<(), Unwritten> {
         let window = Window::of(record.sample.measured, values);
-        let section = course.section(&record.stream.subject(), window.middle());
+        let section = timeline.section(&record.stream.subject(), window.middle());
         let id = record.sample.stream;
         if is_of_phases(&record.stream) {
             if says_nothing(values) {
@@ -89,7 +89,7 @@ impl Features {
             }
             self.last_windows.insert(id, LastWindow { end: window.end, section: section.begin });
         }
-        self.write(&record.stream, window, values, (course, section))
+        self.write(&record.stream, window, values, (timeline, section))
     }
 
     pub(super) fn flush(&mut self) -> Result<(), Unwritten> {
@@ -111,9 +111,9 @@ impl Features {
         stream: &Stream,
         Window { begin, .. }: Window,
         values: &FeatureValues,
-        (course, section): (&Course, Section<'_>),
+        (timeline, section): (&Timeline, Section<'_>),
     ) -> Result<(), Unwritten> {
-        let begin_secs = course.secs(begin);
+        let begin_secs = timeline.secs(begin);
         let (subject, source) = (cell(word_of(&stream.subject())), cell(&source_of(stream)));
         let phase = cell(&on_one_line(section.phase.unwrap_or_default()));
         let FeatureValues { window_secs, coverage, quality, .. } = values;

@@ -11,9 +11,9 @@ use teampulse_core::stream::{About, Origin, Signal, StreamId, Subject};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
-use super::course::Course;
 use super::file::{TextFile, Unwritten, on_one_line};
 use super::sidecar::{self, Column};
+use super::timeline::Timeline;
 use crate::csv::cell;
 
 /// The name of the file that describes the tables' columns.
@@ -104,15 +104,15 @@ fn table(
     path: &Path,
     subject: &Subject,
     beats: &[(Time, f64)],
-    course: &Course,
+    timeline: &Timeline,
 ) -> Result<usize, Unwritten> {
     let mut file = TextFile::create(path.to_owned())?;
     file.push(COLUMNS.map(|(name, _)| name).join(","))?;
     let is_corrected = judged::corrected(beats);
     for ((at, rr_ms), is_corrected) in beats.iter().zip(&is_corrected) {
         if rr_ms.is_finite() {
-            let phase = course.section(subject, *at).phase.unwrap_or_default();
-            let (phase, at_secs) = (cell(&on_one_line(phase)), course.secs(*at));
+            let phase = timeline.section(subject, *at).phase.unwrap_or_default();
+            let (phase, at_secs) = (cell(&on_one_line(phase)), timeline.secs(*at));
             let is_corrected = u8::from(*is_corrected);
             file.push(format_args!("{at_secs:.6},{rr_ms:.3},{phase},{is_corrected}"))?;
         }
@@ -133,7 +133,7 @@ impl Intervals {
         record: &Record,
         event: &Event,
         streams: &Streams,
-        course: &Course,
+        timeline: &Timeline,
     ) -> Result<(), Unwritten> {
         let id = record.sample.stream;
         if event.kind != EventKind::Beat || record.sample.turn == Turn::Duplicate {
@@ -146,7 +146,7 @@ impl Intervals {
         if !is_interval && !self.files.contains_key(&device) {
             return Ok(());
         }
-        let (at, at_secs) = (record.sample.measured, course.secs(record.sample.measured));
+        let (at, at_secs) = (record.sample.measured, timeline.secs(record.sample.measured));
         let Some(file) = self.file_of(&device, id, signal, is_interval)? else { return Ok(()) };
         file.beats.push((at, event.value));
         if !is_interval {
@@ -203,14 +203,15 @@ impl Intervals {
     }
 
     /// The files kept, by person and device.
-    pub(super) fn finish(mut self, course: &Course) -> Result<Vec<Kept>, Unwritten> {
+    pub(super) fn finish(mut self, timeline: &Timeline) -> Result<Vec<Kept>, Unwritten> {
         self.flush()?;
         let mut kept = Vec::new();
         for ((person, device), OfDevice { of, signal, file, beats }) in self.files {
             let Some(Some(of)) = self.signals.get(&of) else { continue };
             let Some(name) = file.path().file_stem() else { continue };
             let name = name.to_string_lossy().into_owned();
-            let corrected = table(&file.path().with_extension("csv"), &of.subject, &beats, course)?;
+            let corrected =
+                table(&file.path().with_extension("csv"), &of.subject, &beats, timeline)?;
             let OfSignal { count, gaps, .. } = *of;
             kept.push(Kept { name, person, device, signal, count, gaps, corrected });
         }

@@ -1,6 +1,6 @@
 //! Tidy files next to the bag, for readers without bag tools.
 
-mod course;
+mod timeline;
 mod events;
 mod features;
 mod file;
@@ -24,7 +24,6 @@ use teampulse_core::stream::{Shape, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
-use self::course::Course;
 use self::events::Events;
 use self::features::Features;
 use self::file::Unwritten;
@@ -32,6 +31,7 @@ use self::intervals::Intervals;
 use self::measures::Measures;
 use self::phases::PhaseTable;
 use self::summary::Summary;
+use self::timeline::Timeline;
 use crate::{Ended, SinkContext};
 
 /// The longest wait for input before looking again.
@@ -114,7 +114,7 @@ impl Sink for Files {
         writing.summary.damage = damage;
         loop {
             if let Some(why) = bag_ended.why() {
-                writing.course.end_with_bag(&why);
+                writing.timeline.end_with_bag(&why);
                 return writing.finish(&folder, &session).map_err(|error| lost(&error));
             }
             match inbox.receive(PATIENCE) {
@@ -126,7 +126,7 @@ impl Sink for Files {
                 Received::Silence => {}
                 Received::Closed => {
                     if let Some(reason) = inbox.cut_off() {
-                        writing.course.end_early(&reason);
+                        writing.timeline.end_early(&reason);
                     }
                     return writing.finish(&folder, &session).map_err(|error| lost(&error));
                 }
@@ -158,7 +158,7 @@ fn wait_for(folder: &Path) -> Result<(), SinkError> {
 /// The open files of a running session.
 struct Writing {
     folder: PathBuf,
-    course: Course,
+    timeline: Timeline,
     events: Events,
     features: Features,
     measures: Measures,
@@ -177,7 +177,7 @@ impl Writing {
             folder: folder.to_owned(),
             measures,
             phases: PhaseTable::new(folder),
-            course: Course::default(),
+            timeline: Timeline::default(),
             events: Events::create(folder)?,
             features: Features::create(folder, settings.every_secs)?,
             intervals: Intervals::new(folder),
@@ -187,25 +187,25 @@ impl Writing {
     }
 
     fn take(&mut self, record: &Record, streams: &Streams) -> Result<(), Unwritten> {
-        let course = &mut self.course;
-        course.take(record);
-        self.summary.take(record, course, streams);
+        let timeline = &mut self.timeline;
+        timeline.take(record);
+        self.summary.take(record, timeline, streams);
         match &record.sample.data {
             Data::Event(event) => {
-                self.events.take(record, event, course)?;
-                self.intervals.take(record, event, streams, course)?;
+                self.events.take(record, event, timeline)?;
+                self.intervals.take(record, event, streams, timeline)?;
             }
             Data::Feature(values) => {
                 self.measures.take(record);
-                self.features.take(record, values, course)?;
-                self.phases.take(record, values, course);
+                self.features.take(record, values, timeline)?;
+                self.phases.take(record, values, timeline);
             }
             _ => {}
         }
-        if self.course.now().secs_since(self.flushed) < FLUSH_EVERY_SECS {
+        if self.timeline.now().secs_since(self.flushed) < FLUSH_EVERY_SECS {
             return Ok(());
         }
-        self.flushed = self.course.now();
+        self.flushed = self.timeline.now();
         self.events.flush()?;
         self.features.flush()?;
         self.describe_measures()?;
@@ -221,13 +221,13 @@ impl Writing {
     }
 
     fn finish(mut self, folder: &Path, session: &str) -> Result<(), Unwritten> {
-        self.course.finish();
+        self.timeline.finish();
         self.describe_measures()?;
-        self.events.finish(&self.course)?;
+        self.events.finish(&self.timeline)?;
         self.features.flush()?;
-        self.phases.finish(folder, &self.course, &self.measures)?;
-        let intervals = self.intervals.finish(&self.course)?;
-        self.summary.finish((folder, session), &self.course, &intervals)
+        self.phases.finish(folder, &self.timeline, &self.measures)?;
+        let intervals = self.intervals.finish(&self.timeline)?;
+        self.summary.finish((folder, session), &self.timeline, &intervals)
     }
 }
 

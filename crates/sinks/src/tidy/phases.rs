@@ -12,13 +12,13 @@ use teampulse_core::stream::{About, Channel, Stream, StreamId, Subject};
 use teampulse_signal::analysis::Value;
 
 use self::rows::{Row, Rows};
-use super::course::{Course, word_of};
 use super::features::{Window, says_nothing};
 use super::file::{TextFile, Unwritten, on_one_line, whole};
 use super::measures::{
     COVERAGE, Measures, QUALITY, has_coverage, is_of_phases, is_of_statistics, methods, source_of,
 };
 use super::sidecar::{self, Column, ColumnDescription};
+use super::timeline::{Timeline, word_of};
 use crate::csv::{cell, number};
 
 /// The name of the file.
@@ -72,14 +72,14 @@ impl PhaseTable {
     }
 
     /// Takes in the values of a phase, if they belong in the table.
-    pub(super) fn take(&mut self, record: &Record, values: &FeatureValues, course: &Course) {
+    pub(super) fn take(&mut self, record: &Record, values: &FeatureValues, timeline: &Timeline) {
         let stream = &record.stream;
         if !is_of_phases(stream) || says_nothing(values) {
             return;
         }
         let window = Window::of(record.sample.measured, values);
         let (subject, section) = (stream.subject(), window.middle());
-        let section = course.section(&subject, section);
+        let section = timeline.section(&subject, section);
         if section.phase.is_none() {
             return;
         }
@@ -129,7 +129,7 @@ impl PhaseTable {
     pub(super) fn finish(
         &self,
         folder: &Path,
-        course: &Course,
+        timeline: &Timeline,
         measures: &Measures,
     ) -> Result<(), Unwritten> {
         let names = self.names();
@@ -142,7 +142,7 @@ impl PhaseTable {
         let head = COLUMNS.iter().map(|(name, _)| (*name).to_owned());
         let head: Vec<String> = head.chain(columns.iter().map(|name| cell(name))).collect();
         let path = folder.join(NAME);
-        whole(&path, || self.write_rows(&path, &head, (&names, &columns), course))?;
+        whole(&path, || self.write_rows(&path, &head, (&names, &columns), timeline))?;
         self.describe(folder, &names, measures)
     }
 
@@ -151,14 +151,14 @@ impl PhaseTable {
         path: &Path,
         head: &[String],
         (names, columns): (&[Option<String>], &[&str]),
-        course: &Course,
+        timeline: &Timeline,
     ) -> Result<(), Unwritten> {
         let mut file = TextFile::create(path.to_owned())?;
         file.push(head.join(","))?;
         let mut occurrences: BTreeMap<(&Subject, &str), u32> = BTreeMap::new();
         for of in self.rows.all() {
             let (subject, begin) = of;
-            let phases = course.phases_of(subject);
+            let phases = timeline.phases_of(subject);
             let Some(phase) = phases.iter().find(|phase| phase.begin == *begin) else { continue };
             let occurrence = occurrences.entry((subject, &phase.label)).or_default();
             *occurrence += 1;
@@ -167,7 +167,7 @@ impl PhaseTable {
                 cell(word_of(subject)),
                 cell(&on_one_line(&phase.label)),
                 occurrence.to_string(),
-                format!("{:.3}", course.secs(*begin)),
+                format!("{:.3}", timeline.secs(*begin)),
                 lasted.unwrap_or_default(),
             ];
             let values: Row = self.rows.row(of).map_err(Unwritten::at(path))?;

@@ -23,11 +23,11 @@ use teampulse_core::time::Time;
 use self::page::Page;
 use self::stream_summary::StreamSummary;
 use self::usable::usable_share;
-use super::course::Course;
 use super::features::Window;
 use super::file::{Unwritten, write};
 use super::intervals::Kept;
 use super::measures::{is_of_phases, is_of_statistics};
+use super::timeline::Timeline;
 
 /// The name of the file.
 pub(super) const NAME: &str = "summary.md";
@@ -63,12 +63,12 @@ struct Counts {
 }
 
 impl Summary {
-    pub(super) fn take(&mut self, record: &Record, course: &Course, streams: &Streams) {
+    pub(super) fn take(&mut self, record: &Record, timeline: &Timeline, streams: &Streams) {
         match &record.sample.data {
             Data::Description(stream) => self.describe(stream),
-            Data::Status(status) => self.take_status(status, course, streams),
-            Data::Feature(values) => self.take_window(record, values, course, streams),
-            Data::Event(event) => self.take_event(record, event, course),
+            Data::Status(status) => self.take_status(status, timeline, streams),
+            Data::Feature(values) => self.take_window(record, values, timeline, streams),
+            Data::Event(event) => self.take_event(record, event, timeline),
             _ => {}
         }
     }
@@ -82,11 +82,11 @@ impl Summary {
     pub(super) fn finish(
         &self,
         (folder, session): (&Path, &str),
-        course: &Course,
+        timeline: &Timeline,
         intervals: &[Kept],
     ) -> Result<(), Unwritten> {
         let path = folder.join(NAME);
-        let page = Page { folder, session, course, summary: self, intervals };
+        let page = Page { folder, session, timeline, summary: self, intervals };
         write(&path, page.to_string())
     }
 
@@ -103,10 +103,10 @@ impl Summary {
         }
     }
 
-    fn take_status(&mut self, status: &StreamStatus, course: &Course, streams: &Streams) {
+    fn take_status(&mut self, status: &StreamStatus, timeline: &Timeline, streams: &Streams) {
         let Some(stream) = raw(streams, &status.name) else { return };
         let subject = stream.subject();
-        let phase = course.section(&subject, course.now()).phase;
+        let phase = timeline.section(&subject, timeline.now()).phase;
         let key = (subject.clone(), status.name.clone());
         self.watched.entry(key).or_default().take_status(status, phase);
     }
@@ -115,7 +115,7 @@ impl Summary {
         &mut self,
         record: &Record,
         values: &FeatureValues,
-        course: &Course,
+        timeline: &Timeline,
         streams: &Streams,
     ) {
         let of = &record.stream;
@@ -129,11 +129,11 @@ impl Summary {
         });
         let Some(stream) = judged.and_then(|input| raw(streams, input)) else { return };
         let window = Window::of(record.sample.measured, values);
-        if !window.is_after(course.began()) || is_too_short(values) {
+        if !window.is_after(timeline.began()) || is_too_short(values) {
             return;
         }
         let subject = stream.subject();
-        let section = course.section(&subject, window.middle());
+        let section = timeline.section(&subject, window.middle());
         let watched = self.watched.entry((subject, stream.name.clone())).or_default();
         let worth = usable_share(&record.stream, values);
         match section.phase {
@@ -145,7 +145,7 @@ impl Summary {
         }
     }
 
-    fn take_event(&mut self, record: &Record, event: &Event, course: &Course) {
+    fn take_event(&mut self, record: &Record, event: &Event, timeline: &Timeline) {
         let stream = &record.stream;
         let is_of_session = stream.about == About::Session && stream.origin == Origin::Raw;
         match event.kind {
@@ -153,7 +153,7 @@ impl Summary {
             EventKind::Marker if is_of_session => self.counts.markers += 1,
             EventKind::Report => {
                 self.counts.reports += 1;
-                self.counts.take_unused(event, is_about_nobody(stream, event, course));
+                self.counts.take_unused(event, is_about_nobody(stream, event, timeline));
             }
             EventKind::Fault if !is_reported_elsewhere(stream) => {
                 self.take_fault(&event.label, record.sample.measured);
@@ -183,8 +183,8 @@ impl Counts {
 }
 
 /// Whether a report that should be about a person is about an unknown one.
-fn is_about_nobody(stream: &Stream, report: &Event, course: &Course) -> bool {
-    Isa::read(report).is_some() && course.whom(stream, report).about == About::Session
+fn is_about_nobody(stream: &Stream, report: &Event, timeline: &Timeline) -> bool {
+    Isa::read(report).is_some() && timeline.whom(stream, report).about == About::Session
 }
 
 /// Whether a window is too short for any value, and so says nothing about its data.

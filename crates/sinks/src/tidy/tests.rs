@@ -1,4 +1,4 @@
-mod course;
+mod timeline;
 mod session;
 
 use std::fs;
@@ -372,8 +372,8 @@ fn a_signal_is_not_judged_by_its_statistics() {
     session.windows("heart/w30", 61..=61, 30.0);
     session.windows("statistics/w60", 62..=62, 60.0);
     let streams = session.streams.clone();
-    let (mut summary, course) = (Summary::default(), Course::default());
-    session.records.iter().for_each(|record| summary.take(record, &course, &streams));
+    let (mut summary, timeline) = (Summary::default(), Timeline::default());
+    session.records.iter().for_each(|record| summary.take(record, &timeline, &streams));
     assert!(summary.is_judged_by(ECG, &format!("{ECG}/heart/w30")));
 }
 

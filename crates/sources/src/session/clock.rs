@@ -1,6 +1,6 @@
 //! The simulated clock of a session that follows `/clock`.
 
-mod course;
+mod tracker;
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -14,7 +14,7 @@ use teampulse_core::time::Time;
 use teampulse_messages::standard::{Message, rosgraph_msgs};
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
 
-use course::Course;
+use tracker::ClockTracker;
 
 /// The interval at which the clock is checked.
 const LOOK: Duration = Duration::from_millis(20);
@@ -30,16 +30,16 @@ pub struct SimulatedClock {
     _subscription: Subscription,
 }
 
-/// The course of the time, with the breaks not yet reported.
+/// The time as it is followed, with the breaks not yet reported.
 struct Following {
-    course: Course,
+    tracker: ClockTracker,
     clock: Clock,
     breaks: Vec<Break>,
 }
 
 impl Following {
     fn take(&mut self, (session, news): (Time, Option<Break>)) {
-        self.clock.run_ahead(self.course.ahead_nanos());
+        self.clock.run_ahead(self.tracker.ahead_nanos());
         self.clock.set(session);
         if self.breaks.len() < MOST_BREAKS {
             self.breaks.extend(news);
@@ -54,14 +54,14 @@ pub async fn follow_clock(
     clock: &Clock,
     patience: Duration,
 ) -> Result<Option<SimulatedClock>, BusError> {
-    let (course, breaks) = (Course::default(), Vec::new());
-    let following = Following { course, clock: clock.clone(), breaks };
+    let (tracker, breaks) = (ClockTracker::default(), Vec::new());
+    let following = Following { tracker, clock: clock.clone(), breaks };
     let following = Arc::new(Mutex::new(following));
     let (followed, host) = (Arc::clone(&following), Clock::host());
     let deliver = Arc::new(move |arrival: Arrival| {
         if let Ok(message) = rosgraph_msgs::Clock::decode(&arrival.bytes) {
             let mut following = lock(&followed);
-            let heard = following.course.hear(arrival.publisher, message.clock, host.now());
+            let heard = following.tracker.hear(arrival.publisher, message.clock, host.now());
             following.take(heard);
         }
     });
@@ -84,7 +84,7 @@ impl Source for SimulatedClock {
         loop {
             let breaks = {
                 let mut following = lock(&self.following);
-                let looked = following.course.look(host.now());
+                let looked = following.tracker.look(host.now());
                 following.take(looked);
                 std::mem::take(&mut following.breaks)
             };

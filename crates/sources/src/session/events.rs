@@ -15,7 +15,7 @@ use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Incident, Subscription};
 use tokio::sync::broadcast::error::RecvError;
 
 use super::commands::COMMANDS;
-use super::{PhaseDesk, happen};
+use super::{ScheduleHandle, happen};
 
 /// The topic on which any node may publish an event.
 const TOPIC: &str = "/session/events";
@@ -36,20 +36,20 @@ const DEPTH: u32 = 1000;
 /// the kind `command`.
 pub struct RosEvents {
     bus: Arc<dyn Bus>,
-    /// Where it is known which phase comes next.
-    desk: PhaseDesk,
+    /// The schedule of the study's phases.
+    schedule: ScheduleHandle,
 }
 
 impl RosEvents {
     /// Events from this bus.
     pub fn new(bus: Arc<dyn Bus>) -> RosEvents {
-        RosEvents { bus, desk: PhaseDesk::default() }
+        RosEvents { bus, schedule: ScheduleHandle::default() }
     }
 
-    /// The same events; phases among them are heard at this desk, too.
+    /// The same events; the schedule of the study follows the phases among them.
     #[must_use]
-    pub fn heard_at(mut self, desk: PhaseDesk) -> RosEvents {
-        self.desk = desk;
+    pub fn with_schedule(mut self, schedule: ScheduleHandle) -> RosEvents {
+        self.schedule = schedule;
         self
     }
 
@@ -60,14 +60,14 @@ impl RosEvents {
         read: Read,
     ) -> Result<Subscription, BusError> {
         let (outlet, refusals) = (outlet.clone(), Refusals::new(TOPIC, "the event is ignored"));
-        let desk = self.desk.clone();
+        let schedule = self.schedule.clone();
         let deliver = Arc::new(move |arrival: Arrival| {
             let (stamp, event) = match read(&arrival.bytes) {
                 Ok(read) => read,
                 Err(reason) => return refusals.report(&outlet, &reason),
             };
             if event.kind == EventKind::Phase {
-                desk.hear(&event.label);
+                schedule.begin(&event.label);
             }
             let stream = outlet.declare(session_events());
             let source_time = stamp.map(|stamp| outlet.clock().session_from_stamp(stamp));

@@ -8,17 +8,17 @@ mod keyboard;
 mod keys;
 mod overflows;
 mod phases;
-mod course;
+mod schedule;
 
 pub use clock::{SimulatedClock, follow_clock};
 pub use commands::RosCommands;
 pub use computers::Computers;
-pub use course::PhaseDesk;
 pub use events::RosEvents;
 pub use keyboard::Key;
 pub use keys::{Keys, PauseKeys, marker, pause_by_key};
 pub use overflows::Overflows;
 pub use phases::{Phase, Phases, check_phases};
+pub use schedule::ScheduleHandle;
 
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::outlet::Outlet;

@@ -12,7 +12,7 @@ use teampulse_core::registry::SettingsError;
 use teampulse_core::source::{Source, SourceError};
 use teampulse_core::time::Time;
 
-use super::course::{Course, Happens, PhaseDesk, Turn};
+use super::schedule::{Change, PhaseEvent, Schedule, ScheduleHandle};
 
 /// The interval at which the session's clock is checked, and so the largest delay of a phase.
 const LOOK: Duration = Duration::from_millis(20);
@@ -144,8 +144,8 @@ fn check_order(phases: &[Phase]) -> Result<(), SettingsError> {
 
 /// The phases of a study, published as events when they begin: as planned, or by hand.
 pub struct Phases {
-    course: Course,
-    desk: PhaseDesk,
+    schedule: Schedule,
+    handle: ScheduleHandle,
     started: Option<Time>,
     /// When the phase last changed.
     changed: Option<Time>,
@@ -153,27 +153,27 @@ pub struct Phases {
 
 impl Phases {
     /// The source of these phases, in any order.
-    pub fn new(phases: Vec<Phase>, desk: PhaseDesk) -> Phases {
-        Phases { course: Course::new(phases), desk, started: None, changed: None }
+    pub fn new(phases: Vec<Phase>, handle: ScheduleHandle) -> Phases {
+        Phases { schedule: Schedule::new(phases), handle, started: None, changed: None }
     }
 
     /// Changes the phase at the moment at which that was asked for, but not before the last change.
     fn carry_out(&mut self, instruction: &Instruction, started: Time, outlet: &Outlet) {
         let at = self.changed.map_or(instruction.at, |changed| changed.max(instruction.at));
-        let turn = Turn::of(&instruction.command);
+        let change = Change::of(&instruction.command);
         let elapsed_secs = at.secs_since(started);
-        if let Some(happens) = turn.and_then(|turn| self.course.turn(turn, elapsed_secs)) {
-            self.report(outlet, &happens, at);
+        if let Some(event) = change.and_then(|change| self.schedule.apply(change, elapsed_secs)) {
+            self.report(outlet, &event, at);
         }
     }
 
-    fn report(&mut self, outlet: &Outlet, happens: &Happens, at: Time) {
+    fn report(&mut self, outlet: &Outlet, event: &PhaseEvent, at: Time) {
         self.changed = Some(at);
-        match happens {
-            Happens::Begins(name, lasts_secs) => {
+        match event {
+            PhaseEvent::Begins(name, lasts_secs) => {
                 happen_at(outlet, (EventKind::Phase, name, *lasts_secs), at);
             }
-            Happens::Aborted(name) => {
+            PhaseEvent::Aborted(name) => {
                 happen_at(outlet, (EventKind::Marker, &format!("{name} aborted"), 0.0), at);
                 // A phase without a name ends the current one.
                 happen_at(outlet, (EventKind::Phase, "", 0.0), at);
@@ -185,13 +185,13 @@ impl Phases {
     fn happen(&mut self, outlet: &Outlet, started: Time) {
         let now = outlet.clock().now();
         let elapsed_secs = now.secs_since(started);
-        while let Some(label) = self.desk.take_heard() {
-            self.course.hear(&label, elapsed_secs);
+        while let Some(label) = self.handle.take_begun() {
+            self.schedule.begun_elsewhere(&label, elapsed_secs);
         }
-        if let Some(happens) = self.course.look(elapsed_secs) {
-            self.report(outlet, &happens, now);
+        if let Some(event) = self.schedule.due(elapsed_secs) {
+            self.report(outlet, &event, now);
         }
-        self.desk.show_next(self.course.next().map(str::to_owned));
+        self.handle.show_next(self.schedule.next().map(str::to_owned));
     }
 }
 
@@ -199,7 +199,7 @@ impl Phases {
 impl Source for Phases {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         let started = *self.started.get_or_insert_with(|| outlet.clock().now());
-        let mut commands = outlet.commands(|command| Turn::of(command).is_some());
+        let mut commands = outlet.commands(|command| Change::of(command).is_some());
         loop {
             self.happen(outlet, started);
             tokio::select! {

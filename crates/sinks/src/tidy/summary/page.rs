@@ -12,9 +12,9 @@ use teampulse_core::time::Time;
 use super::Summary;
 use super::stream_summary::{Complaint, StreamSummary, Usable};
 use super::table::Table;
-use crate::tidy::course::{Course, SHORTEST_SECS};
 use crate::tidy::file::on_one_line;
 use crate::tidy::intervals::Kept;
+use crate::tidy::timeline::{SHORTEST_SECS, Timeline};
 use crate::tidy::{events, features, phases};
 
 /// The most reasons listed per stream, by duration.
@@ -28,7 +28,7 @@ pub(super) struct Page<'a> {
     pub(super) folder: &'a Path,
     /// The name of the session.
     pub(super) session: &'a str,
-    pub(super) course: &'a Course,
+    pub(super) timeline: &'a Timeline,
     pub(super) summary: &'a Summary,
     pub(super) intervals: &'a [Kept],
 }
@@ -45,9 +45,9 @@ impl fmt::Display for Page<'_> {
 
 impl Page<'_> {
     fn head(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Page { session, course, .. } = self;
-        let lasted = duration(course.secs(course.now()));
-        let (began, ended) = (second(course.began()), second(course.now()));
+        let Page { session, timeline, .. } = self;
+        let lasted = duration(timeline.secs(timeline.now()));
+        let (began, ended) = (second(timeline.began()), second(timeline.now()));
         writeln!(f, "# {}\n\n{began} to {ended} (UTC), {lasted}.", on_one_line(session))?;
         let counts = &self.summary.counts;
         let (markers, reports) = (counts.markers, counts.reports);
@@ -83,10 +83,10 @@ impl Page<'_> {
         writeln!(f, "## Phases\n")?;
         let head = ["of", "phase", "from [s]", "to [s]", "length [s]"].map(str::to_owned);
         let mut table = Table::new(head, 2);
-        let of_all = self.course.phases_of(&Subject::session());
+        let of_all = self.timeline.phases_of(&Subject::session());
         self.phases_of("all", of_all, &mut table);
         for subject in self.subjects() {
-            let own = self.course.phases_of(subject);
+            let own = self.timeline.phases_of(subject);
             if own != of_all {
                 self.phases_of(&subject.id, own, &mut table);
             }
@@ -99,7 +99,7 @@ impl Page<'_> {
 
     fn phases_of(&self, of: &str, phases: &[Phase], table: &mut Table) {
         for phase in phases.iter().filter(|phase| lasts(phase)) {
-            let secs = |at| format!("{:.1}", self.course.secs(at));
+            let secs = |at| format!("{:.1}", self.timeline.secs(at));
             let (end, length) = match phase.end {
                 Some(end) => (secs(end), format!("{:.1}", end.secs_since(phase.begin))),
                 None => ("-".into(), "-".into()),
@@ -125,7 +125,7 @@ impl Page<'_> {
 
     fn streams_of(&self, subject: &Subject) -> Table {
         let mut labels: Vec<&str> = Vec::new();
-        for phase in self.course.phases_of(subject).iter().filter(|phase| lasts(phase)) {
+        for phase in self.timeline.phases_of(subject).iter().filter(|phase| lasts(phase)) {
             if !labels.contains(&phase.label.as_str()) {
                 labels.push(&phase.label);
             }
@@ -159,10 +159,10 @@ impl Page<'_> {
         faults.sort_by_key(|(label, (at, _))| (*at, label.as_str()));
         let shown = faults.iter().take(FAULTS).map(|(label, (at, count))| {
             let often = if *count > 1 { format!(", {count} times") } else { String::new() };
-            format!("- at {:.1} s: {}{often}", self.course.secs(*at), on_one_line(label))
+            format!("- at {:.1} s: {}{often}", self.timeline.secs(*at), on_one_line(label))
         });
         let mut lines: Vec<String> = shown.collect();
-        if let Some(cut_off) = self.course.cut_off() {
+        if let Some(cut_off) = self.timeline.cut_off() {
             lines.insert(0, format!("- {cut_off}"));
         }
         if let Some(damage) = &self.summary.damage {
@@ -191,7 +191,7 @@ impl Page<'_> {
              do not overlap,\n  and of each phase as a whole.\n\
              - The .json beside a table says what its columns and measures are, and how they are \
              computed. Times are\n  seconds since {}.",
-            self.course.began()
+            self.timeline.began()
         )?;
         for Kept { name, person, device, signal, count, gaps, corrected } in self.intervals {
             let missing = match gaps {

@@ -1,4 +1,4 @@
-//! The course of a session: its start and its phases.
+//! The timeline of a session: its start and its phases.
 
 use std::collections::BTreeSet;
 
@@ -24,7 +24,7 @@ const JUST_ENDED_NS: i64 = 10_000_000_000;
 
 /// The start of a session, and the phases of everyone in it.
 #[derive(Debug, Default)]
-pub(super) struct Course {
+pub(super) struct Timeline {
     began: Option<Time>,
     now: Time,
     phases: Phases,
@@ -44,7 +44,7 @@ pub(super) struct Section<'a> {
     pub(super) end: Option<Time>,
 }
 
-impl Course {
+impl Timeline {
     /// Takes in the next record. A session begins with its first record.
     pub(super) fn take(&mut self, record: &Record) {
         let sample = &record.sample;
@@ -58,7 +58,7 @@ impl Course {
         }
     }
 
-    /// Ends the course; a session without a recorded end ended with its last record.
+    /// Ends the timeline; a session without a recorded end ended with its last record.
     pub(super) fn finish(&mut self) {
         if !self.phases.is_over() {
             self.cut_off.get_or_insert_with(|| CUT_OFF.to_owned());
@@ -66,7 +66,7 @@ impl Course {
         }
     }
 
-    /// Ends the course with the bag.
+    /// Ends the timeline with the bag.
     pub(super) fn end_with_bag(&mut self, why: &str) {
         self.cut_off = Some(format!(
             "The bag ended before the session did, and these files with it: {}; phases end there, too.",
@@ -74,7 +74,7 @@ impl Course {
         ));
     }
 
-    /// Ends the course early, for a reason that fits after "failed to".
+    /// Ends the timeline early, for a reason that fits after "failed to".
     pub(super) fn end_early(&mut self, reason: &str) {
         self.cut_off = Some(format!(
             "The session ended early: it failed to {}; phases end there, too.",

@@ -1,4 +1,4 @@
-//! The course of a session's time while `/clock` jumps, stops and goes on.
+//! The time of a session while `/clock` jumps, stops and goes on.
 
 use teampulse_core::simulated_time::Break;
 use teampulse_core::time::Time;
@@ -11,9 +11,9 @@ const MOST_AHEAD_SECS: f64 = 3600.0;
 /// After how long without progress the clock has stopped, by the host's clock [s].
 const STOPPED_AFTER_SECS: f64 = 3.0;
 
-/// The course so far. The session's time never goes back and never stands still.
+/// Follows `/clock`. The session's time never goes back and never stands still.
 #[derive(Debug, Default)]
-pub(super) struct Course {
+pub(super) struct ClockTracker {
     /// Who publishes the time, and the last value; `None` before the first message.
     last: Option<(Gid, Time)>,
     /// How far the session's time is ahead of it [ns].
@@ -28,7 +28,7 @@ pub(super) struct Course {
     has_said_other: bool,
 }
 
-impl Course {
+impl ClockTracker {
     /// How far the session's time is ahead of the published time [ns].
     pub(super) fn ahead_nanos(&self) -> i64 {
         self.ahead_nanos
@@ -115,65 +115,65 @@ mod tests {
 
     /// Hears these times of a clock, a tenth of a second of the host apart from a moment on; gives the
     /// session's times [s] and the breaks.
-    fn hear(course: &mut Course, from: f64, stamps: &[f64]) -> (Vec<f64>, Vec<Break>) {
+    fn hear(tracker: &mut ClockTracker, from: f64, stamps: &[f64]) -> (Vec<f64>, Vec<Break>) {
         let heard = stamps.iter().enumerate();
-        let heard = heard.map(|(k, now)| course.hear(A, secs(*now), secs(from + k as f64 * 0.1)));
+        let heard = heard.map(|(k, now)| tracker.hear(A, secs(*now), secs(from + k as f64 * 0.1)));
         let (times, breaks): (Vec<Time>, Vec<Option<Break>>) = heard.unzip();
         (times.into_iter().map(Time::secs).collect(), breaks.into_iter().flatten().collect())
     }
 
     #[test]
     fn a_clock_that_jumps_back_is_a_new_epoch_in_which_time_goes_on() {
-        let mut course = Course::default();
-        let (times, breaks) = hear(&mut course, 1000.0, &[50.0, 50.5, 10.0, 10.5, 11.0]);
+        let mut tracker = ClockTracker::default();
+        let (times, breaks) = hear(&mut tracker, 1000.0, &[50.0, 50.5, 10.0, 10.5, 11.0]);
         assert_eq!(times, [50.0, 50.5, 50.5, 51.0, 51.5]);
         assert_eq!(breaks, [Break::Back(40.5)]);
-        assert_eq!(course.ahead_nanos(), 40_500_000_000);
+        assert_eq!(tracker.ahead_nanos(), 40_500_000_000);
     }
 
     #[test]
     fn one_message_from_a_far_future_does_not_hold_the_time_there() {
-        let mut course = Course::default();
-        let (times, breaks) = hear(&mut course, 1000.0, &[50.0, 9e9, 50.5, 51.0]);
+        let mut tracker = ClockTracker::default();
+        let (times, breaks) = hear(&mut tracker, 1000.0, &[50.0, 9e9, 50.5, 51.0]);
         assert_eq!(times, [50.0, 50.0, 50.0, 50.5]);
         assert_eq!(breaks, [Break::Ahead(9e9 - 50.0), Break::Back(9e9 - 50.5)]);
     }
 
     #[test]
     fn a_message_out_of_order_is_no_jump() {
-        let mut course = Course::default();
-        let (times, breaks) = hear(&mut course, 1000.0, &[50.0, 50.5, 50.4, 51.0]);
+        let mut tracker = ClockTracker::default();
+        let (times, breaks) = hear(&mut tracker, 1000.0, &[50.0, 50.5, 50.4, 51.0]);
         assert_eq!(times, [50.0, 50.5, 50.5, 51.0]);
         assert!(breaks.is_empty());
     }
 
     #[test]
     fn a_clock_that_stops_stops_no_session_and_may_go_on() {
-        let mut course = Course::default();
-        course.hear(A, secs(50.0), secs(1000.0));
-        assert_eq!(course.look(secs(1002.9)), (secs(50.0), None));
-        let (now, stopped) = course.look(secs(1004.0));
+        let mut tracker = ClockTracker::default();
+        tracker.hear(A, secs(50.0), secs(1000.0));
+        assert_eq!(tracker.look(secs(1002.9)), (secs(50.0), None));
+        let (now, stopped) = tracker.look(secs(1004.0));
         assert_eq!((now, stopped), (secs(50.0), Some(Break::Stopped(4.0))));
-        assert_eq!(course.look(secs(1010.0)), (secs(56.0), None));
+        assert_eq!(tracker.look(secs(1010.0)), (secs(56.0), None));
         // A paused publisher repeats the same time.
-        assert_eq!(course.hear(A, secs(50.0), secs(1011.0)), (secs(57.0), None));
+        assert_eq!(tracker.hear(A, secs(50.0), secs(1011.0)), (secs(57.0), None));
         assert_eq!(
-            course.hear(A, secs(50.1), secs(1012.0)),
+            tracker.hear(A, secs(50.1), secs(1012.0)),
             (secs(58.0), Some(Break::GoesOn(8.0)))
         );
-        assert_eq!(course.hear(A, secs(50.6), secs(1012.5)), (secs(58.5), None));
+        assert_eq!(tracker.hear(A, secs(50.6), secs(1012.5)), (secs(58.5), None));
     }
 
     #[test]
     fn only_one_of_two_clocks_is_followed_and_the_other_after_it_has_stopped() {
-        let mut course = Course::default();
-        course.hear(A, secs(50.0), secs(1000.0));
-        assert_eq!(course.hear(B, secs(7.0), secs(1000.1)), (secs(50.0), None));
-        assert_eq!(course.hear(A, secs(50.2), secs(1000.2)), (secs(50.2), Some(Break::Several)));
-        assert_eq!(course.look(secs(1004.2)).1, Some(Break::Stopped(4.0)));
-        let (now, goes_on) = course.hear(B, secs(11.0), secs(1005.2));
+        let mut tracker = ClockTracker::default();
+        tracker.hear(A, secs(50.0), secs(1000.0));
+        assert_eq!(tracker.hear(B, secs(7.0), secs(1000.1)), (secs(50.0), None));
+        assert_eq!(tracker.hear(A, secs(50.2), secs(1000.2)), (secs(50.2), Some(Break::Several)));
+        assert_eq!(tracker.look(secs(1004.2)).1, Some(Break::Stopped(4.0)));
+        let (now, goes_on) = tracker.hear(B, secs(11.0), secs(1005.2));
         assert_eq!((now, goes_on), (secs(51.2), Some(Break::GoesOn(1.0))));
-        assert_eq!(course.hear(B, secs(12.0), secs(1006.2)), (secs(52.2), None));
+        assert_eq!(tracker.hear(B, secs(12.0), secs(1006.2)), (secs(52.2), None));
     }
 
     proptest! {
@@ -181,17 +181,17 @@ mod tests {
         fn whatever_is_reported_time_never_goes_back_and_never_stands_still(
             heard_stamps in prop::collection::vec((any::<i64>(), 0_u8..2), 0..40),
         ) {
-            let mut course = Course::default();
+            let mut tracker = ClockTracker::default();
             let (mut last, mut host) = (Time::from_nanos(i64::MIN), 0.0);
             for (nanos, who) in heard_stamps {
                 host += 0.5;
-                let (now, _) = course.hear(Gid::prefixed([who; 16]), Time::from_nanos(nanos / 4), secs(host));
+                let (now, _) = tracker.hear(Gid::prefixed([who; 16]), Time::from_nanos(nanos / 4), secs(host));
                 prop_assert!(now >= last);
                 last = now;
             }
-            if course.last.is_some() {
-                let before = course.look(secs(host + 4.0)).0;
-                prop_assert!(course.look(secs(host + 8.0)).0 > before);
+            if tracker.last.is_some() {
+                let before = tracker.look(secs(host + 4.0)).0;
+                prop_assert!(tracker.look(secs(host + 8.0)).0 > before);
             }
         }
     }
