@@ -5,11 +5,11 @@ use std::hint::black_box;
 
 use rustix::time::{ClockId, clock_gettime};
 use teampulse_timefilter::align::{
-    Aligner, Mode, Onto, Output, Policy, Sample, SourceId, SourceSettings,
+    Aligner, Mode, Output, Policy, RowTimes, Sample, SourceId, SourceSettings,
 };
 
 const RUNS: u32 = 5;
-const GRID: Onto = Onto::Grid { period_nanos: 15_625_000 }; // 64 Hz
+const GRID: RowTimes = RowTimes::Grid { period_nanos: 15_625_000 }; // 64 Hz
 const LINEAR: Policy = Policy::Linear { max_gap_nanos: 2_000_000_000 };
 /// The rate of each of many sources [Hz], and how many messages they deliver in all.
 const RATE_HZ: i64 = 30;

@@ -9,7 +9,7 @@ use std::collections::BinaryHeap;
 use std::error::Error;
 
 use teampulse_timefilter::Ticks;
-use teampulse_timefilter::align::{Aligner, Mode, Onto, Output, Run, SourceId, SourceSettings};
+use teampulse_timefilter::align::{Aligner, Mode, Output, RowTimes, Run, SourceId, SourceSettings};
 use teampulse_timefilter::clock::{
     ClockModel, Latency, OneWay, OneWaySettings, Probe, Remote, SampleIndex,
 };
@@ -115,7 +115,7 @@ struct Filter {
 
 impl Filter {
     fn new(devices: &[Device]) -> Result<Filter, Box<dyn Error>> {
-        let onto = Onto::Grid { period_nanos: PERIOD };
+        let onto = RowTimes::Grid { period_nanos: PERIOD };
         let mut filter = Filter {
             models: Vec::with_capacity(devices.len()),
             probed: devices.iter().map(|device| device.kind().clock == Clock::Remote).collect(),

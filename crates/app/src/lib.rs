@@ -83,7 +83,7 @@ fn log_to_stderr() {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
     tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_writer(|| teampulse_sinks::Aside)
+        .with_writer(|| teampulse_sinks::WarningOutput)
         .with_ansi(false)
         .with_target(false)
         .without_time()

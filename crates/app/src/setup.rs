@@ -15,7 +15,7 @@ use teampulse_core::session::{NamedFeature, Outcome, Pace, Session, WorkerEnd};
 use teampulse_core::sink::{Sink, SinkError};
 use teampulse_core::source::Source;
 use teampulse_core::streams::Streams;
-use teampulse_core::worker::{Looked, Worker};
+use teampulse_core::worker::{Worker, WorkerCounts};
 use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
 use teampulse_ros::BusId;
@@ -437,7 +437,7 @@ pub fn conclude(outcome: Outcome) -> Exit {
             SinkError::Failed { hint, .. } => blame(failure.hint(hint), Exit::Failed),
         }
     }
-    for WorkerEnd { name, looked: Looked { taken, skipped }, error } in outcome.workers {
+    for WorkerEnd { name, counts: WorkerCounts { taken, skipped }, error } in outcome.workers {
         if taken + skipped == 0 {
             say(format!("{name}: no sample came on its streams"));
         } else if skipped > 0 {

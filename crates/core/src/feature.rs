@@ -130,15 +130,15 @@ impl Outputs {
 }
 
 /// An extractor outside of a session, with the phases on the streams that join it.
-pub struct Alone {
+pub struct StandaloneExtractor {
     extractor: Box<dyn Extractor>,
     phases: Arc<Phases>,
 }
 
-impl Alone {
+impl StandaloneExtractor {
     /// This extractor.
-    pub fn new(extractor: Box<dyn Extractor>) -> Alone {
-        Alone { extractor, phases: Arc::default() }
+    pub fn new(extractor: Box<dyn Extractor>) -> StandaloneExtractor {
+        StandaloneExtractor { extractor, phases: Arc::default() }
     }
 
     fn call(&mut self, out: &mut Outputs, work: impl FnOnce(&mut dyn Extractor, &mut Outputs)) {
@@ -153,7 +153,7 @@ impl Alone {
     }
 }
 
-impl Extractor for Alone {
+impl Extractor for StandaloneExtractor {
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs) {
         Arc::make_mut(&mut self.phases).join(id, stream);
         self.call(out, |extractor, out| extractor.join(id, stream, out));

@@ -56,7 +56,7 @@ pub struct WorkerError {
 
 /// How much a worker has looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Looked {
+pub struct WorkerCounts {
     /// How many records it was given.
     pub taken: u64,
     /// How many it was not, as newer ones came.
@@ -106,7 +106,7 @@ struct Waiting {
     commands: VecDeque<Instruction>,
     bytes: usize,
     came: u64,
-    looked: Looked,
+    counts: WorkerCounts,
     is_closed: bool,
 }
 
@@ -127,7 +127,7 @@ impl Waiting {
 
     fn skip(&mut self, record: &Record) {
         self.bytes -= record.held_bytes();
-        self.looked.skipped += 1;
+        self.counts.skipped += 1;
     }
 
     fn skip_oldest(&mut self) {
@@ -149,7 +149,7 @@ impl Waiting {
         let mut taken: Vec<_> = newest.chain(std::mem::take(&mut self.kept)).collect();
         taken.sort_by_key(|(place, _)| *place);
         self.bytes = 0;
-        self.looked.taken += taken.len() as u64;
+        self.counts.taken += taken.len() as u64;
         taken.into_iter().map(|(_, record)| record).collect()
     }
 }
@@ -206,8 +206,8 @@ impl Feed {
     }
 
     /// How much was taken and skipped so far.
-    pub fn looked(&self) -> Looked {
-        self.shared.lock().looked
+    pub fn counts(&self) -> WorkerCounts {
+        self.shared.lock().counts
     }
 
     /// Whether the session is over: what takes long should look at this.
@@ -230,7 +230,7 @@ impl Feed {
     pub(crate) fn close(&self) {
         let mut state = self.shared.lock();
         let left = state.newest.len() + state.kept.len();
-        state.looked.skipped += left as u64;
+        state.counts.skipped += left as u64;
         state.newest.clear();
         state.kept.clear();
         (state.bytes, state.is_closed) = (0, true);
@@ -297,7 +297,7 @@ mod tests {
         let (post, feed) = feed(Streams::default(), Wants::Everything, only(|_| false));
         post.offer(&[frame(1, 0, 10), mark(0), frame(2, 0, 10), frame(1, 1, 10), mark(1)]);
         assert_eq!(taken(&feed), [(9, 0), (2, 0), (1, 1), (9, 1)]);
-        assert_eq!(feed.looked(), Looked { taken: 4, skipped: 1 });
+        assert_eq!(feed.counts(), WorkerCounts { taken: 4, skipped: 1 });
         assert!(matches!(feed.next(Duration::ZERO), Fed::Silence));
     }
 
@@ -307,7 +307,7 @@ mod tests {
         let (post, feed) = feed(Streams::default(), Wants::Everything, voice);
         post.offer(&[frame(1, 0, 10), frame(2, 0, 10), frame(1, 1, 10), frame(2, 1, 10)]);
         assert_eq!(taken(&feed), [(2, 0), (1, 1), (2, 1)]);
-        assert_eq!(feed.looked(), Looked { taken: 3, skipped: 1 });
+        assert_eq!(feed.counts(), WorkerCounts { taken: 3, skipped: 1 });
     }
 
     #[test]
@@ -340,7 +340,7 @@ mod tests {
         // A single frame that is larger than all is still given.
         post.offer(&[frame(1, 1, 2 * MOST_BYTES)]);
         assert_eq!(taken(&feed), [(1, 1)]);
-        assert_eq!(feed.looked(), Looked { taken: 3, skipped: 3 });
+        assert_eq!(feed.counts(), WorkerCounts { taken: 3, skipped: 3 });
     }
 
     #[test]
@@ -349,6 +349,6 @@ mod tests {
         post.offer(&[frame(1, 0, 10), mark(0)]);
         feed.close();
         assert!(matches!(feed.next(Duration::from_secs(9)), Fed::Closed));
-        assert_eq!(feed.looked(), Looked { taken: 0, skipped: 2 });
+        assert_eq!(feed.counts(), WorkerCounts { taken: 0, skipped: 2 });
     }
 }

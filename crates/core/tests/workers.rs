@@ -21,7 +21,7 @@ use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::stream::{Shape, Stream, Subject};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
-use teampulse_core::worker::{Fed, Feed, Looked, Worker, WorkerError};
+use teampulse_core::worker::{Fed, Feed, Worker, WorkerCounts, WorkerError};
 
 use session::{Keeper, Recording, derived, encode};
 
@@ -154,7 +154,7 @@ async fn a_slow_worker_skips_to_the_newest_and_stamps_with_the_time_of_its_input
     let session_of = session(Pace::Live, &kept, vec![Box::new(camera)], vec![Box::new(slow)]);
     let outcome = session_of.run(pending()).await;
     let [worker] = &outcome.workers[..] else { panic!("{outcome:?}") };
-    assert_eq!((worker.looked, &worker.error), (Looked { taken: 2, skipped: 18 }, &None));
+    assert_eq!((worker.counts, &worker.error), (WorkerCounts { taken: 2, skipped: 18 }, &None));
 
     let first = taken(&kept);
     assert_eq!(measured(&first, CAMERA).len(), FRAMES);

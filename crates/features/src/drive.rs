@@ -1,7 +1,7 @@
 //! Drives an extractor through time, for the tests.
 
 use teampulse_core::data::{Data, Event, FeatureValues};
-use teampulse_core::feature::{Alone, Extractor, Feature, Outputs};
+use teampulse_core::feature::{Extractor, Feature, Outputs, StandaloneExtractor};
 use teampulse_core::registry::Component;
 use teampulse_core::sample::{Sample, Turn};
 use teampulse_core::stream::{Shape, Signal, Stream, StreamId, Subject};
@@ -30,7 +30,7 @@ pub(crate) fn built<S: Component<dyn Feature, FeatureContext>>(settings: &str) -
 
 /// The extractor of a feature, which no session runs.
 pub(crate) fn alone(feature: &dyn Feature, stream: &Stream) -> Box<dyn Extractor> {
-    Box::new(Alone::new(feature.start(stream)))
+    Box::new(StandaloneExtractor::new(feature.start(stream)))
 }
 
 /// A stream of the robot `r1` whose samples are plain numbers.

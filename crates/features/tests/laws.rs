@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use proptest::prelude::*;
 use teampulse_core::data::{Data, FeatureValues, Reason};
-use teampulse_core::feature::{Alone, Extractor, Feature, OutputId, Outputs};
+use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, StandaloneExtractor};
 use teampulse_core::registry::Settings;
 use teampulse_core::sample::{Sample, Turn};
 use teampulse_core::stream::{About, Shape, Signal, Stream, StreamId, Subject};
@@ -151,7 +151,7 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
 /// Runs a session; every sample is taken at the time of the last tick.
 fn run(feature: &dyn Feature, stream: &Stream, steps: &[Step]) -> Outputs {
     let mut out = Outputs::new();
-    let mut extractor = Alone::new(feature.start(stream));
+    let mut extractor = StandaloneExtractor::new(feature.start(stream));
     extractor.join(StreamId(0), stream, &mut out);
     let mut now_ns = 0;
     for step in steps {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
-use teampulse_core::feature::{Alone, Extractor, Feature, OutputId, Outputs, Scope};
+use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope, StandaloneExtractor};
 use teampulse_core::registry::Settings;
 use teampulse_core::sample::{Sample, Turn};
 use teampulse_core::session_streams::session_events;
@@ -124,7 +124,8 @@ fn run(feature: &dyn Feature, steps: &[Step]) -> Option<Outputs> {
     let streams = streams();
     let heard = |place: &usize| feature.accepts(&streams[*place]);
     let first = (0..streams.len()).find(heard)?;
-    let (mut extractor, mut out) = (Alone::new(feature.start(&streams[first])), Outputs::new());
+    let (mut extractor, mut out) =
+        (StandaloneExtractor::new(feature.start(&streams[first])), Outputs::new());
     for place in (0..streams.len()).filter(heard) {
         extractor.join(StreamId(place as u32), &streams[place], &mut out);
     }

@@ -18,7 +18,7 @@ use teampulse_core::time::Time;
 use teampulse_messages::readout::Readout;
 use teampulse_timefilter::Ticks;
 use teampulse_timefilter::align::{
-    AlignError, Aligner, Cell, Mode, Onto, Output, Policy, Row, Run, SourceId, SourceSettings,
+    AlignError, Aligner, Cell, Mode, Output, Policy, Row, RowTimes, Run, SourceId, SourceSettings,
 };
 
 use self::event_cells::EventCells;
@@ -58,7 +58,7 @@ impl Aligned {
     /// first of them; it may be one of events.
     pub fn new(
         path: &Path,
-        onto: Onto,
+        onto: RowTimes,
         streams: impl IntoIterator<Item = (Stream, Policy)>,
     ) -> Result<Aligned, AlignError> {
         let mut aligner = Aligner::new(onto, Mode::Reproducible)?;

@@ -10,7 +10,7 @@ use teampulse_bag::{BagSink, Compression, Options, Place, Version};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
 
-pub use continuing::{Again, ContinuingBag};
+pub use continuing::{Continuation, ContinuingBag};
 
 use crate::SinkContext;
 
@@ -113,8 +113,8 @@ split_mib   = 4096"#;
         let (folder, study) = (context.bag.clone(), context.study.clone());
         let bag = BagSink { folder, study, options };
         let again = match self.on_failure {
-            OnFailure::Retry => Again::Beside { fallback: self.fallback },
-            OnFailure::End => Again::Never,
+            OnFailure::Retry => Continuation::Beside { fallback: self.fallback },
+            OnFailure::End => Continuation::Never,
         };
         Ok(Box::new(ContinuingBag { bag, ended: context.bag_ended.clone(), again }))
     }

@@ -20,14 +20,14 @@ use teampulse_core::registry::Entry;
 use teampulse_core::sink::Sink;
 
 pub use aligned::Aligned;
-pub use bag::{Again, Bag, ContinuingBag};
+pub use bag::{Bag, Continuation, ContinuingBag};
 pub use csv::{Csv, tables_beside};
 pub use dashboard::{ALLOWED, Announce, DashboardContext};
 pub use ros::RosContext;
 pub use teampulse_dashboard::wire::PhasePlan;
 pub use terminal::{
-    Aside, Board, Colours, Estimates, Kept, NextPhase, Scroll, Terminal, TerminalContext, View,
-    leave_screen,
+    Board, Colours, Estimates, Kept, NextPhase, Scroll, Terminal, TerminalContext, View,
+    WarningOutput, leave_screen,
 };
 pub use tidy::Tidy;
 

@@ -6,7 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use teampulse_timefilter::align::{
-    Aligner, Mode, Onto, Output, Run, Sample, SourceId, SourceSettings,
+    Aligner, Mode, Output, RowTimes, Run, Sample, SourceId, SourceSettings,
 };
 
 thread_local! {
@@ -81,9 +81,9 @@ fn feed(aligner: &mut Aligner, sources: &[SourceId], moments: std::ops::Range<i6
 #[test]
 fn alignment_allocates_nothing_in_steady_state() {
     for (onto, mode) in [
-        (Onto::Grid { period_nanos: 15_625_000 }, Mode::Reproducible),
-        (Onto::Grid { period_nanos: 15_625_000 }, Mode::Available),
-        (Onto::Pivot, Mode::Reproducible),
+        (RowTimes::Grid { period_nanos: 15_625_000 }, Mode::Reproducible),
+        (RowTimes::Grid { period_nanos: 15_625_000 }, Mode::Available),
+        (RowTimes::Pivot, Mode::Reproducible),
     ] {
         let mut aligner = Aligner::new(onto, mode).unwrap();
         let sources = sources(&mut aligner, 10, 4_096);
@@ -99,7 +99,7 @@ fn alignment_allocates_nothing_in_steady_state() {
 #[test]
 fn memory_stays_within_its_bound_even_when_buffers_are_full() {
     let before = BYTES.get();
-    let onto = Onto::Grid { period_nanos: 15_625_000 };
+    let onto = RowTimes::Grid { period_nanos: 15_625_000 };
     let mut aligner = Aligner::new(onto, Mode::Reproducible).unwrap();
     let sources = sources(&mut aligner, 64, 100);
     for moments in [0..1_500, 1_500..3_000] {

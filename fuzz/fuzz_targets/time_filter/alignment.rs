@@ -1,7 +1,7 @@
 //! An aligner: any settings, sources that come and go, any stamps and values.
 
 use teampulse_timefilter::align::{
-    Aggregate, AlignError, Aligner, LONGEST_NANOS, Mode, Onto, Output, Policy, ROWS_IN_SILENCE,
+    Aggregate, AlignError, Aligner, LONGEST_NANOS, Mode, RowTimes, Output, Policy, ROWS_IN_SILENCE,
     Run, Sample, SourceId, SourceSettings,
 };
 
@@ -12,7 +12,7 @@ const SOURCES: usize = 12;
 
 pub fn drive(bytes: &mut Bytes<'_>) {
     let period_nanos = bytes.one_of(&[1, 1_000, 15_625_000, 100_000_000, LONGEST_NANOS, 0, -1]);
-    let onto = if bytes.flag() { Onto::Pivot } else { Onto::Grid { period_nanos } };
+    let onto = if bytes.flag() { RowTimes::Pivot } else { RowTimes::Grid { period_nanos } };
     let mode = if bytes.flag() { Mode::Available } else { Mode::Reproducible };
     let Ok(mut aligner) = Aligner::new(onto, mode) else { return };
     let mut outputs = Outputs::default();

@@ -12,7 +12,7 @@ use teampulse_core::stream::{Channel, Origin, Shape, Stream};
 use teampulse_messages::convert::encode;
 use teampulse_messages::{fields, readout};
 use teampulse_sinks::{Aligned, Csv};
-use teampulse_timefilter::align::{Onto, Policy};
+use teampulse_timefilter::align::{Policy, RowTimes};
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
 use crate::commands::replay::{clocks_of, source_of, study_of};
@@ -111,13 +111,13 @@ impl Export {
     }
 
     /// The times to which streams are aligned, if any.
-    fn onto(&self) -> Option<Onto> {
+    fn onto(&self) -> Option<RowTimes> {
         let period_nanos = |hz: f64| (1e9 / hz).round() as i64;
-        let grid = self.grid.map(|hz| Onto::Grid { period_nanos: period_nanos(hz) });
-        grid.or(self.pivot.as_ref().map(|_| Onto::Pivot))
+        let grid = self.grid.map(|hz| RowTimes::Grid { period_nanos: period_nanos(hz) });
+        grid.or(self.pivot.as_ref().map(|_| RowTimes::Pivot))
     }
 
-    fn aligned(&self, onto: Onto, bag: &Bag, folder: &Path) -> Result<Box<dyn Sink>, Failure> {
+    fn aligned(&self, onto: RowTimes, bag: &Bag, folder: &Path) -> Result<Box<dyn Sink>, Failure> {
         let mut streams: Vec<Stream> = bag
             .streams()
             .iter()

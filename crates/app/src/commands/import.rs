@@ -22,7 +22,7 @@ use teampulse_core::sink::Sink;
 use teampulse_core::source::Source;
 use teampulse_core::streams::Streams;
 use teampulse_messages::convert::encode;
-use teampulse_sinks::{Again, ContinuingBag};
+use teampulse_sinks::{Continuation, ContinuingBag};
 
 use crate::commands::info::open;
 use crate::commands::replay::{
@@ -212,7 +212,7 @@ impl Import {
         let session = name;
         let options = Options { session, notes, place: Place::Claimed, ..Options::default() };
         let bag = BagSink { folder: folder.clone(), study: study.text().to_owned(), options };
-        let (ended, again) = (context.bag_ended.clone(), Again::Never);
+        let (ended, again) = (context.bag_ended.clone(), Continuation::Never);
         let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(ContinuingBag { bag, ended, again })];
         sinks.extend(tidy(study, &context)?);
         let session = Session {

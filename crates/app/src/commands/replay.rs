@@ -11,7 +11,7 @@ use teampulse_core::clocks::Clocks;
 use teampulse_core::session::Session;
 use teampulse_core::sink::Sink;
 use teampulse_messages::convert::encode;
-use teampulse_sinks::{Again, ContinuingBag};
+use teampulse_sinks::{Continuation, ContinuingBag};
 use teampulse_sources::robots::{Choice, Robots};
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
@@ -87,7 +87,7 @@ pub async fn replayed_from(
     let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(ContinuingBag {
         bag: bag_sink,
         ended: context.bag_ended.clone(),
-        again: Again::Never,
+        again: Continuation::Never,
     })];
     sinks.extend(tidy(study, &context)?);
     let unread = source.unread();

@@ -11,7 +11,7 @@ use crate::fault::{lasting, passing};
 use crate::outlet::Outlet;
 use crate::panics::{at, watched};
 use crate::streams::Streams;
-use crate::worker::{Feed, FeedPost, Looked, Worker, WorkerError, feed};
+use crate::worker::{Feed, FeedPost, Worker, WorkerCounts, WorkerError, feed};
 
 /// The pauses before a worker is run again double from the first to the last.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
@@ -25,7 +25,7 @@ pub struct WorkerEnd {
     /// Its name.
     pub name: String,
     /// How many records it has taken and skipped.
-    pub looked: Looked,
+    pub counts: WorkerCounts,
     /// Why it ended before the session did.
     pub error: Option<WorkerError>,
 }
@@ -104,13 +104,13 @@ impl Running {
             Some(WorkerError { message, hint })
         };
         let error = (&mut self.ended).await.unwrap_or_else(no_thread);
-        WorkerEnd { name: self.name.clone(), looked: self.feed.looked(), error }
+        WorkerEnd { name: self.name.clone(), counts: self.feed.counts(), error }
     }
 
     /// It is abandoned, as it does not stop.
     pub(super) fn abandon(&self) -> WorkerEnd {
         let message = "stop in time: it was still at work at the end of the session".to_owned();
         let error = Some(WorkerError { message, hint: String::new() });
-        WorkerEnd { name: self.name.clone(), looked: self.feed.looked(), error }
+        WorkerEnd { name: self.name.clone(), counts: self.feed.counts(), error }
     }
 }

@@ -18,7 +18,7 @@ const SOME_ROOM_BYTES: u64 = 64 << 20;
 
 /// Where a recording continues after a failure.
 #[derive(Clone, Debug)]
-pub enum Again {
+pub enum Continuation {
     /// Nowhere.
     Never,
     /// In a folder next to that of the bag, or in the fallback.
@@ -37,7 +37,7 @@ pub struct ContinuingBag {
     /// The sinks that it notifies.
     pub ended: Ended,
     /// Where it continues.
-    pub again: Again,
+    pub again: Continuation,
 }
 
 impl Sink for ContinuingBag {
@@ -60,8 +60,8 @@ impl Sink for ContinuingBag {
         let Err(broken) = first.record(&inbox) else { return Ok(()) };
         ended.report(format!("failed to {}", broken.error));
         match again {
-            Again::Never => Err(in_no_bag(broken.error, broken.unwritten)),
-            Again::Beside { fallback } => {
+            Continuation::Never => Err(in_no_bag(broken.error, broken.unwritten)),
+            Continuation::Beside { fallback } => {
                 let parts = (&inbox, &ended);
                 Err(goes_on(&bag, fallback.as_deref(), broken, parts, MOST_BAGS))
             }
@@ -213,7 +213,7 @@ mod tests {
     }
 
     /// A bag whose disk stands still: cut off after its first message.
-    fn cut_off(folder: &Path, again: Again) -> (Post, Inbox, Box<ContinuingBag>, Streams) {
+    fn cut_off(folder: &Path, again: Continuation) -> (Post, Inbox, Box<ContinuingBag>, Streams) {
         let streams = Streams::default();
         streams.declare(descriptions());
         let limits = Limits { bytes: 1, patience: Some(Duration::ZERO), stall: Duration::MAX };
@@ -232,7 +232,7 @@ mod tests {
     fn a_recording_that_failed_goes_on_in_another_bag_and_counts_what_is_in_none() {
         let folder = tempfile::tempdir().unwrap();
         let (first, second) = (folder.path().join("bag"), folder.path().join("bag_2"));
-        let again = Again::Beside { fallback: None };
+        let again = Continuation::Beside { fallback: None };
         let (post, inbox, sink, streams) = cut_off(&first, again);
         let ended = sink.ended.clone();
         let recording = std::thread::spawn(move || sink.run(inbox));
@@ -277,7 +277,7 @@ mod tests {
             study: String::new(),
             options: Options { keep_free_bytes: 0, ..Options::default() },
         };
-        let (ended, again) = (Ended::default(), Again::Beside { fallback: None });
+        let (ended, again) = (Ended::default(), Continuation::Beside { fallback: None });
         let sink = Box::new(ContinuingBag { bag, ended: ended.clone(), again });
         let recording = std::thread::spawn(move || sink.run(inbox));
         while ended.folders().is_empty() {
@@ -339,7 +339,7 @@ mod tests {
     #[test]
     fn what_comes_after_the_last_of_too_many_bags_is_counted_and_said() {
         let folder = tempfile::tempdir().unwrap();
-        let again = Again::Beside { fallback: None };
+        let again = Continuation::Beside { fallback: None };
         let (post, inbox, sink, streams) = cut_off(&folder.path().join("bag"), again);
         let ContinuingBag { bag, ended, .. } = *sink;
         let broken = bag.clone().begin().unwrap().record(&inbox).unwrap_err();
@@ -367,7 +367,7 @@ mod tests {
     #[test]
     fn what_still_waits_when_the_session_ends_is_counted() {
         let folder = tempfile::tempdir().unwrap();
-        let again = Again::Beside { fallback: None };
+        let again = Continuation::Beside { fallback: None };
         let (post, inbox, sink, _) = cut_off(&folder.path().join("bag"), again);
         drop(post);
         let Err(SinkError::Lost { message, .. }) = sink.run(inbox) else { panic!() };
@@ -377,7 +377,7 @@ mod tests {
     #[test]
     fn a_recording_that_may_not_go_on_ends() {
         let folder = tempfile::tempdir().unwrap();
-        let (post, inbox, sink, streams) = cut_off(&folder.path().join("bag"), Again::Never);
+        let (post, inbox, sink, streams) = cut_off(&folder.path().join("bag"), Continuation::Never);
         assert!(matches!(sink.run(inbox), Err(SinkError::Lost { .. })));
         assert_eq!(post.deliver(&marker(&streams, 3)), Posted::Ended);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);

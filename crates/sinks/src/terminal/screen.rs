@@ -28,7 +28,7 @@ fn aside_of_screen() -> MutexGuard<'static, Option<Vec<u8>>> {
 /// Standard error for warnings: while the screen is taken over they go to its log, as they would be drawn
 /// over.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Aside;
+pub struct WarningOutput;
 
 /// Output of others without control characters: it quotes text from robots and files.
 fn harmless(bytes: &[u8]) -> Vec<u8> {
@@ -37,7 +37,7 @@ fn harmless(bytes: &[u8]) -> Vec<u8> {
     lines.join("\n").into_bytes()
 }
 
-impl Write for Aside {
+impl Write for WarningOutput {
     fn write(&mut self, written: &[u8]) -> io::Result<usize> {
         let bytes = &harmless(written)[..];
         match aside_of_screen().as_mut() {

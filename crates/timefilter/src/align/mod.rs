@@ -1,6 +1,6 @@
 //! Alignment: resampling many streams at common times, on a grid or at the samples of a pivot stream.
 //!
-//! The input is not changed, and every sample that rows left out is reported ([`Aside`]) and counted
+//! The input is not changed, and every sample that rows left out is reported ([`LeftOut`]) and counted
 //! ([`Counts`]). See [`Aligner`].
 //!
 //! A sample whose values are all NaN is blank: it is not held, interpolated or counted, but shows that its
@@ -20,6 +20,8 @@ mod error;
 pub use aligner::{AHEAD_NANOS, Aligner, ROWS_IN_SILENCE};
 pub use error::AlignError;
 pub use policy::{Aggregate, LONGEST_NANOS, Policy};
-pub use row::{Aside, Cell, Output, Row, SourceEvent, Validity, Why};
-pub use settings::{MOST_NUMBERS, MOST_SOURCES, Mode, Onto, Run, Sample, SourceId, SourceSettings};
+pub use row::{Cell, LeftOut, LeftOutReason, Output, Row, SourceEvent, Validity};
+pub use settings::{
+    MOST_NUMBERS, MOST_SOURCES, Mode, RowTimes, Run, Sample, SourceId, SourceSettings,
+};
 pub use source::Counts;

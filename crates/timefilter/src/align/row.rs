@@ -8,7 +8,7 @@ pub enum Output<'a> {
     /// The values of all sources at one time.
     Row(&'a Row<'a>),
     /// A sample that rows left out.
-    Aside(Aside<'a>),
+    LeftOut(LeftOut<'a>),
     /// A source fell silent, fell behind or came back.
     Event(SourceEvent),
 }
@@ -70,7 +70,7 @@ pub enum Validity {
     /// or in the window.
     Missing,
     /// The last value, or none: the row no longer waited for this source, whose data arrive too late. Its
-    /// samples for this row are reported as [`Why::Late`] when they arrive.
+    /// samples for this row are reported as [`LeftOutReason::Late`] when they arrive.
     Late,
 }
 
@@ -90,7 +90,7 @@ impl Validity {
 
 /// A sample that rows left out. Each is also counted: see [`super::Counts`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Aside<'a> {
+pub struct LeftOut<'a> {
     /// The source of the sample.
     pub source: SourceId,
     /// When the sample was measured [ns since the Unix epoch].
@@ -98,12 +98,12 @@ pub struct Aside<'a> {
     /// The values, one per channel.
     pub values: &'a [f64],
     /// Why rows left it out.
-    pub why: Why,
+    pub reason: LeftOutReason,
 }
 
 /// Why rows left a sample out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Why {
+pub enum LeftOutReason {
     /// It was measured at or before the time of the newest row, but arrived after that row was issued.
     /// Later rows still use it where they can: it may be the last value, or in their window.
     Late,

@@ -10,7 +10,7 @@ pub const MOST_NUMBERS: usize = 1 << 24;
 
 /// The times of the rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Onto {
+pub enum RowTimes {
     /// The multiples of a period [ns, 1 to a day].
     ///
     /// The first row is the first one at or after the earliest sample. When no source delivers, rows

@@ -1,7 +1,7 @@
 //! One source of an aligner.
 
 use super::policy::Policy;
-use super::row::{Aside, Output, Validity, Why};
+use super::row::{LeftOut, LeftOutReason, Output, Validity};
 use super::samples::Samples;
 use super::settings::{SourceId, SourceSettings};
 use super::watermark::{Presence, Watermark};
@@ -11,11 +11,11 @@ use super::watermark::{Presence, Watermark};
 pub struct Counts {
     /// All samples received.
     pub received: u64,
-    /// Those that arrived after a row of their time or later was issued: [`super::Why::Late`].
+    /// Those that arrived after a row of their time or later was issued: [`super::LeftOutReason::Late`].
     pub late: u64,
-    /// Those with a time of measurement after their arrival: [`super::Why::Ahead`].
+    /// Those with a time of measurement after their arrival: [`super::LeftOutReason::Ahead`].
     pub ahead: u64,
-    /// Those for which there was no room: [`super::Why::Crowded`].
+    /// Those for which there was no room: [`super::LeftOutReason::Crowded`].
     pub crowded: u64,
     /// Those with only NaN values: they show that the source is alive, and are otherwise ignored.
     pub blank: u64,
@@ -126,13 +126,13 @@ impl Source {
         }
         if self.samples.is_full() {
             self.counts.crowded += 1;
-            let (source, why) = (self.id, Why::Crowded);
+            let (source, reason) = (self.id, LeftOutReason::Crowded);
             let oldest = self.samples.time(0).unwrap_or(measured);
             if measured < oldest {
-                return out(Output::Aside(Aside { source, measured, values, why }));
+                return out(Output::LeftOut(LeftOut { source, measured, values, reason }));
             }
             let (measured, values) = (oldest, self.samples.values(0));
-            out(Output::Aside(Aside { source, measured, values, why }));
+            out(Output::LeftOut(LeftOut { source, measured, values, reason }));
             self.samples.forget_oldest();
         }
         self.samples.insert(measured, values);

@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use teampulse_timefilter::align::{
-    AlignError, Aligner, LONGEST_NANOS, MOST_SOURCES, Mode, Onto, Output, Policy, ROWS_IN_SILENCE,
-    Run, Sample, SourceSettings,
+    AlignError, Aligner, LONGEST_NANOS, MOST_SOURCES, Mode, Output, Policy, ROWS_IN_SILENCE,
+    RowTimes, Run, Sample, SourceSettings,
 };
 
 fn times() -> impl Strategy<Value = i64> {
@@ -31,7 +31,7 @@ proptest! {
         period_nanos in prop::sample::select(&[1, 1_000, 15_625_000, LONGEST_NANOS][..]),
         idle_nanos in prop::sample::select(&[1, 20_000, 2_000_000_000, LONGEST_NANOS][..]),
     ) {
-        let onto = if on_pivot { Onto::Pivot } else { Onto::Grid { period_nanos } };
+        let onto = if on_pivot { RowTimes::Pivot } else { RowTimes::Grid { period_nanos } };
         let mode = if available { Mode::Available } else { Mode::Reproducible };
         let mut aligner = Aligner::new(onto, mode).unwrap();
         let settings = |policy: &str| SourceSettings {
@@ -59,7 +59,7 @@ proptest! {
 
 /// How many rows a grid gives out of pushes `(measured, arrival)` of two sources in turn.
 fn rows(period_nanos: i64, mode: Mode, idle_nanos: i64, pushes: &[(i64, i64)]) -> u64 {
-    let mut aligner = Aligner::new(Onto::Grid { period_nanos }, mode).unwrap();
+    let mut aligner = Aligner::new(RowTimes::Grid { period_nanos }, mode).unwrap();
     let settings = SourceSettings { idle_nanos, ..SourceSettings::new(Policy::Exact) };
     let sources = [(); 2].map(|()| aligner.add(settings).unwrap());
     for (source, &(measured, arrival)) in sources.iter().cycle().zip(pushes) {
@@ -101,7 +101,7 @@ fn rows_end_with_all_time() {
 
 #[test]
 fn a_million_sources_are_refused() {
-    let mut aligner = Aligner::new(Onto::Pivot, Mode::Reproducible).unwrap();
+    let mut aligner = Aligner::new(RowTimes::Pivot, Mode::Reproducible).unwrap();
     let settings = SourceSettings::new(Policy::Exact);
     let added = (0..1_000_000).take_while(|_| aligner.add(settings).is_ok()).count();
     assert_eq!(added, MOST_SOURCES);
@@ -111,7 +111,7 @@ fn a_million_sources_are_refused() {
 
 #[test]
 fn what_is_out_of_range_is_reported() {
-    let mut aligner = Aligner::new(Onto::Pivot, Mode::Reproducible).unwrap();
+    let mut aligner = Aligner::new(RowTimes::Pivot, Mode::Reproducible).unwrap();
     let fine = SourceSettings::new(Policy::Exact);
     for settings in [
         SourceSettings { channels: 0, ..fine },
@@ -127,7 +127,7 @@ fn what_is_out_of_range_is_reported() {
         assert!(error.starts_with("expected ") && error.contains(", got "), "{error}");
     }
     for period_nanos in [i64::MIN, -1, 0, LONGEST_NANOS + 1] {
-        assert!(Aligner::new(Onto::Grid { period_nanos }, Mode::Reproducible).is_err());
+        assert!(Aligner::new(RowTimes::Grid { period_nanos }, Mode::Reproducible).is_err());
     }
     let two = aligner.add(SourceSettings { channels: 2, ..fine }).unwrap();
     let sample = Sample { measured: 0, arrival: 0, values: &[1.0] };

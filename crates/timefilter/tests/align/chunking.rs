@@ -1,7 +1,7 @@
 //! The same samples give the same rows, however they are cut and however often the time is given.
 
 use proptest::prelude::*;
-use teampulse_timefilter::align::{Mode, Onto, Output, Run, SourceSettings};
+use teampulse_timefilter::align::{Mode, Output, RowTimes, Run, SourceSettings};
 
 use crate::story::{Kept, MS, Outcome, SECOND, keep};
 
@@ -12,7 +12,13 @@ type Batch = (usize, i64, i64, usize);
 const POLICIES: [&str; 4] = ["linear:200ms", "hold:300ms", "nearest:20ms", "mean:100ms"];
 const PERIOD: i64 = 7 * MS;
 
-fn report(onto: Onto, mode: Mode, batches: &[Batch], cuts: &[usize], ticks: &[i64]) -> Vec<Kept> {
+fn report(
+    onto: RowTimes,
+    mode: Mode,
+    batches: &[Batch],
+    cuts: &[usize],
+    ticks: &[i64],
+) -> Vec<Kept> {
     let mut outcome = Outcome::new(onto, mode);
     let settings = |policy: &str| {
         let (lateness_nanos, idle_nanos) = (40 * MS, 250 * MS);
@@ -66,7 +72,7 @@ proptest! {
         on_pivot in any::<bool>(),
         available in any::<bool>(),
     ) {
-        let onto = if on_pivot { Onto::Pivot } else { Onto::Grid { period_nanos: 15_625_000 } };
+        let onto = if on_pivot { RowTimes::Pivot } else { RowTimes::Grid { period_nanos: 15_625_000 } };
         let mode = if available { Mode::Available } else { Mode::Reproducible };
         let whole = report(onto, mode, &batches, &[usize::MAX >> 1], &[0]);
         let parts = report(onto, mode, &batches, &cuts, &ticks);
@@ -79,7 +85,7 @@ proptest! {
     fn rows_come_in_order(
         batches in prop::collection::vec((0..4_usize, 0..400 * MS, 0..500 * MS, 1..12_usize), 1..60),
     ) {
-        let onto = Onto::Grid { period_nanos: 15_625_000 };
+        let onto = RowTimes::Grid { period_nanos: 15_625_000 };
         let kept = report(onto, Mode::Reproducible, &batches, &[1], &[0]);
         let times: Vec<i64> = kept
             .iter()

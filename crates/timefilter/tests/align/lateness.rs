@@ -1,7 +1,9 @@
 //! What becomes of samples that come too late, or too early.
 
 use proptest::prelude::*;
-use teampulse_timefilter::align::{AHEAD_NANOS, SourceEvent, SourceSettings, Validity, Why};
+use teampulse_timefilter::align::{
+    AHEAD_NANOS, LeftOutReason, SourceEvent, SourceSettings, Validity,
+};
 
 use crate::story::{MS, Outcome, SECOND};
 
@@ -16,7 +18,7 @@ fn a_sample_within_the_lateness_takes_its_place() {
     }
     outcome.finish();
     let values: Vec<f64> = outcome.rows().iter().map(|row| row.cell(id).value()).collect();
-    assert!(outcome.asides().is_empty());
+    assert!(outcome.left_out().is_empty());
     assert_eq!(values[..9], [0.0, 100.0, 400.0, 900.0, 1600.0, 2500.0, 3600.0, 4900.0, 6400.0]);
 }
 
@@ -27,7 +29,7 @@ fn a_late_sample_is_reported_counted_and_still_used() {
     for (time, value) in [(0, 0.0), (10, 1.0), (20, 2.0), (15, 1.5), (22, 2.2), (40, 4.0)] {
         outcome.push(id, time * MS, SECOND, value);
     }
-    assert_eq!(outcome.asides(), [(id, 15 * MS, Why::Late)]);
+    assert_eq!(outcome.left_out(), [(id, 15 * MS, LeftOutReason::Late)]);
     assert_eq!(outcome.aligner.counts(id).unwrap().late, 1);
     assert_eq!(outcome.row(30 * MS).cell(id).value(), 2.2);
 
@@ -75,7 +77,12 @@ fn a_stamp_from_the_future_is_set_aside_and_holds_nothing_up() {
     }
     assert_eq!(outcome.times().len(), 100);
     assert_eq!(outcome.aligner.counts(mad).unwrap().ahead, 200);
-    assert!(outcome.asides().iter().all(|aside| aside.2 == Why::Ahead && aside.1 > AHEAD_NANOS));
+    assert!(
+        outcome
+            .left_out()
+            .iter()
+            .all(|left_out| left_out.2 == LeftOutReason::Ahead && left_out.1 > AHEAD_NANOS)
+    );
     assert!(outcome.rows().iter().all(|row| row.cell(mad).validity == Validity::Fresh));
 }
 
@@ -95,8 +102,13 @@ fn what_there_is_no_room_for_is_reported_and_counted() {
     let crowded = outcome.aligner.counts(fast).unwrap().crowded;
     // The first 100 are behind the next row, and 50 are kept.
     assert_eq!(crowded, 850);
-    assert_eq!(outcome.asides().len(), 850);
-    assert!(outcome.asides().iter().all(|aside| aside.0 == fast && aside.2 == Why::Crowded));
+    assert_eq!(outcome.left_out().len(), 850);
+    assert!(
+        outcome
+            .left_out()
+            .iter()
+            .all(|left_out| left_out.0 == fast && left_out.2 == LeftOutReason::Crowded)
+    );
 }
 
 proptest! {

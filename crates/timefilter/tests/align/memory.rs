@@ -1,6 +1,6 @@
 //! Memory over a long session. What is allocated in truth: see `align_allocations.rs`.
 
-use teampulse_timefilter::align::{Aligner, Mode, Onto, Output, Sample, SourceSettings};
+use teampulse_timefilter::align::{Aligner, Mode, Output, RowTimes, Sample, SourceSettings};
 
 use crate::story::SECOND;
 
@@ -10,7 +10,7 @@ const HOURS: i64 = 3_600 * SECOND;
 #[test]
 fn eight_hours_of_many_sources_stay_within_the_bound() {
     let mut aligner =
-        Aligner::new(Onto::Grid { period_nanos: 10 * SECOND }, Mode::Reproducible).unwrap();
+        Aligner::new(RowTimes::Grid { period_nanos: 10 * SECOND }, Mode::Reproducible).unwrap();
     let policies = ["linear:5s", "hold:60s", "mean:10s", "nearest:1s"];
     let sources: Vec<_> = (0..64)
         .map(|number| {

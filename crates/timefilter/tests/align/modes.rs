@@ -1,12 +1,12 @@
 //! Rows for screens, with what is there.
 
-use teampulse_timefilter::align::{Mode, Onto, Validity};
+use teampulse_timefilter::align::{Mode, RowTimes, Validity};
 
 use crate::story::{MS, Outcome, SECOND};
 
 #[test]
 fn a_row_for_a_screen_is_out_at_its_time() {
-    let mut outcome = Outcome::new(Onto::Grid { period_nanos: 100 * MS }, Mode::Available);
+    let mut outcome = Outcome::new(RowTimes::Grid { period_nanos: 100 * MS }, Mode::Available);
     let (moving, slow, dying) =
         (outcome.add("linear:500ms"), outcome.add("hold:2s"), outcome.add("hold:1s"));
     for time in (0..10 * SECOND).step_by(10 * MS as usize) {
@@ -20,7 +20,7 @@ fn a_row_for_a_screen_is_out_at_its_time() {
         let newest = outcome.times().last().copied();
         assert_eq!(newest, (time >= 100 * MS).then_some(time / (100 * MS) * 100 * MS));
     }
-    assert!(outcome.asides().is_empty());
+    assert!(outcome.left_out().is_empty());
     for row in &outcome.rows()[5..] {
         let moving = row.cell(moving);
         assert_eq!((moving.validity, moving.age_nanos), (Validity::Held, 160 * MS));
@@ -37,7 +37,7 @@ fn a_row_for_a_screen_is_out_at_its_time() {
 
 #[test]
 fn onto_a_pivot_for_a_screen_a_row_comes_with_its_sample() {
-    let mut outcome = Outcome::new(Onto::Pivot, Mode::Available);
+    let mut outcome = Outcome::new(RowTimes::Pivot, Mode::Available);
     let (pivot, other) = (outcome.add("exact"), outcome.add("hold:1s"));
     outcome.at(other, 5 * MS, 3.0);
     outcome.push(pivot, 10 * MS, 40 * MS, 1.0);

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use teampulse_timefilter::align::{
-    Aggregate, Mode, Onto, Output, Policy, Sample, SourceSettings, Validity,
+    Aggregate, Mode, Output, Policy, RowTimes, Sample, SourceSettings, Validity,
 };
 
 use crate::story::{KeptCell, MS, Outcome, SECOND};
@@ -131,7 +131,7 @@ proptest! {
 
     #[test]
     fn rows_onto_a_pivot_are_at_its_samples(pivot in streams(), other in streams(), policy in policies()) {
-        let mut outcome = Outcome::new(Onto::Pivot, Mode::Reproducible);
+        let mut outcome = Outcome::new(RowTimes::Pivot, Mode::Reproducible);
         let pivot_id = outcome.aligner.add(with_equal_stamps(Policy::Exact)).unwrap();
         let other_id = outcome.aligner.add(with_equal_stamps(policy)).unwrap();
         let mut samples: Vec<_> = pivot.iter().map(|sample| (sample.0, pivot_id, sample.1)).collect();

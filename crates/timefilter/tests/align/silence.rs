@@ -1,6 +1,6 @@
 //! What becomes of the rows when a source dies.
 
-use teampulse_timefilter::align::{Mode, Onto, ROWS_IN_SILENCE, SourceEvent, Validity};
+use teampulse_timefilter::align::{Mode, ROWS_IN_SILENCE, RowTimes, SourceEvent, Validity};
 
 use crate::story::{MS, Outcome, SECOND};
 
@@ -25,7 +25,7 @@ fn a_source_that_dies_for_five_minutes_is_stale_and_nothing_else_is_lost() {
     assert!(delay_longest <= 2 * SECOND + PERIOD, "{delay_longest}");
     assert!(outcome.rows().iter().all(|row| row.cell(alive).validity == Validity::Fresh));
     assert_eq!(outcome.events(), [SourceEvent::Silent(dying), SourceEvent::Back(dying)]);
-    assert!(outcome.asides().is_empty());
+    assert!(outcome.left_out().is_empty());
     for row in outcome.rows() {
         let last_sample = dead.start - 100 * MS;
         let cell = row.cell(dying);
@@ -104,7 +104,7 @@ fn rows_begin_with_the_first_sample_of_a_source_that_was_late_to_begin() {
 
 #[test]
 fn a_pivot_that_dies_and_returns_misses_no_row() {
-    let mut outcome = Outcome::new(Onto::Pivot, Mode::Reproducible);
+    let mut outcome = Outcome::new(RowTimes::Pivot, Mode::Reproducible);
     let pivot = outcome.add("exact");
     let other = outcome.add("linear:1s");
     for time in (0..60 * SECOND).step_by(PERIOD as usize) {

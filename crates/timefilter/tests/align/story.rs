@@ -1,8 +1,8 @@
 //! What arrives at an aligner, and all that it gives out.
 
 use teampulse_timefilter::align::{
-    Aligner, Cell, Mode, Onto, Output, Policy, Sample, SourceEvent, SourceId, SourceSettings,
-    Validity, Why,
+    Aligner, Cell, LeftOutReason, Mode, Output, Policy, RowTimes, Sample, SourceEvent, SourceId,
+    SourceSettings, Validity,
 };
 
 pub const MS: i64 = 1_000_000;
@@ -12,7 +12,7 @@ pub const SECOND: i64 = 1_000 * MS;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Kept {
     Row(KeptRow),
-    Aside(SourceId, i64, Why),
+    LeftOut(SourceId, i64, LeftOutReason),
     Event(SourceEvent),
 }
 
@@ -61,18 +61,20 @@ pub fn keep(kept: &mut Vec<Kept>, output: Output<'_>) {
             };
             Kept::Row(KeptRow { at: row.at, cells: row.cells().map(cell).collect() })
         }
-        Output::Aside(aside) => Kept::Aside(aside.source, aside.measured, aside.why),
+        Output::LeftOut(left_out) => {
+            Kept::LeftOut(left_out.source, left_out.measured, left_out.reason)
+        }
         Output::Event(event) => Kept::Event(event),
     });
 }
 
 impl Outcome {
-    pub fn new(onto: Onto, mode: Mode) -> Outcome {
+    pub fn new(onto: RowTimes, mode: Mode) -> Outcome {
         Outcome { aligner: Aligner::new(onto, mode).unwrap(), kept: Vec::new() }
     }
 
     pub fn grid(period_nanos: i64) -> Outcome {
-        Outcome::new(Onto::Grid { period_nanos }, Mode::Reproducible)
+        Outcome::new(RowTimes::Grid { period_nanos }, Mode::Reproducible)
     }
 
     pub fn add(&mut self, policy: &str) -> SourceId {
@@ -131,11 +133,11 @@ impl Outcome {
         self.kept.iter().filter_map(event).collect()
     }
 
-    pub fn asides(&self) -> Vec<(SourceId, i64, Why)> {
-        let aside = |kept: &Kept| match kept {
-            Kept::Aside(source, measured, why) => Some((*source, *measured, *why)),
+    pub fn left_out(&self) -> Vec<(SourceId, i64, LeftOutReason)> {
+        let of = |kept: &Kept| match kept {
+            Kept::LeftOut(source, measured, reason) => Some((*source, *measured, *reason)),
             _ => None,
         };
-        self.kept.iter().filter_map(aside).collect()
+        self.kept.iter().filter_map(of).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! How an aligner receives samples.
 
-use super::super::row::{Aside, Output, SourceEvent, Why};
-use super::super::settings::{Mode, Onto};
+use super::super::row::{LeftOut, LeftOutReason, Output, SourceEvent};
+use super::super::settings::{Mode, RowTimes};
 use super::super::watermark::Presence;
 use super::{AHEAD_NANOS, Aligner, NEVER, ROWS_IN_SILENCE};
 
@@ -17,7 +17,12 @@ impl Aligner {
         if measured > now.saturating_add(AHEAD_NANOS) {
             source.counts.ahead += 1;
             let source = source.id;
-            return out(Output::Aside(Aside { source, measured, values, why: Why::Ahead }));
+            return out(Output::LeftOut(LeftOut {
+                source,
+                measured,
+                values,
+                reason: LeftOutReason::Ahead,
+            }));
         }
         if source.samples.is_full() {
             self.make_room(place, measured);
@@ -30,7 +35,7 @@ impl Aligner {
         if is_late {
             source.counts.late += 1;
             let source = source.id;
-            out(Output::Aside(Aside { source, measured, values, why: Why::Late }));
+            out(Output::LeftOut(LeftOut { source, measured, values, reason: LeftOutReason::Late }));
         }
         let is_back = source.watermark.hear(measured, now);
         source.keep(measured, values, self.last, out);
@@ -56,8 +61,8 @@ impl Aligner {
     pub(super) fn make_room(&mut self, place: usize, measured: i64) {
         let now = self.now.unwrap_or(measured);
         let oldest_row = match self.onto {
-            Onto::Grid { .. } => self.last.and(self.next),
-            Onto::Pivot => {
+            RowTimes::Grid { .. } => self.last.and(self.next),
+            RowTimes::Pivot => {
                 let expected = now.saturating_sub(self.patience_nanos);
                 Some(self.next_row().map_or(expected, |row| row.min(expected)))
             }
@@ -70,7 +75,7 @@ impl Aligner {
     /// Extends the time range for which a grid may issue rows; skips gaps in which no source delivered.
     #[inline]
     pub(super) fn extend<F: FnMut(Output<'_>)>(&mut self, measured: i64, out: &mut F) {
-        let Onto::Grid { period_nanos } = self.onto else { return };
+        let RowTimes::Grid { period_nanos } = self.onto else { return };
         let silence_nanos = period_nanos.saturating_mul(ROWS_IN_SILENCE);
         if self.mode == Mode::Available {
             let now = self.now.unwrap_or(measured);
@@ -127,7 +132,7 @@ impl Aligner {
 
     #[cold]
     fn begin_earlier(&mut self, measured: i64) -> bool {
-        let (Onto::Grid { period_nanos }, Mode::Reproducible) = (self.onto, self.mode) else {
+        let (RowTimes::Grid { period_nanos }, Mode::Reproducible) = (self.onto, self.mode) else {
             return false;
         };
         let waited_for = self.now.unwrap_or(measured).saturating_sub(self.patience_nanos);

@@ -8,7 +8,7 @@ mod rows;
 use super::error::AlignError;
 use super::row::{Column, Output};
 use super::settings::{
-    MOST_SOURCES, Mode, Onto, Run, Sample, SourceId, SourceSettings, time as checked,
+    MOST_SOURCES, Mode, RowTimes, Run, Sample, SourceId, SourceSettings, time as checked,
 };
 use super::source::{Counts, Source};
 use super::watermark::Presence;
@@ -34,7 +34,7 @@ pub const ROWS_IN_SILENCE: i64 = 19_200;
 /// samples in its windows.
 #[derive(Clone, Debug)]
 pub struct Aligner {
-    onto: Onto,
+    onto: RowTimes,
     mode: Mode,
     sources: Vec<Option<Source>>,
     pivot: Option<SourceId>,
@@ -74,8 +74,8 @@ const NEVER: i64 = i64::MAX;
 
 impl Aligner {
     /// Creates an aligner without sources. The period of a grid must be 1 ns to a day.
-    pub fn new(onto: Onto, mode: Mode) -> Result<Aligner, AlignError> {
-        if let Onto::Grid { period_nanos } = onto {
+    pub fn new(onto: RowTimes, mode: Mode) -> Result<Aligner, AlignError> {
+        if let RowTimes::Grid { period_nanos } = onto {
             checked("grid's period", 1, period_nanos)?;
         }
         Ok(Aligner {
@@ -138,7 +138,7 @@ impl Aligner {
         }
         let id = SourceId { place: place as u32, serial: self.serial };
         let mut source = Source::new(id, &settings, self.now.unwrap_or(i64::MIN));
-        if self.onto == Onto::Pivot && self.serial == 0 {
+        if self.onto == RowTimes::Pivot && self.serial == 0 {
             self.pivot = Some(id);
             source.policy = super::Policy::Exact;
         }

@@ -1,7 +1,7 @@
 //! When an aligner issues a row.
 
 use super::super::row::{Output, Row, SourceEvent};
-use super::super::settings::{Mode, Onto};
+use super::super::settings::{Mode, RowTimes};
 use super::super::source::Source;
 use super::super::watermark::Presence;
 use super::{Aligner, NEVER};
@@ -32,8 +32,8 @@ impl Aligner {
     #[inline]
     pub(super) fn next_row(&self) -> Option<i64> {
         match self.onto {
-            Onto::Grid { .. } => self.next,
-            Onto::Pivot => {
+            RowTimes::Grid { .. } => self.next,
+            RowTimes::Pivot => {
                 let pivot = self.pivot?;
                 let source = self.sources[pivot.place as usize].as_ref()?;
                 let place = self.last.map_or(0, |last| source.samples.place_after(last));
@@ -45,7 +45,7 @@ impl Aligner {
     /// Whether a row is due in available mode.
     #[inline]
     pub(super) fn is_time(&mut self, row: i64) -> bool {
-        let is_grid = self.onto != Onto::Pivot;
+        let is_grid = self.onto != RowTimes::Pivot;
         if is_grid && row <= self.reach {
             self.row_due = row;
         }
@@ -71,7 +71,7 @@ impl Aligner {
             }
             self.settled += 1;
         }
-        self.onto == Onto::Pivot || row <= self.newest || self.is_due_in_silence(row, now)
+        self.onto == RowTimes::Pivot || row <= self.newest || self.is_due_in_silence(row, now)
     }
 
     /// Whether a row that no source has reached is due anyway: as late as if a source were awaited.
@@ -97,7 +97,7 @@ impl Aligner {
         self.rows += 1;
         self.last = Some(row);
         self.settled = 0;
-        if let Onto::Grid { period_nanos } = self.onto {
+        if let RowTimes::Grid { period_nanos } = self.onto {
             self.next = row.checked_add(period_nanos);
         }
         out(Output::Row(&Row { at: row, columns: &self.columns, values: &self.values }));
