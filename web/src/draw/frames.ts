@@ -4,8 +4,10 @@ const visible = new Set<Element>();
 let running = false;
 let last = 0;
 
-/** The browser's frames go on at full speed; strips are drawn 15 times a second. */
-const STEP_MS = 60;
+/** The browser's frames go on at full speed. A few strips are drawn 30 times a second, many less often, so that all of them
+ * together take a bounded part of a processor: each at least 12 times. */
+const [SHORTEST_MS, LONGEST_MS] = [33, 80];
+const MS_FOR_EACH = 3.3;
 /** With reduced motion strips step. */
 const REDUCED_MS = 200;
 
@@ -38,13 +40,19 @@ export function drawSoon(): void {
   last = Number.NEGATIVE_INFINITY;
 }
 
+/** From one drawing to the next [ms]. */
+function step(): number {
+  if (reduced.matches) return REDUCED_MS;
+  return Math.min(LONGEST_MS, Math.max(SHORTEST_MS, MS_FOR_EACH * visible.size));
+}
+
 function frame(now: number): void {
   if (drawn.size === 0) {
     running = false;
     return;
   }
   requestAnimationFrame(frame);
-  if (now - last < (reduced.matches ? REDUCED_MS : STEP_MS) - 1) return;
+  if (now - last < step() - 1) return;
   last = now;
   for (const { draw, canvas } of drawn) if (visible.has(canvas)) draw();
 }
