@@ -69,8 +69,9 @@ def chromium():
 class Screen:
     """A page of the dashboard, what it asked for, and what went wrong on it."""
 
-    def __init__(self, browser, address: str, size=(1280, 720), theme="light"):
+    def __init__(self, browser, address: str, size=(1280, 720), theme="light", linked="live"):
         self.address, self.requests, self.errors = address, [], []
+        self.linked = linked
         self.context = browser.new_context(viewport=dict(zip(("width", "height"), size)), color_scheme=theme)
         self.page = self.context.new_page()
         self.page.set_default_timeout(1000 * harness.PATIENCE_SECS)
@@ -83,7 +84,7 @@ class Screen:
     def go(self, page: str) -> None:
         self.page.goto(f"{self.address}#/{page}")
         self.page.wait_for_selector("h1", state="attached")
-        self.page.wait_for_selector(".cell.link >> text=live", state="attached")
+        self.page.wait_for_selector(f".cell.link >> text={self.linked}", state="attached")
 
     def close(self) -> None:
         assert self.errors == []

@@ -23,7 +23,7 @@ events: Array<Event>, } | { "type": "ready" } | { "type": "recording" } & Record
 /**
  * Its name; `null` after the last one.
  */
-name: string | null, } | { "type": "machine" } & Machine | { "type": "missed" } & Missed | { "type": "pong" } & Pong | { "type": "echo" } & Echo | { "type": "history" } & HistoryReply | { "type": "refused" } & Refused | { "type": "ended" } & Ended;
+name: string | null, } | { "type": "machine" } & Machine | { "type": "missed" } & Missed | { "type": "pong" } & Pong | { "type": "echo" } & Echo | { "type": "history" } & HistoryReply | { "type": "refused" } & Refused | { "type": "ended" } & Ended | { "type": "playback" } & Playback | { "type": "moved" } & Playback | { "type": "timeline" } & Timeline;
 
 /**
  * The session, and what this viewer may do there.
@@ -638,6 +638,74 @@ export type Ended = {
 reason: string, };
 
 /**
+ * The position in a recording, and how it moves on.
+ */
+export type Playback = { 
+/**
+ * The time that is shown [s].
+ */
+t: number, 
+/**
+ * How many times as fast as it was recorded.
+ */
+rate: number, 
+/**
+ * Whether it stands still.
+ */
+paused: boolean, 
+/**
+ * The length of the recording [s].
+ */
+length: number, };
+
+/**
+ * What happened in the whole recording.
+ */
+export type Timeline = { 
+/**
+ * The events of the session, the team and the robots, without those of bodies.
+ */
+events: Array<Event>, 
+/**
+ * How many events did not fit.
+ */
+left_out: number, 
+/**
+ * When nothing came from people and robots.
+ */
+absences: Array<Absence>, };
+
+/**
+ * When nothing came from a person or a robot.
+ */
+export type Absence = { 
+/**
+ * The id.
+ */
+subject: string, 
+/**
+ * `person` or `robot`.
+ */
+about: string, 
+/**
+ * In order of time.
+ */
+gaps: Array<Gap>, };
+
+/**
+ * A span without samples.
+ */
+export type Gap = { 
+/**
+ * Its begin [s].
+ */
+from: number, 
+/**
+ * Its end [s].
+ */
+to: number, };
+
+/**
  * A message of a browser. Any other is refused.
  */
 export type FromBrowser = { "type": "ping", 
@@ -708,7 +776,23 @@ at: number | null, } | { "type": "show_estimates",
 /**
  * Comes back in `echo` or `refused`.
  */
-reference: string, };
+reference: string, } | { "type": "play", 
+/**
+ * Comes back in `refused`.
+ */
+reference: string, 
+/**
+ * Another time [s].
+ */
+t: number | null, 
+/**
+ * How many times as fast as it was recorded: 0.1 to 20.
+ */
+rate: number | null, 
+/**
+ * Whether it stands still.
+ */
+paused: boolean | null, };
 
 /**
  * A stream that a browser draws.

@@ -13,6 +13,7 @@ mod recover;
 mod sink;
 mod pace;
 mod source;
+mod recorded;
 
 pub use error::{BagError, Found};
 pub use growth::{Growth, OnDisk, Stage};
@@ -21,6 +22,7 @@ pub use pace::Pace;
 pub use read::index::Damage;
 pub use read::messages::{Message, Messages};
 pub use read::{Bag, BagStream, DAMAGE_NOTE};
+pub use recorded::Recorded;
 pub use recover::{RecoveredFile, Report, recover};
 pub use sink::{BagSink, Broken, CONTINUES_NOTE, ENDED_NOTE, Recording, STUDY_NAME};
 pub use source::{Adapter, BagSource, Selection, Unread};

@@ -126,6 +126,13 @@ impl BagSource {
         self
     }
 
+    /// Notes the unreadable parts that are skipped there, as other runs of the same bag do.
+    #[must_use]
+    pub fn noting(mut self, unread: &Arc<Unread>) -> BagSource {
+        self.unread = Arc::clone(unread);
+        self
+    }
+
     /// The unreadable parts that were skipped; filled while the source runs.
     pub fn unread(&self) -> Arc<Unread> {
         Arc::clone(&self.unread)
@@ -201,7 +208,8 @@ impl<'a> Playback<'a> {
                 self.outlet.pause(at);
             }
             if let Some(pace) = &source.pace {
-                let pacer = self.pacer.get_or_insert_with(|| pace.keep(Clock::host(), at));
+                let begin = source.from.unwrap_or(at);
+                let pacer = self.pacer.get_or_insert_with(|| pace.keep(Clock::host(), begin));
                 pacer.reach(at).await;
             }
             let readings = [self.reading(&message)?, self.adapted(&message)];

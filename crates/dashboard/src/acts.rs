@@ -45,7 +45,8 @@ pub fn reference(asked: &FromBrowser) -> Option<&str> {
         | FromBrowser::Note { reference, .. }
         | FromBrowser::Acknowledge { reference, .. }
         | FromBrowser::Report { reference, .. }
-        | FromBrowser::ShowEstimates { reference } => Some(reference),
+        | FromBrowser::ShowEstimates { reference }
+        | FromBrowser::Play { reference, .. } => Some(reference),
     }
 }
 
@@ -87,8 +88,44 @@ pub fn act(
             client.unblind();
             show(&hub.known(), client);
         }
+        FromBrowser::Play { t, rate, paused, .. } => play(hub, client, t, rate, paused)?,
     }
     Ok(None)
+}
+
+/// Moves the position in a recording, for all who look at it.
+fn play(
+    hub: &Hub,
+    client: &Client,
+    t: Option<f64>,
+    rate: Option<f64>,
+    paused: Option<bool>,
+) -> Result<(), Refusal> {
+    let Some(playhead) = &hub.context.playhead else {
+        return Err(Refusal::new(
+            "this session happens now",
+            "`teampulse play BAG` shows a recording",
+        ));
+    };
+    if client.grant.right < Right::Control {
+        let hint = "open the dashboard with a token for `control`";
+        return Err(Refusal::new("this viewer may only watch", hint));
+    }
+    if [t, rate].into_iter().flatten().any(|number| !number.is_finite()) {
+        return Err(Refusal::new("it is not a number", ""));
+    }
+    if let Some(secs) = t {
+        // Far beyond both ends is one of the ends.
+        let nanos = (secs.clamp(-1e9, 1e9) * 1e9) as i64;
+        playhead.jump(Time::from_nanos(hub.began().nanos().saturating_add(nanos)));
+    }
+    if let Some(rate) = rate {
+        playhead.set_rate(rate);
+    }
+    if let Some(is_paused) = paused {
+        playhead.set_paused(is_paused);
+    }
+    Ok(())
 }
 
 fn history(hub: &Hub, client: &Client, asked: HistoryRequest) -> Result<HistoryReply, Refusal> {
@@ -221,7 +258,10 @@ impl Doer<'_> {
             let hint = format!("open the dashboard with a token for `{right}`");
             return Err(Refusal::new("this viewer may not do that", &hint));
         }
-        self.hub.outlet.as_ref().ok_or_else(|| Refusal::new("no session runs", ""))
+        self.hub
+            .outlet
+            .as_ref()
+            .ok_or_else(|| Refusal::new("this is a recording: nothing is added to it", ""))
     }
 
     /// When it was done; waits for its event.

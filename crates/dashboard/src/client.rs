@@ -15,10 +15,10 @@ use crate::access::Grant;
 use crate::acts::{self, Refusal};
 use crate::context::{Context, Settings};
 use crate::hub::{Hub, Known, message};
-use crate::joining::welcome;
+use crate::joining::{show_moment, welcome};
 use crate::outbox::{Next, Outbox};
 use crate::rate::Allowance;
-use crate::wire::{FromBrowser, FromServer, Pong, Refused, Right, Wanted};
+use crate::wire::{FromBrowser, FromServer, Playback, Pong, Refused, Right, Wanted};
 
 /// The most clients at once.
 pub const MOST_CLIENTS: usize = 64;
@@ -84,14 +84,26 @@ impl Client {
         let mut wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
         let before = std::mem::take(&mut *wanted);
         *wanted = streams.iter().map(|each| (each.stream, each.points_per_sec)).collect();
+        let new = wanted.iter().filter(|(stream, _)| !before.contains_key(stream));
+        self.send_recent(new.map(|(stream, points)| (*stream, *points)).collect(), known);
+    }
+
+    /// Shows another moment of a recording, of which it gets what it draws.
+    pub fn move_to(&self, playback: Playback, known: &Known) {
+        self.outbox.forget();
+        self.outbox.urgent(message(&FromServer::Moved(playback)));
+        show_moment(known, self);
+        self.send_recent(self.wanted().into_iter().collect(), known);
+        self.outbox.urgent(message(&FromServer::Ready));
+    }
+
+    /// Sends the last half minute of waves.
+    fn send_recent(&self, mut wanted: Vec<(u32, f64)>, known: &Known) {
         let is_blind = self.is_blind();
-        let new: Vec<_> = wanted
-            .iter()
-            .filter(|(stream, _)| !before.contains_key(stream) && known.shows(**stream, is_blind))
-            .collect();
-        let share = BACKLOG_BYTES / new.len().max(1);
-        for (stream, points_per_sec) in new {
-            for frame in known.recent.of(*stream, *points_per_sec, share) {
+        wanted.retain(|(stream, _)| known.shows(*stream, is_blind));
+        let share = BACKLOG_BYTES / wanted.len().max(1);
+        for (stream, points_per_sec) in wanted {
+            for frame in known.recent.of(stream, points_per_sec, share) {
                 self.outbox.wave(frame.into());
             }
         }

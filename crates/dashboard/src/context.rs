@@ -8,7 +8,8 @@ use std::sync::Arc;
 use teampulse_core::clock::Clock;
 use teampulse_core::stream::Stream;
 
-use crate::wire::{Marker, Mode, PhasePlan, RecordingStage};
+use crate::playhead::Playhead;
+use crate::wire::{Marker, PhasePlan, RecordingStage};
 
 /// The port of a dashboard, or the first of those after it that is free.
 pub const PORT: u16 = 8742;
@@ -65,8 +66,8 @@ pub struct Context {
     pub path: String,
     /// Its clock.
     pub clock: Clock,
-    /// Whether it happens now.
-    pub mode: Mode,
+    /// The position in the recording that is shown; `None` of a session that happens now.
+    pub playhead: Option<Playhead>,
     /// Its phases, as planned.
     pub phases: Vec<PhasePlan>,
     /// The verbs of the commands that `[commands]` allows here.
@@ -96,7 +97,7 @@ impl Context {
             session: session.into(),
             path: String::new(),
             clock,
-            mode: Mode::Live,
+            playhead: None,
             phases: Vec::new(),
             commands: Vec::new(),
             disk: Arc::new(nothing),

@@ -13,8 +13,9 @@ use crate::client::Client;
 use crate::context::{Context, Settings};
 use crate::history::Track;
 use crate::outbox::Fragment;
+use crate::playhead::Playhead;
 use crate::recent::Recent;
-use crate::wire::{self, FromServer, Recording};
+use crate::wire::{self, FromServer, Playback, Recording, Timeline};
 
 /// The most events that are kept for whoever joins: of the session, and of bodies.
 const MOST_EVENTS: usize = 4000;
@@ -36,6 +37,7 @@ pub struct Hub {
     known: Mutex<Known>,
     clients: Mutex<Vec<Arc<Client>>>,
     awaited: Mutex<VecDeque<Awaited>>,
+    timeline: Mutex<Option<Arc<Timeline>>>,
     acts: AtomicU64,
     cut_off: AtomicU64,
 }
@@ -95,6 +97,17 @@ impl Known {
         }
     }
 
+    /// Forgets what was measured and what happened: another moment of a recording is shown.
+    pub fn forget(&mut self) {
+        *self = Known {
+            streams: std::mem::take(&mut self.streams),
+            named: std::mem::take(&mut self.named),
+            hidden: std::mem::take(&mut self.hidden),
+            recording: self.recording.take(),
+            ..Known::default()
+        };
+    }
+
     /// The track of a stream with this many channels; `None` where all memory is used.
     pub fn track(&mut self, stream: u32, is_wave: bool, channels: usize) -> Option<&mut Track> {
         if !self.tracks.contains_key(&stream) {
@@ -123,7 +136,7 @@ impl Known {
 impl Hub {
     /// A session that begins now.
     pub fn new(context: Context, settings: Settings, outlet: Option<Outlet>) -> Hub {
-        let began = context.clock.now();
+        let began = context.playhead.as_ref().map_or_else(|| context.clock.now(), Playhead::first);
         Hub {
             context,
             settings,
@@ -132,6 +145,7 @@ impl Hub {
             known: Mutex::default(),
             clients: Mutex::default(),
             awaited: Mutex::default(),
+            timeline: Mutex::default(),
             acts: AtomicU64::new(0),
             cut_off: AtomicU64::new(0),
         }
@@ -154,7 +168,31 @@ impl Hub {
 
     /// The present time [s].
     pub fn now(&self) -> f64 {
-        self.secs(self.context.clock.now())
+        let playhead = self.context.playhead.as_ref();
+        self.secs(playhead.map_or_else(|| self.context.clock.now(), Playhead::now))
+    }
+
+    /// The position in the recording that is shown; `None` of a session that happens now.
+    pub fn playback(&self) -> Option<Playback> {
+        let playhead = self.context.playhead.as_ref()?;
+        let position = playhead.position();
+        Some(Playback {
+            t: self.secs(playhead.now()),
+            rate: position.rate,
+            paused: position.is_paused,
+            length: self.secs(playhead.last()),
+        })
+    }
+
+    /// What happened in the whole recording, once it is read.
+    pub fn timeline(&self) -> Option<Arc<Timeline>> {
+        self.timeline.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Keeps what happened in the whole recording.
+    pub fn keep_timeline(&self, timeline: Timeline) {
+        let mut kept = self.timeline.lock().unwrap_or_else(PoisonError::into_inner);
+        *kept = Some(Arc::new(timeline));
     }
 
     /// The time of an act [s since the session began]: each has another one, by less than a microsecond, so that

@@ -6,7 +6,7 @@ use crate::client::{Client, MOST_CLIENTS};
 use crate::history::STORED_SECS;
 use crate::hub::{Hub, Known, json, message};
 use crate::outbox::StateKind;
-use crate::wire::{FromServer, Hello, PROTOCOL, Right, Viewer};
+use crate::wire::{FromServer, Hello, Mode, PROTOCOL, Right, Timeline, Viewer};
 
 /// Sends a client all that is known, and from then on what is new; returns whether there was room for it.
 pub fn welcome(hub: &Hub, client: &Arc<Client>) -> bool {
@@ -20,7 +20,7 @@ pub fn welcome(hub: &Hub, client: &Arc<Client>) -> bool {
         protocol: PROTOCOL,
         session: context.session.clone(),
         version: env!("CARGO_PKG_VERSION"),
-        mode: context.mode,
+        mode: if context.playhead.is_some() { Mode::Replay } else { Mode::Live },
         began_unix_ms: hub.began().nanos() as f64 / 1e6,
         now: hub.now(),
         stored_secs: STORED_SECS,
@@ -34,6 +34,12 @@ pub fn welcome(hub: &Hub, client: &Arc<Client>) -> bool {
     if let Some(recording) = recording {
         client.outbox.urgent(message(&FromServer::Recording(recording)));
     }
+    if let Some(playback) = hub.playback() {
+        client.outbox.urgent(message(&FromServer::Playback(playback)));
+    }
+    if let Some(timeline) = hub.timeline() {
+        client.outbox.urgent(message(&FromServer::Timeline(Timeline::clone(&timeline))));
+    }
     let name = (context.next_phase)();
     client.outbox.urgent(message(&FromServer::NextPhase { name }));
     client.outbox.urgent(message(&FromServer::Ready));
@@ -45,6 +51,12 @@ pub fn show(known: &Known, client: &Client) {
     let is_blind = client.is_blind();
     let streams = known.streams.keys().filter_map(|id| known.stream(*id, is_blind)).collect();
     client.outbox.urgent(message(&FromServer::Streams { streams }));
+    show_moment(known, client);
+}
+
+/// Sends a client the newest of all that it may see.
+pub fn show_moment(known: &Known, client: &Client) {
+    let is_blind = client.is_blind();
     for (id, health) in &known.health {
         client.outbox.state(StateKind::Status, *id, known.health_t, json(health).into());
     }

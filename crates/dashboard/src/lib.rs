@@ -8,6 +8,8 @@ mod convert;
 mod history;
 mod recent;
 mod recording;
+mod playhead;
+mod replay;
 mod machine;
 mod echo;
 mod hub;
@@ -24,4 +26,6 @@ mod metrics;
 
 pub use client::receive_any;
 pub use context::{Context, Disk, PORT, Settings};
+pub use playhead::Playhead;
+pub use replay::{Recording, Shown, show};
 pub use sink::Dashboard;

@@ -167,6 +167,15 @@ impl Outbox {
         self.wake.notify_one();
     }
 
+    /// Forgets what it would have sent of states and signals: another moment of a recording is shown.
+    pub fn forget(&self) {
+        let mut state = self.lock();
+        state.states.clear();
+        state.signals.clear();
+        state.minor.clear();
+        (state.signal_bytes, state.minor_bytes) = (0, 0);
+    }
+
     /// Ends the connection; the first reason counts.
     pub fn end(&self, reason: &str) {
         self.lock().end(reason.to_owned());

@@ -20,6 +20,7 @@ use crate::hub::{Hub, Known, json, message};
 use crate::machine::{Usage, memory_bytes};
 use crate::outbox::{Fragment, Slot, StateKind};
 use crate::recording::Observed;
+use crate::replay::timeline::MOST_EVENTS;
 use crate::wire::waves::Wave;
 use crate::wire::{Ended, FromServer, Machine, known as known_number};
 
@@ -116,6 +117,33 @@ impl Relay {
         }
         for record in batch {
             self.echo(record, &clients);
+        }
+    }
+
+    /// Shows another moment of a recording: what was known then comes of the events before it and of records that are
+    /// not sent as if they happened now.
+    pub fn restart<'a>(
+        &mut self,
+        before: impl Iterator<Item = &'a crate::wire::Event>,
+        records: impl Iterator<Item = Record>,
+    ) {
+        let hub = Arc::clone(&self.hub);
+        self.is_described = true;
+        self.describe();
+        let mut known = hub.known();
+        known.forget();
+        self.sent.clear();
+        self.events = self.events.max(MOST_EVENTS as u64);
+        for event in before {
+            known.keep(false, event.stream, json(event).into());
+        }
+        let mut unsent = Fresh::of(false);
+        for record in records {
+            self.take_record(&record, &mut known, &mut unsent);
+            (unsent.events, unsent.waves) = (Vec::new(), Vec::new());
+        }
+        if let Some(playback) = hub.playback() {
+            hub.clients().iter().for_each(|client| client.move_to(playback, &known));
         }
     }
 

@@ -15,7 +15,7 @@ use crate::server;
 /// The longest wait for records; what is due once a second is at most so late.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// The time for the last messages to those who look.
-const FAREWELL: Duration = Duration::from_millis(300);
+pub(crate) const FAREWELL: Duration = Duration::from_millis(300);
 
 /// Shows a session in browsers, and takes part in it for the people there.
 #[derive(Debug)]
@@ -76,7 +76,7 @@ impl Sink for Dashboard {
 }
 
 /// Listens, and serves on threads of its own; returns the address for browsers.
-fn start(hub: &Arc<Hub>) -> Result<(Runtime, String), SinkError> {
+pub(crate) fn start(hub: &Arc<Hub>) -> Result<(Runtime, String), SinkError> {
     let failed = |message: String, hint: &str| SinkError::Failed { message, hint: hint.to_owned() };
     let settings = &hub.settings;
     let access = Access::new(settings.listen, &settings.names, settings.tokens.as_deref());

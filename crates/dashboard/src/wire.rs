@@ -7,6 +7,7 @@
 mod from_browser;
 mod from_server;
 mod machine;
+mod replay;
 mod stream;
 pub mod waves;
 
@@ -16,6 +17,7 @@ pub use from_server::{
     PhasePlan, Pong, Refused, Request, Right, Sample, Status, StreamHealth, Viewer,
 };
 pub use machine::{Machine, Missed, Recording, RecordingStage};
+pub use replay::{Absence, Gap, Playback, Timeline};
 pub use stream::{Channel, Span, Stream};
 
 /// The version of this contract; a browser that knows another one reloads its page.

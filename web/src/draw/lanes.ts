@@ -21,7 +21,7 @@ export interface Lane {
 }
 
 /** The width of the names at the left [px]. */
-const NAMES = 88;
+export const NAMES = 88;
 
 /** Draws the session from its start: phases, markers, alerts, and what there is of whom. */
 export function drawLanes(canvas: HTMLCanvasElement, lanes: readonly Lane[], now: number, total: number): void {

@@ -37,6 +37,7 @@ export class Actions {
   /** Whether the viewer may write notes, report and acknowledge. */
   get mayWrite(): boolean {
     const right = this.live.model.hello?.viewer.right;
+    if (this.live.isReplay) return false;
     return right === "mark" || right === "control";
   }
 

@@ -27,7 +27,7 @@ export function onKey(event: KeyboardEvent): void {
     return;
   }
   if (isTyping(event.target) || event.ctrlKey || event.metaKey || event.altKey || event.repeat) {
-    if (event.repeat && !isTyping(event.target)) ofPage?.(event);
+    if (event.repeat && !isTyping(event.target) && !(live.isReplay && replayed(event))) ofPage?.(event);
     return;
   }
   if (event.key === "?") {
@@ -35,8 +35,34 @@ export function onKey(event: KeyboardEvent): void {
     event.preventDefault();
     return;
   }
-  if (ofPage?.(event)) event.preventDefault();
+  if (live.isReplay && replayed(event)) event.preventDefault();
+  else if (ofPage?.(event)) event.preventDefault();
   else if (event.shiftKey ? shifted(event) : bare(event)) event.preventDefault();
+}
+
+/** Moves the position in a recording. */
+function replayed(event: KeyboardEvent): boolean {
+  const step = event.shiftKey ? 10 : 1;
+  switch (event.key) {
+    case " ":
+      if (event.target instanceof HTMLButtonElement) return false;
+      live.play({ paused: !(live.playback?.paused ?? false) });
+      return true;
+    case "ArrowLeft":
+      live.play({ t: live.now() - step });
+      return true;
+    case "ArrowRight":
+      live.play({ t: live.now() + step });
+      return true;
+    case "Home":
+      live.play({ t: 0 });
+      return true;
+    case "End":
+      live.play({ t: live.playback?.length ?? null });
+      return true;
+    default:
+      return false;
+  }
 }
 
 function shifted(event: KeyboardEvent): boolean {

@@ -1,4 +1,4 @@
-import type { FromBrowser, FromServer, HistoryReply } from "../wire";
+import type { FromBrowser, FromServer, HistoryReply, Playback } from "../wire";
 import { PROTOCOL } from "../wire";
 import { Actions } from "./actions.svelte";
 import { SessionClock } from "./clock";
@@ -29,6 +29,12 @@ export class Live {
   /** The session's time when the connection was lost last, and when it came back [s]. */
   back = $state<{ from: number; to: number } | undefined>(undefined);
   private readonly connection: Connection;
+  /** Becomes more with each jump in a recording. */
+  moves = $state(0);
+  /** When the position in a recording was heard last, by the browser's clock [ms]. */
+  private playbackMs = 0;
+  /** How the past of each drawn channel was asked for. */
+  private readonly pasts = new Map<string, () => void>();
   private readonly histories = new Map<string, (reply: HistoryReply) => void>();
   private references = 0;
   private probes = 0;
@@ -59,7 +65,32 @@ export class Live {
   /** The session's time now [s]; that of the loss while there is no connection. */
   now(): number {
     const at = this.connected ? performance.now() : (this.lostMs ?? performance.now());
+    const { playback } = this.model;
+    if (playback) {
+      const passed = playback.paused ? 0 : ((at - this.playbackMs) / 1000) * playback.rate;
+      return Math.min(playback.length, playback.t + passed);
+    }
     return this.clock.at(at) ?? this.model.hello?.now ?? 0;
+  }
+
+  /** Whether a recording is shown. */
+  get isReplay(): boolean {
+    return this.model.hello?.mode === "replay";
+  }
+
+  /** The position in a recording, and how it moves on. */
+  get playback(): Playback | undefined {
+    return this.model.playback;
+  }
+
+  /** Whether this viewer may move it. */
+  get mayPlay(): boolean {
+    return this.model.hello?.viewer.right === "control";
+  }
+
+  /** Moves the position in a recording, or changes how it moves on. */
+  play({ t = null, rate = null, paused = null }: { t?: number | null; rate?: number | null; paused?: boolean | null }): void {
+    this.send({ type: "play", reference: this.reference(), t, rate, paused });
   }
 
   send(message: FromBrowser): boolean {
@@ -82,6 +113,7 @@ export class Live {
   /** The points of a channel, filled with what is stored of the last seconds; as bands where that is coarse. */
   track(stream: number, channel: number, secs: number, points: number, coarsestSecs = Number.POSITIVE_INFINITY): Track {
     const track = this.model.track(stream, channel);
+    this.pasts.set(`${stream}:${channel}`, () => this.track(stream, channel, secs, points, coarsestSecs));
     const first = track.times[0] ?? this.now();
     const from = Math.max(0, this.now() - secs);
     if (first - from > 1) this.history(stream, from, first, points, (reply) => {
@@ -144,6 +176,18 @@ export class Live {
         break;
       case "ended":
         this.connection.finish();
+        break;
+      case "playback":
+        this.playbackMs = arrived;
+        break;
+      case "moved":
+        this.playbackMs = arrived;
+        this.histories.clear();
+        this.moves += 1;
+        break;
+      case "ready":
+        if (this.moves > 0) this.pasts.forEach((ask) => ask());
+        this.tick += 1;
         break;
       default:
         break;

@@ -1,4 +1,4 @@
-import type { Event, Feature, FromServer, Hello, Machine, Missed, Recording, Stream, StreamHealth } from "../wire";
+import type { Event, Feature, FromServer, Hello, Machine, Missed, Playback, Recording, Stream, StreamHealth, Timeline } from "../wire";
 import { Track } from "./track";
 import type { Wave } from "./wave";
 
@@ -52,6 +52,10 @@ export class Model {
   missedAt = Number.NEGATIVE_INFINITY;
   nextPhase: string | undefined;
   ready = false;
+  /** The position in a recording; `undefined` of a session that happens now. */
+  playback: Playback | undefined;
+  /** What happened in all of a recording. */
+  timeline: Timeline | undefined;
   ended: string | undefined;
   /** Becomes more with each stream that is declared. */
   streamsVersion = 0;
@@ -100,6 +104,16 @@ export class Model {
         break;
       case "ended":
         this.ended = message.reason;
+        break;
+      case "playback":
+        this.playback = message;
+        break;
+      case "moved":
+        this.playback = message;
+        this.move();
+        break;
+      case "timeline":
+        this.timeline = message;
         break;
       default:
         break;
@@ -150,6 +164,16 @@ export class Model {
     this.growth = [];
     this.recording = undefined;
     this.ended = undefined;
+  }
+
+  /** Another moment of a recording: what was known then follows. */
+  private move(): void {
+    this.ready = false;
+    this.events = [];
+    this.eventsVersion += 1;
+    this.judged = undefined;
+    for (const known of [this.taken, this.body, this.health, this.features, this.readings, this.lasts]) known.clear();
+    for (const track of this.tracks.values()) track.clear();
   }
 
   private declare(stream: Stream): void {

@@ -17,7 +17,8 @@ export function follow(all: readonly Robot[]): void {
     const t = live.now() - robot.x.ageSecs;
     const trail = trails.get(robot.id) ?? [];
     const last = trail.at(-1);
-    if (last && t - last.t < 0.2) continue;
+    if (last && t < last.t - 1) forget();
+    if (last && Math.abs(t - last.t) < 0.2) continue;
     const dbm = isFresh(robot.linkDbm) ? robot.linkDbm.value : undefined;
     const spot = { t, x: robot.x.value, y: robot.y.value, dbm };
     trail.push(spot);
@@ -25,6 +26,12 @@ export function follow(all: readonly Robot[]): void {
     const cell = `${Math.round(spot.x / APART_M)} ${Math.round(spot.y / APART_M)}`;
     if (spots.size < MOST_SPOTS || spots.has(cell)) spots.set(cell, spot);
   }
+}
+
+/** Another moment of a recording is shown. */
+function forget(): void {
+  trails.clear();
+  spots.clear();
 }
 
 /** Where a robot was over the last minute. */

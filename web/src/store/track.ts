@@ -69,6 +69,13 @@ export class Track {
     this.revision += 1;
   }
 
+  /** Forgets all points. */
+  clear(): void {
+    this.end = 0;
+    this.coarse = undefined;
+    this.revision += 1;
+  }
+
   /** Takes what is stored of an earlier time. */
   before(coarse: Coarse): void {
     this.coarse = coarse;

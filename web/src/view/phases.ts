@@ -9,7 +9,7 @@ export interface Phase {
 }
 
 /** The phases of the session as they were and as they are planned. */
-export function phases(model: Model, now: number): Phase[] {
+export function phases(model: Pick<Model, "events" | "byName" | "hello">, now: number): Phase[] {
   const own = model.byName.get("/session/events");
   const begun = model.events.filter((each) => each.kind === "phase" && each.stream === own?.id).sort((a, b) => a.t - b.t);
   const plan = model.hello?.phases ?? [];
@@ -21,7 +21,7 @@ export function phases(model: Model, now: number): Phase[] {
     const planEnd = lasts !== null ? event.t + lasts : undefined;
     const to = next !== undefined && planEnd !== undefined ? Math.min(next, planEnd) : (next ?? planEnd);
     const isOver = to !== undefined && to <= now;
-    return [{ name: event.label, from: event.t, to, state: isOver ? "done" : "now" }];
+    return [{ name: event.label, from: event.t, to, state: isOver ? "done" : event.t > now ? "next" : "now" }];
   });
   const last = known.at(-1)?.from ?? -1;
   const names = known.map((each) => each.name);

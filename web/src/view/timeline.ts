@@ -1,9 +1,12 @@
 import type { Lane, LaneSpan } from "../draw/lanes";
 import type { Model } from "../store/model";
-import { phases } from "./phases";
+import { phases, type Phase } from "./phases";
 
-/** The session as lanes, and how long it is planned to be [s]. */
-export function timeline(model: Model, now: number): { lanes: Lane[]; total: number } {
+/** What happened, and what is known of the streams that it happened on. */
+export type Happened = Pick<Model, "events" | "streams" | "byName" | "hello">;
+
+/** The session as lanes, and how long it is planned to be [s]; what is open lasts until now, or to the end of a recording. */
+export function timeline(model: Happened, now: number, end = now): { lanes: Lane[]; total: number; all: Phase[] } {
   const all = phases(model, now);
   const planned = Math.max(0, ...all.map((each) => each.to ?? each.from));
   const about = (id: number) => model.streams.get(id)?.about;
@@ -13,15 +16,15 @@ export function timeline(model: Model, now: number): { lanes: Lane[]; total: num
   const lanes: Lane[] = [
     { name: "phases", phases: all },
     { name: "markers", ticks: marks },
-    { name: "alerts", spans: alertSpans(model, now) },
+    { name: "alerts", spans: alertSpans(model, end) },
     { name: "says", dots: times(["report"]) },
     { name: "commands", ticks: steps },
-    { name: "robots", colour: "robot", spans: robotSpans(model, now) },
+    { name: "robots", colour: "robot", spans: robotSpans(model, end) },
   ];
-  return { lanes, total: Math.max(60, planned, now * 1.08) };
+  return { lanes, total: Math.max(60, planned, now * 1.08), all };
 }
 
-function alertSpans(model: Model, now: number): LaneSpan[] {
+function alertSpans(model: Happened, now: number): LaneSpan[] {
   const open = new Map<string, number>();
   const spans: LaneSpan[] = [];
   for (const { alert, t } of model.events) {
@@ -40,7 +43,7 @@ function alertSpans(model: Model, now: number): LaneSpan[] {
 }
 
 /** When robots were there, and when one of them was not. */
-function robotSpans(model: Model, now: number): LaneSpan[] {
+function robotSpans(model: Happened, now: number): LaneSpan[] {
   const gaps: LaneSpan[] = [];
   const open = new Map<string, number>();
   for (const { alert, t } of model.events) {

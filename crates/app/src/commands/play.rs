@@ -1,32 +1,37 @@
-//! `teampulse play`: plays a bag back onto ROS.
+//! `teampulse play`: plays a bag back onto ROS and shows it in a browser.
+
+mod player;
+mod shown;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
-use teampulse_bag::{BagSource, Pace as Playing, Selection};
+use teampulse_bag::Bag;
 use teampulse_core::clock::Clock;
-use teampulse_core::clocks::Clocks;
-use teampulse_core::session::Session;
-use teampulse_messages::convert::encode;
+use teampulse_dashboard::Playhead;
 use teampulse_ros::BusId;
-use teampulse_ros::sink::{Publish, RosSink};
+use teampulse_ros::bus::Bus;
 use teampulse_sources::session::pause_by_key;
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
+use crate::commands::replay::{describe_foreign, study_of};
 use crate::commands::run::seconds;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::network;
 use crate::output::say;
-use crate::setup::conclude;
 use crate::stop::Stop;
 
-/// Plays a bag back onto ROS, on this machine only by default.
+use player::Player;
+
+/// Plays a bag back onto ROS, on this machine only by default, and shows it in a browser.
 ///
-/// During playback the space bar pauses and resumes, `q` ends it.
+/// During playback the space bar pauses and resumes, `q` ends it. The page moves to any moment of the bag, and what is
+/// published on ROS moves with it. At the end the command waits as long as a browser shows the page.
 #[derive(Debug, Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
 pub struct Play {
     /// The bag's folder, or one of its .mcap files
     bag: PathBuf,
@@ -48,45 +53,66 @@ pub struct Play {
     /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID")]
     domain: Option<BusId>,
+    /// Publishes nothing: the bag is only shown in a browser, until Ctrl-C
+    #[arg(long, conflicts_with_all = ["clock", "network", "domain", "no_dashboard"])]
+    no_ros: bool,
+    /// Shows nothing in a browser
+    #[arg(long)]
+    no_dashboard: bool,
+    /// The port of the dashboard; by default 8742, or the next one that is free
+    #[arg(long, conflicts_with = "no_dashboard")]
+    port: Option<u16>,
 }
 
 impl Play {
     /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
-        let bag = Arc::new(open(&self.bag)?);
+        let mut bag = open(&self.bag)?;
         warn_of_damage(&bag);
-        let join = if self.network { network::buses } else { network::buses_on_this_machine };
-        let buses = join("teampulse_player");
-        let domain = self.domain.clone().map_or_else(|| network::default_bus(&buses), Ok)?;
-        let bus = buses.get(&domain)?;
-        let pace = Playing::new(self.rate);
-        let mut source = BagSource::new(Arc::clone(&bag), Selection::RawAndDerived)
-            .as_placed()
-            .paced(pace.clone())
-            .repeated(if self.again { u64::MAX } else { 1 });
-        if let (Some(secs), Some((first, last))) = (self.start, bag.bounds()) {
-            if secs > last.secs_since(first) {
+        // One whose study can't be read is shown like a bag of others.
+        if study_of(&bag).ok().flatten().is_none() {
+            describe_foreign(&mut bag);
+        }
+        let bag = Arc::new(bag);
+        let playhead = self.playhead(&bag)?;
+        let bus = if self.no_ros { None } else { Some(self.bus()?) };
+        let shown = if self.no_dashboard { None } else { shown::show(&bag, &playhead, self.port)? };
+        let stop = Stop::default();
+        let (quit, toggled) = (stop.clone(), playhead.clone());
+        let pause = move || toggled.set_paused(!toggled.position().is_paused);
+        let _keys = pause_by_key(pause, move || quit.ask());
+        let on = bus.as_ref().map_or_else(String::new, |bus| format!(" on {}", bus.name()));
+        say(format!("playing {}{on}; Ctrl-C ends it", self.bag.display()));
+        if let Some(shown) = &shown {
+            say(format!("the dashboard is at {}", shown.address()));
+        }
+        let unread = Arc::default();
+        let (has_clock, is_endless) = (self.clock, self.again);
+        let player = Player { bag, playhead, bus, has_clock, shown, is_endless, stop, unread };
+        let asked = player.stop.clone().asked(Clock::host(), None);
+        let exit = player.play(self.start.is_none(), Box::pin(asked)).await;
+        Ok(after_reading(&player.bag, &player.unread, exit))
+    }
+
+    /// The position at the start.
+    fn playhead(&self, bag: &Bag) -> Result<Playhead, Failure> {
+        let (first, last) = bag.bounds().unwrap_or_default();
+        let from = match self.start {
+            Some(secs) if secs > last.secs_since(first) => {
                 let lasts_secs = last.secs_since(first);
                 return Err(Failure::new(format!("the bag lasts {lasts_secs:.1} s only"))
                     .hint("give a --start within it"));
             }
-            source = source.starting(first + Duration::from_secs_f64(secs));
-        }
-        let unread = source.unread();
-        let mut sink = RosSink::lossless(bus, Publish::Everything);
-        if self.clock {
-            sink = sink.with_clock();
-        }
-        let stop = Stop::default();
-        let quit = stop.clone();
-        let pause = move || pace.set_paused(!pace.is_paused());
-        let _keys = pause_by_key(pause, move || quit.ask());
-        say(format!("playing {} on {domain}; Ctrl-C ends it", self.bag.display()));
-        let session = Session {
-            sinks: vec![Box::new(sink)],
-            ..Session::of_recording(source, Clocks::as_stamped(), encode)
+            Some(secs) => first + Duration::from_secs_f64(secs),
+            None => first,
         };
-        let exit = conclude(stop.run(session, Clock::host(), None).await);
-        Ok(after_reading(&bag, &unread, exit))
+        Ok(Playhead::new((first, last), from, self.rate))
+    }
+
+    fn bus(&self) -> Result<Arc<dyn Bus>, Failure> {
+        let join = if self.network { network::buses } else { network::buses_on_this_machine };
+        let buses = join("teampulse_player");
+        let domain = self.domain.clone().map_or_else(|| network::default_bus(&buses), Ok)?;
+        Ok(buses.get(&domain)?)
     }
 }

@@ -67,6 +67,17 @@ pub enum FromBrowser {
         /// Comes back in `echo` or `refused`.
         reference: String,
     },
+    /// Of a recording: moves to another time, or changes how it moves on; for all who look at it.
+    Play {
+        /// Comes back in `refused`.
+        reference: String,
+        /// Another time [s].
+        t: Option<f64>,
+        /// How many times as fast as it was recorded: 0.1 to 20.
+        rate: Option<f64>,
+        /// Whether it stands still.
+        paused: Option<bool>,
+    },
 }
 
 /// A stream that a browser draws.

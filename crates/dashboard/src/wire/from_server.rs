@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::Stream;
 use super::machine::{Machine, Missed, Recording};
+use super::replay::{Playback, Timeline};
 
 /// A message of the server.
 #[derive(Clone, Debug, Serialize)]
@@ -58,6 +59,13 @@ pub enum FromServer {
     Refused(Refused),
     /// The session is over; the connection closes.
     Ended(Ended),
+    /// Of a recording: how the position moves on; when that changes, and once a second.
+    Playback(Playback),
+    /// Of a recording: another moment is shown. All numbers and events so far are no longer true; what follows until
+    /// `ready` is what was known at that moment.
+    Moved(Playback),
+    /// Of a recording: what happened in all of it, once that is read.
+    Timeline(Timeline),
 }
 
 /// The session, and what this viewer may do there.

@@ -8,6 +8,7 @@ use super::from_server::{
     PhasePlan, Pong, Refused, Request, Right, Sample, Status, StreamHealth, Viewer,
 };
 use super::machine::{Machine, Missed, Recording, RecordingStage};
+use super::replay::{Absence, Gap, Playback, Timeline};
 use super::stream::{Channel, Span, Stream};
 use super::{MOST_WANTED, PROTOCOL};
 
@@ -62,6 +63,10 @@ fn written() -> String {
         Column,
         Refused,
         Ended,
+        Playback,
+        Timeline,
+        Absence,
+        Gap,
         FromBrowser,
         Wanted,
         History,

@@ -1,0 +1,167 @@
+//! Playing: onto ROS from wherever the position is, until the end.
+
+use std::pin::Pin;
+use std::sync::Arc;
+use std::time::Duration;
+
+use teampulse_bag::{Bag, BagSource, Pace, Selection, Unread};
+use teampulse_core::clocks::Clocks;
+use teampulse_core::session::Session;
+use teampulse_core::time::Time;
+use teampulse_dashboard::{Playhead, Shown};
+use teampulse_messages::convert::encode;
+use teampulse_ros::bus::Bus;
+use teampulse_ros::sink::{Publish, RosSink};
+
+use crate::exit::Exit;
+use crate::output::say;
+use crate::setup::conclude;
+use crate::stop::Stop;
+
+/// How often it is looked whether the end is reached, and whether anybody still looks.
+const LOOK: Duration = Duration::from_millis(200);
+/// How long nobody has to look after the end until the command ends [looks]: a page that is loaded again is back soon.
+const PATIENCE: u32 = 15;
+
+/// Plays a bag.
+pub(super) struct Player {
+    pub bag: Arc<Bag>,
+    pub playhead: Playhead,
+    /// Where it is published; `None` where it is only shown.
+    pub bus: Option<Arc<dyn Bus>>,
+    /// Whether `/clock` is published, too.
+    pub has_clock: bool,
+    pub shown: Option<Shown>,
+    /// Whether it starts again at the end.
+    pub is_endless: bool,
+    pub stop: Stop,
+    pub unread: Arc<Unread>,
+}
+
+/// Why a stretch of playing ended.
+enum Ended {
+    /// It was asked to.
+    Stopped,
+    /// The position was moved.
+    Moved,
+    /// The bag is over.
+    Over,
+}
+
+/// Resolves when it is asked to stop.
+type Asked = Pin<Box<dyn Future<Output = ()> + Send>>;
+
+impl Player {
+    /// Plays until the end, or until it is asked to stop; from the start of the bag or, where it is moved, from the
+    /// position.
+    pub(super) async fn play(&self, is_from_start: bool, mut asked: Asked) -> Exit {
+        let mut exit = Exit::Fine;
+        let mut from = (!is_from_start).then(|| self.playhead.now());
+        loop {
+            let (ended, was) = match &self.bus {
+                Some(bus) => self.publish(bus, from, &mut asked).await,
+                None => (self.pass(&mut asked).await, Exit::Fine),
+            };
+            exit = if exit == Exit::Fine { was } else { exit };
+            let goes_on = match ended {
+                Ended::Stopped => false,
+                Ended::Moved => true,
+                Ended::Over if self.is_endless => {
+                    self.playhead.jump(self.playhead.first());
+                    true
+                }
+                Ended::Over => self.is_moved(&mut asked).await,
+            };
+            if !goes_on {
+                return exit;
+            }
+            from = Some(self.playhead.now());
+        }
+    }
+
+    /// Publishes the bag in step with the position, until that is moved.
+    async fn publish(
+        &self,
+        bus: &Arc<dyn Bus>,
+        from: Option<Time>,
+        asked: &mut Asked,
+    ) -> (Ended, Exit) {
+        let position = self.playhead.position();
+        let pace = Pace::new(position.rate);
+        pace.set_paused(position.is_paused);
+        let source = BagSource::new(Arc::clone(&self.bag), Selection::RawAndDerived).as_placed();
+        let mut source = source.paced(pace.clone()).noting(&self.unread);
+        if let Some(from) = from {
+            source = source.starting(from);
+        }
+        let mut sink = RosSink::lossless(Arc::clone(bus), Publish::Everything);
+        if self.has_clock {
+            sink = sink.with_clock();
+        }
+        let session = Session {
+            sinks: vec![Box::new(sink)],
+            ..Session::of_recording(source, Clocks::as_stamped(), encode)
+        };
+        let mut ended = Ended::Over;
+        let until = async {
+            ended = tokio::select! {
+                () = asked => Ended::Stopped,
+                () = self.moved(position.jumps, &pace) => Ended::Moved,
+            };
+        };
+        let outcome = session.run_until(until, self.stop.clone().hurried()).await;
+        (ended, conclude(outcome))
+    }
+
+    /// Resolves when the position is moved to another time; until then the pace is that of the position.
+    async fn moved(&self, jumps: u64, pace: &Pace) {
+        let mut changes = self.playhead.changes();
+        loop {
+            let position = *changes.borrow_and_update();
+            if position.jumps != jumps {
+                return;
+            }
+            pace.set_rate(position.rate);
+            pace.set_paused(position.is_paused);
+            if changes.changed().await.is_err() {
+                std::future::pending::<()>().await;
+            }
+        }
+    }
+
+    /// Waits for the end where nothing is published.
+    async fn pass(&self, asked: &mut Asked) -> Ended {
+        let over = async {
+            while !self.playhead.is_over() {
+                tokio::time::sleep(LOOK).await;
+            }
+        };
+        tokio::select! {
+            () = asked => Ended::Stopped,
+            () = over => Ended::Over,
+        }
+    }
+
+    /// Waits at the end as long as somebody looks, or until it is asked to stop where nothing else is done; returns
+    /// whether it goes on from another time.
+    async fn is_moved(&self, asked: &mut Asked) -> bool {
+        let Some(shown) = &self.shown else { return false };
+        let is_only_shown = self.bus.is_none();
+        if is_only_shown || shown.viewers() > 0 {
+            say("the end; move to another moment on the page, or end with Ctrl-C");
+        }
+        let jumps = self.playhead.position().jumps;
+        let mut alone = if shown.viewers() > 0 { 0 } else { PATIENCE };
+        while self.playhead.position().jumps == jumps {
+            if shown.has_ended() || (!is_only_shown && alone >= PATIENCE) {
+                return false;
+            }
+            tokio::select! {
+                () = &mut *asked => return false,
+                () = tokio::time::sleep(LOOK) => {}
+            }
+            alone = if shown.viewers() > 0 { 0 } else { alone.saturating_add(1) };
+        }
+        true
+    }
+}

@@ -1,0 +1,222 @@
+//! A recording, shown in browsers: each reads what was recorded, at the position that all of them share.
+
+pub(crate) mod timeline;
+
+use std::fmt;
+use std::iter::Peekable;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::sync_channel;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use teampulse_core::sample::Record;
+use teampulse_core::sink::SinkError;
+use teampulse_core::stream::Stream;
+use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
+
+use crate::context::{Context, Settings};
+use crate::hub::{Hub, message};
+use crate::playhead::Playhead;
+use crate::relay::{Relay, is_wanted};
+use crate::sink::{FAREWELL, start};
+use crate::wire::{Event, FromServer, Timeline};
+
+/// How often the position is looked at.
+const LOOK: Duration = Duration::from_millis(15);
+/// How much before a moment is read to show it: every stream's health is recorded twice a minute.
+const BEFORE: Duration = Duration::from_secs(120);
+/// The most records that are handed on at once.
+const BATCH: usize = 2000;
+/// With more than this still to be shown, the position waits for it [s].
+const BEHIND_SECS: f64 = 2.0;
+
+/// A recording, as it is read.
+pub trait Recording: Send + Sync {
+    /// Its streams.
+    fn streams(&self) -> Streams;
+
+    /// The records from a log time on, in their order, of the streams that are wanted.
+    fn records<'a>(
+        &'a self,
+        from: Time,
+        wants: &dyn Fn(&Stream) -> bool,
+    ) -> Box<dyn Iterator<Item = Record> + 'a>;
+}
+
+/// A recording that is shown, until this is dropped.
+pub struct Shown {
+    hub: Arc<Hub>,
+    is_over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+    address: String,
+}
+
+impl fmt::Debug for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Shown").field("address", &self.address).finish_non_exhaustive()
+    }
+}
+
+impl Shown {
+    /// The address for browsers.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// How many look at it.
+    pub fn viewers(&self) -> u32 {
+        self.hub.viewers()
+    }
+
+    /// Whether it ended by itself, which only a fault does.
+    pub fn has_ended(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Release);
+        // A thread that panicked has said so.
+        drop(self.thread.take().map(JoinHandle::join));
+    }
+}
+
+/// Shows a recording in browsers; the context has its position.
+pub fn show(
+    recording: Arc<dyn Recording>,
+    playhead: &Playhead,
+    context: Context,
+    settings: Settings,
+) -> Result<Shown, SinkError> {
+    let context = Context { playhead: Some(playhead.clone()), ..context };
+    let hub = Arc::new(Hub::new(context, settings, None));
+    let is_over = Arc::new(AtomicBool::new(false));
+    let (send_started, started) = sync_channel(1);
+    let serving = {
+        let (hub, playhead, is_over) = (Arc::clone(&hub), playhead.clone(), Arc::clone(&is_over));
+        move || {
+            let runtime = match start(&hub) {
+                Ok((runtime, address)) => {
+                    drop(send_started.send(Ok(address)));
+                    runtime
+                }
+                Err(error) => return drop(send_started.send(Err(error))),
+            };
+            std::thread::scope(|scope| {
+                scope.spawn(|| timeline::read(&*recording, &hub, &is_over));
+                Showing::new(&hub, &playhead, &*recording).run(&is_over);
+            });
+            runtime.block_on(async { tokio::time::sleep(FAREWELL).await });
+            runtime.shutdown_timeout(FAREWELL);
+        }
+    };
+    let failed = |message: String| SinkError::Failed {
+        message,
+        hint: "end other programs, or allow more threads (`ulimit -u`)".to_owned(),
+    };
+    let thread = std::thread::Builder::new().name("replay".into()).spawn(serving);
+    let thread = thread.map_err(|error| failed(format!("start a thread: {error}")))?;
+    let gone = |_gone| failed("start its thread".to_owned());
+    let address = started.recv().map_err(gone)??;
+    Ok(Shown { hub, is_over, thread: Some(thread), address })
+}
+
+/// Shows what is due.
+struct Showing<'a> {
+    hub: &'a Arc<Hub>,
+    playhead: &'a Playhead,
+    recording: &'a dyn Recording,
+    relay: Relay,
+    /// The records from the position on.
+    ahead: Peekable<Box<dyn Iterator<Item = Record> + 'a>>,
+    /// How the position moved on when it was looked at last.
+    jumps: Option<u64>,
+    reported: Option<(f64, bool, u64)>,
+    has_timeline: bool,
+}
+
+impl<'a> Showing<'a> {
+    fn new(hub: &'a Arc<Hub>, playhead: &'a Playhead, recording: &'a dyn Recording) -> Showing<'a> {
+        let relay = Relay::new(Arc::clone(hub), recording.streams());
+        let nothing: Box<dyn Iterator<Item = Record>> = Box::new(std::iter::empty());
+        let ahead = nothing.peekable();
+        Showing {
+            hub,
+            playhead,
+            recording,
+            relay,
+            ahead,
+            jumps: None,
+            reported: None,
+            has_timeline: false,
+        }
+    }
+
+    fn run(&mut self, is_over: &AtomicBool) {
+        while !is_over.load(Ordering::Acquire) {
+            let jumps = self.playhead.position().jumps;
+            let has_timeline = self.hub.timeline().is_some();
+            if self.jumps != Some(jumps) || self.has_timeline != has_timeline {
+                (self.jumps, self.has_timeline) = (Some(jumps), has_timeline);
+                self.restart();
+            }
+            let is_behind = self.advance();
+            self.relay.tick(0);
+            self.report();
+            if !is_behind {
+                std::thread::sleep(LOOK);
+            }
+        }
+        self.relay.end("the replay was ended");
+    }
+
+    /// Shows the moment at the position, with what was known then.
+    fn restart(&mut self) {
+        let now = self.playhead.now();
+        let from = now - BEFORE;
+        let t = self.hub.secs(from);
+        self.ahead = self.recording.records(from, &is_wanted).peekable();
+        let timeline = self.hub.timeline();
+        let events = timeline.as_deref().map_or(&[][..], |timeline: &Timeline| &timeline.events);
+        let before = events.iter().filter(|event: &&Event| event.t < t);
+        let ahead = &mut self.ahead;
+        let until = || ahead.next_if(|record| record.sample.log_time <= now);
+        self.relay.restart(before, std::iter::from_fn(until));
+    }
+
+    /// Hands on what is due; returns whether more is.
+    fn advance(&mut self) -> bool {
+        let now = self.playhead.now();
+        let mut batch = Vec::new();
+        while batch.len() < BATCH {
+            let Some(record) = self.ahead.next_if(|record| record.sample.log_time <= now) else {
+                break;
+            };
+            batch.push(record);
+        }
+        let is_behind = batch.len() == BATCH;
+        if !batch.is_empty() {
+            self.relay.take(&batch);
+        }
+        if let Some(last) = batch.last().filter(|_| is_behind) {
+            self.playhead.wait_for(last.sample.log_time, BEHIND_SECS);
+        }
+        is_behind
+    }
+
+    /// Sends how the position moves on, when that has changed and once a second.
+    fn report(&mut self) {
+        let Some(playback) = self.hub.playback() else { return };
+        let moves = (playback.rate, playback.paused, playback.t as u64);
+        if self.reported.replace(moves) == Some(moves) {
+            return;
+        }
+        let text = message(&FromServer::Playback(playback));
+        for client in self.hub.clients() {
+            client.outbox.urgent(text.clone());
+        }
+    }
+}
