@@ -5,6 +5,7 @@ mod aligned;
 mod csv;
 mod dashboard;
 mod diagnostics;
+mod foxglove;
 mod lsl;
 mod ros;
 mod tidy;
@@ -41,6 +42,7 @@ pub const SINKS: &[Entry<dyn Sink, SinkContext>] = &[
     Entry::new::<diagnostics::Diagnostics>("diagnostics"),
     Entry::new::<lsl::Lsl>("lsl"),
     Entry::new::<dashboard::Dashboard>("dashboard"),
+    Entry::new::<foxglove::Foxglove>("foxglove"),
 ];
 
 /// The sinks of every session that is run, with default settings unless the study has some. They store
