@@ -78,6 +78,48 @@ def test_markers_of_psychopy_are_events_within_two_milliseconds(stage, figure):
     assert max(off_ms) < 2.0
 
 
+# Markers and numbers that are sent as soon as there is somebody to take them, beside a regular stream.
+AT_ONCE = """
+    import time, pylsl
+    regular = pylsl.StreamOutlet(pylsl.StreamInfo("Regular", "AtOnce", 1, 50, "double64", "regular-1"))
+    def send_at_once(name, format):
+        outlet = pylsl.StreamOutlet(pylsl.StreamInfo(name, "AtOnce", 1, 0, format, name))
+        number = 0
+        while number < 100:
+            regular.push_sample([time.time()])
+            if outlet.have_consumers():
+                before = time.time()
+                outlet.push_sample([f"{number}" if format == "string" else number])
+                print(name, number, before, time.time())
+                number += 1
+            time.sleep(0.02)
+        return outlet
+    kept = [send_at_once("first", "string"), send_at_once("numbers", "double64"), send_at_once("second", "string")]
+    time.sleep(1)
+    print("done")
+"""
+
+
+def test_what_is_sent_at_once_keeps_its_time(stage, figure):
+    monitor, out = session(stage, '[[sources]]\ntype = "lsl"\nperson = "p001"\nstream_type = "AtOnce"\n')
+    sender = python(stage, AT_ONCE)
+    sender.wait_for("done", "stdout", within_secs=60)
+    assert monitor.interrupt() == 0, monitor.report()
+    truth = {}
+    for name, number, before, after in (line.split() for line in sender.stdout.splitlines() if line != "done"):
+        truth[name, int(number)] = float(before), float(after)
+    bag, off_ms, received = harness.the_bag(out), [], 0
+    for name, leaf in (("first", "markers"), ("numbers", "atonce"), ("second", "markers")):
+        for each in events(bag, f"/humans/persons/p001/{name}/{leaf}"):
+            number = int(each.label) if leaf == "markers" else int(each.values[0])
+            (before, after), at = truth[name, number], secs(each.header.stamp)
+            off_ms.append(1e3 * max(before - at, at - after, 0.0))
+            received += 1
+    figure(f"LSL samples sent when a stream opens: {received} of {len(truth)}, worst {max(off_ms):.3f} ms off (bar: 2 ms)")
+    assert received == len(truth) == 300
+    assert max(off_ms) < 2.0
+
+
 AMPLIFIERS = """
     import time, pylsl
     RATE, CHANNELS, SECS = 500, 32, 12

@@ -19,11 +19,8 @@ use super::described::{Kind, kind, stream};
 use super::grouping::Grouping;
 use super::probing::{Exchange, probe};
 use super::resolver::FoundStream;
-use super::senders::SenderClocks;
+use super::senders::{RepliedClock, SenderClocks};
 
-/// How long after the first reply the clock of a sender is known: the time filter ends a burst of probes after a
-/// second.
-const KNOWN_AFTER: Duration = Duration::from_millis(1100);
 /// After this time without a reply samples are placed by their arrival.
 const UNPROBED_AFTER: Duration = Duration::from_secs(3);
 /// After this time without a reply and without samples the sender is gone.
@@ -57,8 +54,9 @@ struct Connection<'a> {
     channels: u32,
     period_ns: f64,
     began: Stopwatch,
-    /// Since the first reply to a probe, since the last one, and since the last samples.
-    first_reply: Option<Stopwatch>,
+    /// The clock that replied to the last probe.
+    clock: Option<RepliedClock>,
+    /// Since the last reply, and since the last samples.
     last_reply: Option<Stopwatch>,
     last_samples: Stopwatch,
     held: Vec<Sample>,
@@ -105,7 +103,7 @@ impl Inlet {
             channels: info.channel_count as u32,
             period_ns: if info.rate_hz > 0.0 { 1e9 / info.rate_hz } else { 0.0 },
             began: Stopwatch::start(),
-            first_reply: None,
+            clock: None,
             last_reply: None,
             last_samples: Stopwatch::start(),
             held: Vec::new(),
@@ -141,24 +139,23 @@ impl Inlet {
         hostname: &str,
         connection: &mut Connection<'_>,
     ) {
-        let computer = self.clocks.name(hostname, exchange.offset_secs);
+        let clock = self.clocks.replied(hostname, exchange.offset_secs);
         let outlet = connection.outlet;
-        if self.stamped_by.as_ref() != Some(&computer) {
-            outlet.stamped_by(connection.stream, &computer);
-            if self.stamped_by.replace(computer.clone()).is_some() {
+        if self.stamped_by.as_ref() != Some(&clock.name) {
+            outlet.stamped_by(connection.stream, &clock.name);
+            if self.stamped_by.replace(clock.name.clone()).is_some() {
                 // Its stamps can't be compared with those before.
                 self.grouping.iter_mut().for_each(Grouping::forget);
             }
         }
-        outlet.probed(&computer, exchange.offset_secs, exchange.round_trip_secs);
-        connection.first_reply.get_or_insert_with(Stopwatch::start);
+        outlet.probed(&clock.name, exchange.offset_secs, exchange.round_trip_secs);
+        connection.clock = Some(clock);
         connection.last_reply = Some(Stopwatch::start());
     }
 
     /// An error where the sender is gone without having closed its connection.
     fn watch(&mut self, name: &str, connection: &Connection<'_>) -> Result<(), InletError> {
-        let is_unprobed =
-            connection.first_reply.is_none() && connection.began.elapsed() > UNPROBED_AFTER;
+        let is_unprobed = connection.clock.is_none() && connection.began.elapsed() > UNPROBED_AFTER;
         if is_unprobed && !self.is_reported {
             self.is_reported = true;
             connection.outlet.happen(passing(format!(
@@ -178,9 +175,8 @@ impl Inlet {
     /// Hands samples over, or holds them until the clock of their sender is known.
     fn take(&mut self, samples: Vec<Sample>, connection: &mut Connection<'_>) {
         connection.held.extend(samples);
-        let is_known =
-            connection.first_reply.as_ref().is_some_and(|first| first.elapsed() > KNOWN_AFTER);
-        let is_unprobed = connection.first_reply.is_none()
+        let is_known = connection.clock.as_ref().is_some_and(RepliedClock::is_known);
+        let is_unprobed = connection.clock.is_none()
             && (connection.outlet.clock().is_settable()
                 || connection.began.elapsed() > UNPROBED_AFTER);
         let is_full = connection.held.len() > MOST_HELD;

@@ -2,7 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
+use teampulse_core::clock::Stopwatch;
+
+/// How long after the first reply to a probe a clock is known: the time filter ends a burst of probes after a second.
+const KNOWN_AFTER: Duration = Duration::from_millis(1100);
+/// How long a clock remains known without replies, for less than the time filter's minute.
+const KNOWN_FOR: Duration = Duration::from_secs(50);
 /// Clocks that differ by less are one [s].
 const SAME_SECS: f64 = 0.1;
 /// The most clocks of a computer; later ones share the last name.
@@ -11,27 +18,66 @@ const MOST: usize = 100;
 /// The clocks of all computers that send, by how far they are ahead: a computer that was switched on again has
 /// another one.
 #[derive(Clone, Debug, Default)]
-pub(super) struct SenderClocks(Arc<Mutex<BTreeMap<String, Vec<f64>>>>);
+pub(super) struct SenderClocks(Arc<Mutex<BTreeMap<String, Vec<SenderClock>>>>);
+
+/// A clock of a computer, for all streams that it stamps.
+#[derive(Clone, Copy, Debug)]
+struct SenderClock {
+    /// How far it is ahead, by the last reply [s].
+    offset_secs: f64,
+    /// Since the first reply, and since the last one.
+    first_reply: Stopwatch,
+    last_reply: Stopwatch,
+}
+
+/// What a reply to a probe shows of the clock that stamps a stream.
+#[derive(Clone, Debug)]
+pub(super) struct RepliedClock {
+    /// The name of the clock.
+    pub name: String,
+    /// Since when replies come from it, to this or to any other stream.
+    first_reply: Stopwatch,
+}
+
+impl RepliedClock {
+    /// Whether the time filter knows it by now.
+    pub fn is_known(&self) -> bool {
+        self.first_reply.elapsed() > KNOWN_AFTER
+    }
+}
+
+impl SenderClock {
+    fn begin(offset_secs: f64) -> SenderClock {
+        let now = Stopwatch::start();
+        SenderClock { offset_secs, first_reply: now, last_reply: now }
+    }
+
+    fn reply(&mut self, offset_secs: f64) {
+        if self.last_reply.elapsed() > KNOWN_FOR {
+            self.first_reply = Stopwatch::start();
+        }
+        self.last_reply = Stopwatch::start();
+        self.offset_secs = offset_secs;
+    }
+}
 
 impl SenderClocks {
-    /// The name of the clock of a computer that is this far ahead [s].
-    pub fn name(&self, hostname: &str, offset_secs: f64) -> String {
+    /// The clock of a computer that replied to a probe, and is this far ahead [s].
+    pub fn replied(&self, hostname: &str, offset_secs: f64) -> RepliedClock {
         let mut clocks = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let offsets = clocks.entry(hostname.to_owned()).or_default();
-        let known = offsets.iter().position(|known| (known - offset_secs).abs() < SAME_SECS);
-        let number = known.unwrap_or_else(|| {
-            if offsets.len() < MOST {
-                offsets.push(offset_secs);
-            }
-            offsets.len() - 1
-        });
-        if let Some(known) = offsets.get_mut(number) {
-            *known = offset_secs;
+        let clocks = clocks.entry(hostname.to_owned()).or_default();
+        let is_it = |known: &SenderClock| (known.offset_secs - offset_secs).abs() < SAME_SECS;
+        if !clocks.iter().any(is_it) && clocks.len() < MOST {
+            clocks.push(SenderClock::begin(offset_secs));
         }
-        match number {
+        let number = clocks.iter().position(is_it).unwrap_or(clocks.len() - 1);
+        let clock = &mut clocks[number];
+        clock.reply(offset_secs);
+        let name = match number {
             0 => format!("LSL on {hostname}"),
             number => format!("LSL on {hostname} ({})", number + 1),
-        }
+        };
+        RepliedClock { name, first_reply: clock.first_reply }
     }
 }
 
@@ -42,10 +88,11 @@ mod tests {
     #[test]
     fn a_computer_that_was_switched_on_again_has_another_clock() {
         let clocks = SenderClocks::default();
-        assert_eq!(clocks.name("lab", -1.7e9), "LSL on lab");
-        assert_eq!(clocks.name("lab", -1.7e9 + 0.05), "LSL on lab");
-        assert_eq!(clocks.name("lab", -1.7e9 + 0.12), "LSL on lab", "it drifts");
-        assert_eq!(clocks.name("lab", -1.8e9), "LSL on lab (2)");
-        assert_eq!(clocks.name("other", -1.8e9), "LSL on other");
+        let name = |hostname, offset_secs| clocks.replied(hostname, offset_secs).name;
+        assert_eq!(name("lab", -1.7e9), "LSL on lab");
+        assert_eq!(name("lab", -1.7e9 + 0.05), "LSL on lab");
+        assert_eq!(name("lab", -1.7e9 + 0.12), "LSL on lab", "it drifts");
+        assert_eq!(name("lab", -1.8e9), "LSL on lab (2)");
+        assert_eq!(name("other", -1.8e9), "LSL on other");
     }
 }

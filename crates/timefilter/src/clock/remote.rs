@@ -57,7 +57,8 @@ const MOST_EVENTS: usize = 16;
 /// The shift follows offset and skew by slewing, so that within an epoch time order is preserved. A
 /// timestamp is rejected, and has no effect on the model, if it is more than 0.1 s earlier than the fastest
 /// messages allow or more than one second later, unless it continues its stream in order (a network
-/// backlog). If all timestamps are rejected for three seconds, the clock has jumped. A timestamp of zero
+/// backlog), or is the first of its stream and at most five seconds late, and the clock is known from probes (its
+/// receiver held it until they were answered). If all timestamps are rejected for three seconds, the clock has jumped. A timestamp of zero
 /// counts as missing.
 ///
 /// Timestamps of when a device took a measurement ([`StampOf::Measured`]) precede their arrival by the
@@ -193,7 +194,8 @@ impl Remote {
         }
     }
 
-    /// Whether a message is too late to be accepted on its own, but continues its stream in order.
+    /// Whether a message is too late to be accepted on its own, but continues its stream in order, or begins it where
+    /// the clock is known from probes.
     fn is_held_up(&mut self, stamps: &Stamps, last: i64, delay: i64) -> bool {
         let ahead = match (self.offset(), stamps.stamp_of) {
             (Some(offset), _) => offset.at(self.now),
@@ -201,7 +203,12 @@ impl Remote {
             (None, _) => return false,
         };
         let late = delay.saturating_add(ahead);
-        late > LATER_NANOS && self.backlogs.goes_on(stamps.stream, last, self.now, late)
+        if late <= LATER_NANOS {
+            return false;
+        }
+        let (stream, is_probed) = (stamps.stream, self.probed().is_some());
+        (is_probed && self.backlogs.begins(stream, last, self.now, late))
+            || self.backlogs.goes_on(stream, last, self.now, late)
     }
 
     /// Whether a delay is that of the path between the computers, as far as is known.

@@ -1,4 +1,4 @@
-//! Messages delayed in a backlog, which arrive late but in order.
+//! Messages delayed in a backlog, which arrive late but in order, or held by their receiver until a clock was known.
 
 /// The most streams of a computer that are followed; further ones share slots.
 const STREAMS: usize = 16;
@@ -8,6 +8,8 @@ const STEADY_NANOS: i64 = 1_000_000_000;
 const EQUAL_NANOS: u64 = 100_000_000;
 /// The latest that a message may be and still be accepted [ns].
 const LATEST_NANOS: i64 = 600_000_000_000;
+/// The latest that the first message of a stream may be [ns]: its receiver holds it until probes were answered.
+const HELD_NANOS: i64 = 5_000_000_000;
 
 /// The state of each stream of a computer.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,6 +44,17 @@ impl Backlogs {
         goes_on
     }
 
+    /// Whether a late message is the first of its stream, and so may have been held until its clock was known. From
+    /// then on the stream is followed.
+    pub fn begins(&mut self, stream: u32, stamp: i64, arrival: i64, late: i64) -> bool {
+        let begins = late < HELD_NANOS && self.of(stream).is_none();
+        if begins {
+            let late = Some((arrival, late));
+            self.follow(LastMessage { stream, stamp, believed: true, late });
+        }
+        begins
+    }
+
     /// Records a message that was judged by its lateness alone.
     pub fn judged(&mut self, stream: u32, stamp: i64, believed: bool) {
         let last = LastMessage { stream, stamp, believed, late: None };
@@ -50,6 +63,10 @@ impl Backlogs {
             *known = LastMessage { stamp: newest, ..last };
             return;
         }
+        self.follow(last);
+    }
+
+    fn follow(&mut self, last: LastMessage) {
         self.streams[self.next] = Some(last);
         self.next = (self.next + 1) % STREAMS;
     }

@@ -217,6 +217,44 @@ fn messages_delayed_by_the_network_keep_their_timestamps() {
     assert_eq!((computer.disbelieved, computer.events.len()), (believed, 0));
 }
 
+/// Hands over samples of a stream that were held until `arrival`; the worst error of those that are placed by their
+/// stamps [ns], and how many are not.
+fn held(computer: &mut Computer, stream: u32, sent: Range<i64>, arrival: i64) -> (i64, usize) {
+    let (mut worst_nanos, mut disbelieved) = (0, 0);
+    for sent in sent.step_by(100_000_000) {
+        let source = Some(computer.stamp(sent));
+        let corrected =
+            computer.remote.correct(&Stamps { source, stream, ..Stamps::arrived(arrival) });
+        disbelieved += usize::from(corrected.disbelieved);
+        worst_nanos = worst_nanos.max((corrected.measured - sent).abs());
+    }
+    (worst_nanos, disbelieved)
+}
+
+#[test]
+fn what_was_held_until_probes_were_answered_keeps_its_stamps() {
+    // Minutes apart, one that counts from when it was switched on, and one in step.
+    for ahead_nanos in [-185 * SECOND, 240 * SECOND, 1_000 * SECOND - START, 0] {
+        let mut computer = Computer::new(ahead_nanos, 20);
+        computer.probed(0);
+        // A regular stream, whose samples are recent, and markers of which the first are not.
+        let known = START + 1_200_000_000;
+        assert_eq!(held(&mut computer, 2, known - 200_000_000..known, known).1, 0);
+        let (worst_nanos, disbelieved) = held(&mut computer, 1, START..known, known);
+        assert!(worst_nanos < 2_000_000, "{ahead_nanos}: {worst_nanos}");
+        assert_eq!(disbelieved, 0, "{ahead_nanos}");
+        // A stream whose probes were answered seconds later, while the clock is known.
+        let second = |secs| START + secs * SECOND;
+        computer.run_with_probes(4, 24);
+        let (worst_nanos, disbelieved) = held(&mut computer, 3, second(20)..second(23), second(24));
+        assert!(worst_nanos < 2_000_000, "{ahead_nanos}: {worst_nanos}");
+        assert_eq!(disbelieved, 0, "{ahead_nanos}");
+        assert!(computer.events.len() <= 1, "{:?}", computer.events);
+        // The first of a stream may not be older than that.
+        assert_eq!(held(&mut computer, 4, second(0)..second(0) + 1, second(24)).1, 1);
+    }
+}
+
 #[test]
 fn stored_samples_for_late_joiners_do_not_set_the_clock() {
     let mut computer = Computer::new(0, 0);
