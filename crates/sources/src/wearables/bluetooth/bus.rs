@@ -11,9 +11,10 @@ use serde::Serialize;
 use tokio::sync::{mpsc, watch};
 use tokio::task::AbortHandle;
 use tokio::time::timeout;
+use zbus::as_variant::Deserialize;
 use zbus::connection::Builder;
 use zbus::export::futures_core::Stream;
-use zbus::message::Type;
+use zbus::message::{Body, Type};
 use zbus::{Connection, DynamicType, Message, MessageStream, OwnedObjectPath};
 
 use teampulse_devices::gatt::Uuid;
@@ -265,8 +266,12 @@ impl State {
                 }
             }
             ("org.freedesktop.DBus.Properties", "PropertiesChanged") => {
+                let Some(path) = header.path() else { return };
+                if let Some(value) = notified(&body) {
+                    return self.known().hand_over(path.as_str(), value);
+                }
                 let changed = body.deserialize::<(String, Properties, Vec<String>)>();
-                if let (Ok((interface, properties, gone)), Some(path)) = (changed, header.path()) {
+                if let Ok((interface, properties, gone)) = changed {
                     self.take_properties(path.as_str(), &interface, &properties, &gone);
                 }
             }
@@ -316,6 +321,15 @@ impl Known {
             subscriber.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
+}
+
+/// The value of a characteristic in a signal that has nothing else. Most signals are such, and their bytes need no
+/// variant each.
+fn notified(body: &Body) -> Option<Vec<u8>> {
+    type Notification<'a> = (&'a str, BTreeMap<&'a str, Deserialize<'a, Vec<u8>>>, Vec<&'a str>);
+    let (interface, mut properties, _) = body.deserialize::<Notification<'_>>().ok()?;
+    let value = properties.remove("Value").filter(|_| interface == CHARACTERISTIC)?;
+    Some(value.0)
 }
 
 async fn listen(mut signals: MessageStream, state: Arc<State>) {
