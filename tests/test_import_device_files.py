@@ -130,6 +130,47 @@ def test_a_wristband_is_joined_by_presses_of_its_button(stage, heart, figure):
     assert other.returncode != 0 and "no mark" in other.stderr
 
 
+def movements() -> list[tuple[float, float, float]]:
+    """Movements of a body: when each begins, for how long it lasts [s], and how strong it is [g]."""
+    chance = random.Random(5)
+    at, found = 1.0, []
+    while at < SECS - 4:
+        found.append((at, chance.uniform(0.6, 2.0), chance.uniform(0.1, 0.3)))
+        at += chance.expovariate(1 / 5)
+    return found
+
+
+def acceleration(start: float) -> list[str]:
+    """The file of a wristband's acceleration in steps of 1/64 g."""
+    times = np.arange(SECS * 32) / 32
+    felt = np.zeros(len(times))
+    for at, lasts, strength in movements():
+        after = times - at
+        swell = np.sin(np.pi * np.clip(after / lasts, 0, 1)) ** 2
+        felt += strength * swell * np.sin(2 * np.pi * 1.7 * after)
+    steps = np.round(64 * (1 + felt)).astype(int)
+    return [", ".join([f"{start:.2f}"] * 3), ", ".join(["32.000000"] * 3), *(f"0,0,{step}" for step in steps)]
+
+
+def test_a_device_that_sees_no_heart_is_joined_by_movement(stage, heart, figure):
+    e4_zip(stage.folder / "left.zip", heart, **{"ACC.csv": acceleration(BEGIN_SECS)})
+    answer = stage.ask("import", "left.zip", "--person", "p001", "--out", stage.folder / "session")
+    assert answer.returncode == 0, answer.stderr
+    session = Path(answer.stdout.splitlines()[-1])
+    with zipfile.ZipFile(stage.folder / "right.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("ACC.csv", "\n".join(acceleration(BEGIN_SECS - BEHIND_SECS)))
+        archive.writestr("info.txt", "about the files")
+    answer = joined(stage, "right.zip", session)
+    assert answer.returncode == 0, answer.stderr
+    off_ms = 1e3 * first_secs(Path(answer.stdout.splitlines()[-1]), "/empatica_e4/acc")
+    [within] = re.findall(r"times are within (\d+) ms \(95 %\)", answer.stdout)
+    figure(f"import: an E4 joined by movement, {off_ms:+.1f} ms off, stated ± {within} ms")
+    assert abs(off_ms) <= int(within) <= 50
+    assert "stretches of 30 s with the same movement in common with /humans/persons/p001/empatica_e4/acc" in answer.stdout
+    named = joined(stage, "left.zip", session, "--against", "/humans/persons/p001/empatica_e4/acc")
+    assert named.returncode == 0 and "with the same movement" in named.stdout, named.stderr
+
+
 @pytest.mark.parametrize(("unit", "secs", "form"), [("ms", 1e-3, "{:.0f}"), ("s", 1, "{:.3f}")], ids=["ms", "s"])
 def test_a_list_of_intervals_without_a_date_is_joined(stage, session, heart, unit, secs, form):
     worn = [beat for beat in heart if 60 < beat < 240]

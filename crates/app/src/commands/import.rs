@@ -3,6 +3,8 @@
 mod biosensors;
 mod imported;
 mod joining;
+mod hearts;
+mod movement;
 mod kind;
 mod report;
 mod tables;

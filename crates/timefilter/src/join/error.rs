@@ -19,6 +19,13 @@ pub enum JoinError {
         /// The next best offset [s].
         next_offset_secs: f64,
     },
+    /// There are too few stretches in which both moved alike.
+    Still {
+        /// Those that were found.
+        found: usize,
+        /// Those that are needed.
+        needed: usize,
+    },
     /// The events of the two do not belong together.
     Unlike {
         /// The share that matches at the best offset [0..1].
@@ -36,6 +43,9 @@ impl JoinError {
             }
             JoinError::Ambiguous { .. } => {
                 "the events are too regular or too few: join by a tap or a marker, or allow only a smaller offset"
+            }
+            JoinError::Still { .. } => {
+                "choose sensors that move together for some minutes, or join by a tap or a marker"
             }
             JoinError::Unlike { .. } => {
                 "make sure that both recorded the same person at the same time"
@@ -56,6 +66,10 @@ impl fmt::Display for JoinError {
             JoinError::Ambiguous { offset_secs, next_offset_secs } => write!(
                 f,
                 "determine the offset: {offset_secs:.3} s and {next_offset_secs:.3} s fit about equally well"
+            ),
+            JoinError::Still { found, needed } => write!(
+                f,
+                "find enough stretches of half a minute in which both moved alike: {found} of at least {needed}"
             ),
             JoinError::Unlike { share } => write!(
                 f,

@@ -6,6 +6,9 @@
 //! beats are, agree nowhere else. Regular ones agree in many places, and the result is an error, not a guess.
 //! From there pairs are followed outwards through gaps, and a robust line through them gives offset and skew.
 //!
+//! Two accelerometers on one person need no events ([`by_motion`]): stretches of half a minute in which both moved alike
+//! take their place.
+//!
 //! **Stated error.** Half of the 95 % interval of a placed time is the root of the sum of squares of: the error
 //! of the line at that time, from the scatter of its pairs in blocks of a minute, since neighbours err alike; the
 //! resolution of the stamps; for a recording that is too short to show its skew, what [`UNKNOWN_SKEW_PPM`] does
@@ -33,11 +36,13 @@
 mod correlogram;
 mod follow;
 mod line;
+mod motion;
 mod error;
 
 use crate::clock::Latency;
 
 pub use error::JoinError;
+pub use motion::{Movement, by_motion};
 
 use correlogram::best_lag;
 use follow::pairs;
@@ -82,9 +87,9 @@ pub struct Placement {
     pub offset_secs: f64,
     /// How much slower the recording's clock runs than the session's [ppm]; 0 where it was too short to show it.
     pub skew_ppm: f64,
-    /// The number of events in both.
+    /// The number of events in both, or of stretches in which both moved alike.
     pub pairs: usize,
-    /// The share of the recording's events in the common time that have a partner [0..1].
+    /// The share of the recording's events, or stretches, in the common time that have a partner [0..1].
     pub share: f64,
     /// The spread of the pairs around the line, 1.4826 · MAD [s].
     pub spread_secs: f64,
@@ -168,8 +173,13 @@ fn placed(
     if share < LEAST_SHARE {
         return Err(JoinError::Unlike { share });
     }
+    Ok(placement(&line, share, search))
+}
+
+/// The placement by a line through pairs, of which a share of the recording is part.
+fn placement(line: &RobustLine, share: f64, search: &Search) -> Placement {
     let skew_95_ppm = if line.has_slope { 1e6 * line.slope_95 } else { UNKNOWN_SKEW_PPM };
-    Ok(Placement {
+    Placement {
         center_secs: line.center,
         offset_secs: line.at_center + search.delay.secs,
         skew_ppm: 1e6 * line.slope,
@@ -179,7 +189,7 @@ fn placed(
         line_95_secs: line.center_95,
         skew_95_ppm,
         fixed_95_secs: search.delay.uncertainty_secs.hypot(search.resolution_secs),
-    })
+    }
 }
 
 #[cfg(test)]

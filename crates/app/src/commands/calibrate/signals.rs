@@ -176,6 +176,11 @@ impl SeenBy {
         &self.times
     }
 
+    /// The times of its samples [ns], and their numbers sample by sample.
+    pub(in crate::commands) fn samples(&self) -> (&[i64], &[f64]) {
+        (&self.times, &self.values)
+    }
+
     pub(super) fn seen(&self) -> Seen<'_> {
         match self.mode {
             ReadMode::Events(_) | ReadMode::Moments => Seen::Events(&self.times),

@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use teampulse_bag::{Bag, BagStream};
 use teampulse_core::stream::{Origin, Shape, Signal};
-use teampulse_formats::{Content, Run};
-use teampulse_signal::ecg::find_beats;
-use teampulse_signal::ppg::find_pulses;
+use teampulse_formats::Content;
 use teampulse_timefilter::clock::Latency;
-use teampulse_timefilter::join::{JoinError, Placement, Search, by_beats, by_marks};
+use teampulse_timefilter::join::{
+    JoinError, Movement, Placement, Search, by_beats, by_marks, by_motion,
+};
 
-use super::imported::{DeviceRecording, Imported};
+use super::hearts::{has_heart, of_heart};
+use super::imported::DeviceRecording;
+use super::movement::{self, Magnitudes};
 use super::written::SessionFromDevice;
 use crate::commands::calibrate::signals::{Span, Wanted, record};
 use crate::exit::Exit;
@@ -27,6 +29,8 @@ const PULSE_RISE: Latency = Latency::new(0.140, 0.100);
 const BETWEEN_PLACES: Latency = Latency::new(0.0, 0.060);
 /// A detector's systematic difference between two kinds of ECG.
 const BETWEEN_ECGS: Latency = Latency::new(0.0, 0.005);
+/// Two places on the body to which a movement spreads: a step takes tens of milliseconds from the foot to the head.
+const BETWEEN_SENSORS: Latency = Latency::new(0.0, 0.025);
 /// Half of the step in which devices stamp the presses of their button [s].
 const MARK_SECS: f64 = 0.005;
 
@@ -39,11 +43,11 @@ pub struct Into {
     #[arg(id = "into", long = "into", value_name = "BAG")]
     session: Option<PathBuf>,
     /// Joins by an event that both recorded: the label of markers in the session, and after `=` that of those
-    /// in the file (by default all in the file). Without this, heart beats are matched
+    /// in the file (by default all in the file). Without this, heart beats are matched, or else movement
     #[arg(long, value_name = "LABEL[=LABEL]", requires = "into", conflicts_with = "against")]
     at: Option<String>,
-    /// The stream of the session whose heart beats are matched; by default the person's beats from an ECG, else
-    /// from intervals, else pulses
+    /// The stream of the session whose heart beats, or whose acceleration, is matched; by default the person's beats
+    /// from an ECG, else from intervals, else pulses; else, or where the file has none, the person's acceleration
     #[arg(long, value_name = "STREAM", requires = "into")]
     against: Option<Wanted>,
     /// From the R wave of an ECG to the foot of the pulse where the device was worn, and its uncertainty (95 %)
@@ -81,22 +85,42 @@ pub struct Joined {
 }
 
 /// The events of one side.
-struct Happened {
+pub(super) struct Happened {
     name: String,
     at_ns: Vec<i64>,
+    /// Of acceleration, at each time.
+    magnitudes: Vec<f64>,
     kind: Kind,
 }
 
 /// What the events are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     /// R waves.
     Beats,
     /// Pulses; of the recording both the foot and the peak are known, of the session the peak.
     Pulses,
     /// Beats by the intervals of a device that sees the pulse.
     PulseIntervals,
+    /// Samples of acceleration.
+    Movement,
     Marks,
+}
+
+impl Happened {
+    pub(super) fn events(name: String, at_ns: Vec<i64>, kind: Kind) -> Happened {
+        Happened { name, at_ns, magnitudes: Vec::new(), kind }
+    }
+
+    fn movement(name: String, Magnitudes { at_ns, values }: Magnitudes) -> Happened {
+        Happened { name, at_ns, magnitudes: values, kind: Kind::Movement }
+    }
+
+    /// The samples of acceleration, at these times [s].
+    fn felt(&self, secs: &[f64]) -> Vec<Movement> {
+        let samples = secs.iter().zip(&self.magnitudes);
+        samples.map(|(&secs, &magnitude)| Movement { secs, magnitude }).collect()
+    }
 }
 
 impl Into {
@@ -118,6 +142,8 @@ impl Into {
         };
         let (session, recording) = if let Some(labels) = &self.at {
             of_marks(bag, labels, device)?
+        } else if let Some(both) = self.of_movement(bag, person, device)? {
+            both
         } else {
             let session = self.beats_of(bag, person)?;
             let recording = of_heart(device, session.kind)?;
@@ -139,8 +165,12 @@ impl Into {
             delay: self.delay(session.kind, recording.kind),
             resolution_secs: if session.kind == Kind::Marks { MARK_SECS } else { 0.0 },
         };
-        let by = if session.kind == Kind::Marks { by_marks } else { by_beats };
-        let found = by(&ours, &theirs, &search).map_err(failure)?;
+        let found = match session.kind {
+            Kind::Marks => by_marks(&ours, &theirs, &search),
+            Kind::Movement => by_motion(&session.felt(&ours), &recording.felt(&theirs), &search),
+            _ => by_beats(&ours, &theirs, &search),
+        };
+        let found = found.map_err(failure)?;
         let ends =
             theirs.iter().copied().fold((f64::MAX, f64::MIN), |(a, b), at| (a.min(at), b.max(at)));
         let words = words(&found, &session, ends, search.delay, device.is_dated);
@@ -158,6 +188,7 @@ impl Into {
         let arrival = self.pulse_arrival.unwrap_or(PULSE_ARRIVAL);
         match (session, recording) {
             (Kind::Marks, _) => Latency::new(0.0, 0.0),
+            (Kind::Movement, _) => BETWEEN_SENSORS,
             (Kind::Beats, Kind::Pulses) => arrival,
             (Kind::Beats, Kind::PulseIntervals) => Latency::new(
                 arrival.secs + PULSE_RISE.secs,
@@ -169,6 +200,34 @@ impl Into {
             (_, Kind::Pulses) => BETWEEN_PLACES,
             (_, _) => Latency::new(-(arrival.secs + PULSE_RISE.secs), PULSE_RISE.uncertainty_secs),
         }
+    }
+
+    /// The movement of both, where that is asked for or their hearts can't be compared; `None` where they are.
+    fn of_movement(
+        &self,
+        bag: &Bag,
+        person: &str,
+        device: &DeviceRecording,
+    ) -> Result<Option<(Happened, Happened)>, Failure> {
+        let stream = match &self.against {
+            Some(wanted) => bag.streams().iter().find(|known| {
+                known.stream.name == wanted.to_string() && movement::is_acceleration(known)
+            }),
+            None if has_heart(device) && self.beats_of(bag, person).is_ok() => None,
+            None => movement::acceleration_of(bag, person),
+        };
+        let Some(stream) = stream else { return Ok(None) };
+        let name = stream.stream.name.clone();
+        let Some(theirs) = movement::of_device(device) else {
+            if self.against.is_none() {
+                return Ok(None);
+            }
+            return Err(Failure::new(format!("{} has no acceleration", device.name))
+                .hint("match heart beats, or join by a marker that both have, with --at"));
+        };
+        let ours = movement::of_session(bag, &name)?;
+        let theirs = Happened::movement(device.name.clone(), theirs);
+        Ok(Some((Happened::movement(name, ours), theirs)))
     }
 
     /// The beats of the person in the session.
@@ -209,7 +268,7 @@ impl Into {
         };
         let name = chosen.stream.name.clone();
         let kind = if signal_of(chosen) == Some(Signal::Ppg) { Kind::Pulses } else { Kind::Beats };
-        Ok(Happened { at_ns: times(bag, &name)?, name, kind })
+        Ok(Happened::events(name.clone(), times(bag, &name)?, kind))
     }
 }
 
@@ -232,7 +291,7 @@ fn of_marks(
     };
     let kind = Kind::Marks;
     let name = format!("/session/events:{ours}");
-    let session = Happened { at_ns: times(bag, &name)?, name, kind };
+    let session = Happened::events(name.clone(), times(bag, &name)?, kind);
     let marks = device.signals.iter().filter_map(|signal| match &signal.content {
         Content::Marks(marks) => Some(marks),
         _ => None,
@@ -242,7 +301,7 @@ fn of_marks(
         marks.flatten().filter(|mark| is_meant(&mark.label)).map(|mark| mark.at_ns).collect();
     let missing = |which: &str, label: &str| {
         Failure::new(format!("{which} has no mark {label:?}"))
-            .hint("`teampulse export` lists the events of a session; without --at heart beats are matched")
+            .hint("`teampulse export` lists the events of a session; without --at heart beats or movement are matched")
             .exit(Exit::BadArguments)
     };
     if session.at_ns.is_empty() {
@@ -251,71 +310,7 @@ fn of_marks(
     if at_ns.is_empty() {
         return Err(missing(&device.name, theirs.unwrap_or_default()));
     }
-    Ok((session, Happened { name: device.name.clone(), at_ns, kind }))
-}
-
-/// The heart beats in a recording: from its ECG, else its pulse wave, else its intervals.
-fn of_heart(device: &DeviceRecording, session: Kind) -> Result<Happened, Failure> {
-    let of = |signal: Signal| device.signals.iter().find(move |each| each.stream.signal == signal);
-    let found = of(Signal::Ecg)
-        .map(|ecg| (beats(ecg), Kind::Beats))
-        .or_else(|| of(Signal::Ppg).map(|ppg| (pulses(ppg, session), Kind::Pulses)))
-        .or_else(|| {
-            of(Signal::Interval).map(|intervals| (ends(intervals), interval_kind(&device.device)))
-        });
-    let Some((at_ns, kind)) = found else {
-        return Err(Failure::new(format!("{} has no signal of the heart", device.name))
-            .hint("join by a marker that both have, with --at"));
-    };
-    Ok(Happened { name: device.name.clone(), at_ns, kind })
-}
-
-/// Wristbands measure intervals between pulses.
-fn interval_kind(device: &str) -> Kind {
-    let is_wristband = device.starts_with("empatica") || device.starts_with("embrace");
-    if is_wristband { Kind::PulseIntervals } else { Kind::Beats }
-}
-
-fn ends(signal: &Imported) -> Vec<i64> {
-    match &signal.content {
-        Content::Uneven { at_ns, .. } => at_ns.clone(),
-        _ => Vec::new(),
-    }
-}
-
-fn beats(signal: &Imported) -> Vec<i64> {
-    in_runs(signal, |samples, rate_hz| {
-        let beats = find_beats(samples, rate_hz).unwrap_or_default();
-        beats.iter().map(|beat| beat.sample).collect()
-    })
-}
-
-/// The feet of pulses for R waves, and their peaks for those of the session, which are known by their peaks.
-fn pulses(signal: &Imported, session: Kind) -> Vec<i64> {
-    in_runs(signal, |samples, rate_hz| {
-        let pulses = find_pulses(samples, rate_hz).unwrap_or_default();
-        pulses
-            .iter()
-            .map(|pulse| if session == Kind::Pulses { pulse.sample } else { pulse.onset })
-            .collect()
-    })
-}
-
-/// Applies a detector to the first channel of each run.
-fn in_runs(signal: &Imported, found: impl Fn(&[f64], f64) -> Vec<f64>) -> Vec<i64> {
-    let Content::Even(runs) = &signal.content else { return Vec::new() };
-    let width = signal.stream.channels.len().max(1);
-    let of_run = |run: &Run| {
-        let first: Vec<f64> = run.samples.iter().copied().step_by(width).collect();
-        let (start_ns, period_ns) = (run.start_ns, run.period_ns);
-        let at = move |place: f64| start_ns.saturating_add((place * period_ns).round() as i64);
-        found(&first, 1e9 / period_ns)
-            .into_iter()
-            .filter(|place| place.is_finite())
-            .map(at)
-            .collect::<Vec<i64>>()
-    };
-    runs.iter().flat_map(of_run).collect()
+    Ok((session, Happened::events(device.name.clone(), at_ns, kind)))
 }
 
 /// A description of a placement.
@@ -328,6 +323,7 @@ fn words(
 ) -> String {
     let (what, name) = match session.kind {
         Kind::Marks => ("events", &session.name),
+        Kind::Movement => ("stretches of 30 s with the same movement", &session.name),
         _ => ("heart beats", &session.name),
     };
     let share = 100.0 * found.share;
@@ -344,7 +340,10 @@ fn words(
         format!("{:+.1} ± {:.1} ppm slow", found.skew_ppm, found.skew_uncertainty_ppm())
     };
     let ms = 1e3 * found.uncertainty_secs(from).max(found.uncertainty_secs(to));
-    let of_delay = if delay.secs == 0.0 {
+    let of_delay = if session.kind == Kind::Movement {
+        let ms = 1e3 * delay.uncertainty_secs;
+        format!(", with ±{ms:.0} ms for the way of a movement from one sensor to the other")
+    } else if delay.secs == 0.0 {
         String::new()
     } else {
         let (secs, uncertainty) = (1e3 * delay.secs, 1e3 * delay.uncertainty_secs);
