@@ -6,6 +6,7 @@ mod accuracy;
 mod calibration;
 mod clocks;
 mod grid;
+mod joining;
 mod links;
 mod matching;
 mod recording;
@@ -24,6 +25,7 @@ fn main() -> ExitCode {
         ("calibration", []) => judge(calibration::measure()),
         ("clocks", []) => judge(clocks::measure()),
         ("grid", rest) => finish(grid::measure(rest)),
+        ("joining", []) => judge(joining::measure()),
         ("links", rest) => {
             scenarios::measure(rest).map_or_else(|error| refuse(&error.to_string()), judge)
         }
