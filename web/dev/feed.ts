@@ -40,9 +40,9 @@ export class Feed {
     this.event("/session/events", 0, "phase", "baseline");
     this.event("/session/events", 300, "phase", "1-back");
     this.event("/session/events", now - 4, "marker", "stimulus");
-    const alert = { robot: "robot2", why: "offline", stage: "raised" };
+    const alert = { who: "robot2", why: "offline", stage: "raised", tier: "act", is_of_study: false };
     this.event("/team/alerts", now - 41, "fault", "robot2 needs someone: offline", alert);
-    this.event("/team/alerts", now - 25, "fault", "robot3 needs someone: poor link", { robot: "robot3", why: "poor link", stage: "raised" });
+    this.event("/team/alerts", now - 25, "fault", "robot3 needs someone: poor link", { ...alert, who: "robot3", why: "poor link", tier: "soon" });
     this.second();
     this.send({ type: "ready" });
     setInterval(() => this.second(), 1000);

@@ -405,7 +405,7 @@ duration: number | null,
  */
 request: Request | null, 
 /**
- * What it says of an alert, on `/team/alerts`.
+ * What it says of an alert, on `/team/alerts` or a person's own stream of alerts.
  */
 alert: Alert | null, };
 
@@ -431,17 +431,25 @@ text: string, };
  */
 export type Alert = { 
 /**
- * The robot.
+ * The robot or the person; `team` or `session` for what is about nobody alone.
  */
-robot: string, 
+who: string, 
 /**
- * Why: `offline`, `wifi is stuck`, `battery below 20 %`.
+ * Why: `offline`, `wifi is stuck`, `HR of strap/ecg/heart above 120 1/min`.
  */
 why: string, 
 /**
- * `raised`, `answered` or `over`.
+ * `raised`, `answered`, `unknown` or `over`.
  */
-stage: string, };
+stage: string, 
+/**
+ * How urgent it is: `act`, `soon` or `note`; as the study states it only when it is raised.
+ */
+tier: string, 
+/**
+ * Whether the study states how urgent it is: one of its `[[alerts]]` is raised.
+ */
+is_of_study: boolean, };
 
 /**
  * The recording.

@@ -8,7 +8,7 @@ import { baselineOf, people } from "../src/view/people";
 import { phases, present } from "../src/view/phases";
 import { recordingWords } from "../src/view/recording";
 import { robots } from "../src/view/robots";
-import type { Recording } from "../src/wire";
+import type { Event, Recording } from "../src/wire";
 
 function session(count = 5): { model: Model; now: number; feed: Feed } {
   const model = new Model();
@@ -73,6 +73,26 @@ test("what needs someone first comes first, and an acknowledgement is believed w
   const seen = alertsOf(model, now).find((each) => each.subject === "robot2");
   expect(seen).toMatchObject({ stage: "acknowledged", seen: { who: "dashboard" } });
   expect(waiting(alertsOf(model, now)).act).toBe(0);
+});
+
+test("an alert of the study has its tier, its number and its limit, and one that is silent stays", () => {
+  const { model, now, feed } = session();
+  const why = "breathe (ECG_Rate_Mean above 120 1/min for 30 s)";
+  const event = (number: number, t: number, stage: string, value: number | null): Event => ({
+    number, stream: feed.id("/team/alerts"), t, kind: stage === "raised" ? "fault" : "marker", label: `p001 ${stage}: ${why}`, value, duration: null,
+    request: null, alert: { who: "p001", why, stage, tier: stage === "raised" ? "note" : "soon", is_of_study: stage === "raised" },
+  });
+  const own = () => alertsOf(model, now).find((each) => each.subject === "p001" && each.cause === why);
+  model.apply({ type: "events", events: [event(901, now - 60, "raised", 131.4)] });
+  expect(own()).toMatchObject({ urgency: "note", stage: "open", what: "p001: breathe.", unknown: false });
+  expect(own()?.why).toBe("ECG_Rate_Mean above 120 1/min for 30 s, 131 when it began.");
+  expect(waiting(alertsOf(model, now))).toMatchObject({ act: 1, soon: 1 });
+  model.apply({ type: "events", events: [event(902, now - 30, "unknown", null)] });
+  expect(own()).toMatchObject({ stage: "open", unknown: true, since: now - 60 });
+  model.apply({ type: "events", events: [event(903, now - 20, "raised", 130)] });
+  expect(own()).toMatchObject({ stage: "open", unknown: false, since: now - 60 });
+  model.apply({ type: "events", events: [event(904, now - 10, "over", null)] });
+  expect(own()).toMatchObject({ stage: "over" });
 });
 
 test("phases are done, now and next", () => {

@@ -1,7 +1,11 @@
 //! Remarks on a study before it runs: valid, but perhaps not what was intended.
 
+use std::collections::BTreeSet;
+
 use teampulse_core::pattern::Pattern;
 use teampulse_core::phases::BASELINE;
+use teampulse_core::stream::Stream;
+use teampulse_features::thresholds::Threshold;
 use teampulse_sinks::Bag;
 use teampulse_sources::session::Phase;
 use teampulse_workers::Program;
@@ -37,12 +41,49 @@ fn of_room(bag: &Bag) -> Option<String> {
     })
 }
 
-/// The patterns of a study, under `publish` and of its workers, that match neither a received stream nor one
-/// computed from it.
-pub fn matching_nothing(publish: &[Pattern], workers: &[Program], heard: &[&str]) -> Vec<String> {
-    let mut idle = publishing_nothing(publish, heard);
-    idle.extend(looking_at_nothing(workers, heard));
+/// The patterns of a study, under `publish`, of its workers and of its alerts, that match neither a received stream
+/// nor one computed from it.
+pub fn matching_nothing(
+    publish: &[Pattern],
+    workers: &[Program],
+    alerts: &[Threshold],
+    heard: &[&Stream],
+) -> Vec<String> {
+    let names: Vec<&str> = heard.iter().map(|stream| stream.name.as_str()).collect();
+    let mut idle = publishing_nothing(publish, &names);
+    idle.extend(looking_at_nothing(workers, &names));
+    idle.extend(alerting_of_nothing(alerts, heard));
     idle
+}
+
+/// The alerts that watch no received stream, nor any that is computed from one.
+fn alerting_of_nothing(alerts: &[Threshold], heard: &[&Stream]) -> Vec<String> {
+    let names: Vec<&str> = heard.iter().map(|stream| stream.name.as_str()).collect();
+    let words = |alert: &Threshold| {
+        let pattern = alert.stream.text();
+        if !names_something(&alert.stream, &names) {
+            return Some(format!("the pattern `{pattern}` of an alert matches no received stream"));
+        }
+        // What is computed, and so its channels, is known only once it runs.
+        let mut exact = heard.iter().filter(|stream| alert.stream.matches(&stream.name)).peekable();
+        exact.peek()?;
+        let channels: BTreeSet<&str> = exact
+            .clone()
+            .flat_map(|stream| stream.channels.iter().map(|channel| channel.name.as_str()))
+            .collect();
+        let lacks = exact.all(|stream| alert.place_in(stream).is_none());
+        lacks.then(|| {
+            let own: Vec<&str> = channels.into_iter().collect();
+            let own = if own.is_empty() { "no numbers".into() } else { own.join(", ") };
+            match &alert.channel {
+                Some(channel) => format!(
+                    "the alert on `{pattern}` finds no number `{channel}` there: it has {own}"
+                ),
+                None => format!("the alert on `{pattern}` names no channel: it has {own}"),
+            }
+        })
+    };
+    alerts.iter().filter_map(words).collect()
 }
 
 fn publishing_nothing(publish: &[Pattern], heard: &[&str]) -> Vec<String> {
@@ -93,6 +134,8 @@ fn of_phases(phases: &[Phase]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+
+    use teampulse_core::stream::{Shape, Subject};
 
     use super::*;
 
@@ -156,6 +199,26 @@ mod tests {
             looking_at_nothing(&workers, &["/robot1/odom"]),
             ["the pattern `/robot2/odom` of a worker matches no received stream"]
         );
+    }
+
+    #[test]
+    fn an_alert_that_watches_nothing_is_named() {
+        let arm = Stream::raw("/r1/arm", Subject::robot("r1"), Shape::Sample)
+            .with_channels(&[("effort", "N m"), ("speed", "1/s")]);
+        let idle = |settings: &str| {
+            let alert: Threshold = toml::from_str(&format!("above = 1\n{settings}")).unwrap();
+            alerting_of_nothing(&[alert], &[&arm]).join("")
+        };
+        assert_eq!(idle("stream = \"/r1/arm\"\nchannel = \"speed\""), "");
+        assert_eq!(idle("stream = \"/r1/arm/statistics/w30\"\nchannel = \"effort_mean\""), "");
+        assert_eq!(idle("stream = \"/team/state\"\nchannel = \"people\""), "");
+        let no_stream = "the pattern `/r2/arm` of an alert matches no received stream";
+        assert_eq!(idle("stream = \"/r2/arm\""), no_stream);
+        let no_number =
+            "the alert on `/r1/arm` finds no number `power` there: it has effort, speed";
+        assert_eq!(idle("stream = \"/r1/arm\"\nchannel = \"power\""), no_number);
+        let which = "the alert on `/r1/arm` names no channel: it has effort, speed";
+        assert_eq!(idle("stream = \"/r1/arm\""), which);
     }
 
     #[test]

@@ -80,6 +80,7 @@ impl Setup {
         default_bus(&buses)?;
         study.check_phases()?;
         study.check_commands()?;
+        study.check_alerts()?;
         let growth = Growth::default();
         let (clock, bag_ended) = (Clock::host(), Ended::default());
         let (view, phases, follows) = (View::default(), ScheduleHandle::default(), None);
@@ -359,6 +360,7 @@ fn sinks(study: &Study, context: &SinkContext) -> Result<Vec<Box<dyn Sink>>, Fai
 pub fn try_out(study: &Study) -> Result<(), Failure> {
     study.check_phases()?;
     study.check_commands()?;
+    study.check_alerts()?;
     team(study)?;
     let (clock, buses) = (Clock::settable(), Arc::new(Buses::apart()));
     let context = SourceContext {
@@ -388,7 +390,7 @@ pub fn features(study: &Study) -> Result<Vec<NamedFeature>, Failure> {
         }
     }
     let (windows_secs, mains_hz) = (settings.windows_secs.clone(), settings.mains_hz);
-    let context = FeatureContext { windows_secs, mains_hz };
+    let context = FeatureContext { windows_secs, mains_hz, alerts: study.general.alerts.clone() };
     let mut enabled = Vec::new();
     for entry in entries {
         // Disabled features are built, too: a mistake in their settings is still a mistake.

@@ -13,6 +13,7 @@ use miette::NamedSource;
 use teampulse_core::command::VERBS;
 use teampulse_core::registry::{Entry, Settings, SettingsError};
 use teampulse_core::text::{LONGEST_LABEL, LONGEST_NAME, label, on_one_line};
+use teampulse_features::thresholds;
 use teampulse_sources::session;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -199,6 +200,24 @@ impl Study {
             let path = format!("phases.{}", error.path);
             self.misplaced(error.at(path))
         })
+    }
+
+    /// Fails where an alert is invalid, or nothing would raise it.
+    pub fn check_alerts(&self) -> Result<(), StudyError> {
+        thresholds::check(&self.general.alerts).map_err(|error| {
+            let path = format!("alerts.{}", error.path);
+            self.misplaced(error.at(path))
+        })?;
+        let is_disabled = self.general.features.disable.iter().any(|kind| kind == "attention");
+        if is_disabled && !self.general.alerts.is_empty() {
+            let message = "the feature `attention` is disabled, which raises the [[alerts]]";
+            return Err(self.error(
+                ("features", "disable"),
+                message,
+                "enable it, or remove the [[alerts]]",
+            ));
+        }
+        Ok(())
     }
 
     /// Fails where an unknown command is allowed, or one to an unknown component.

@@ -1,23 +1,75 @@
-//! Alerts that a robot needs attention, as events: formatted and parsed.
+//! Alerts that a robot or a person needs attention, as events: formatted and parsed.
 
 use std::cmp::Ordering;
 use std::fmt;
 
-/// The topic of alerts.
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::stream::{Origin, Shape, Stream};
+
+/// The topic of alerts about robots, the team and the session.
 pub const ALERTS: &str = "/team/alerts";
 
-/// A robot needs someone, or no longer does.
+/// The family of streams of alerts. Those about a person have a stream of their own, which is published no more
+/// than anything else about the person; those on estimates belong to the family of the estimates.
+pub const FAMILY: &str = "alerts";
+
+/// Whether a stream holds alerts.
+pub fn holds_alerts(stream: &Stream) -> bool {
+    let is_concluded = stream.origin == Origin::Derived && stream.shape == Shape::Event;
+    stream.name == ALERTS || is_concluded && matches!(&*stream.family, FAMILY | "estimates")
+}
+
+/// A robot or a person needs someone, or no longer does.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Alert {
-    /// The robot.
-    pub robot: String,
+    /// The robot or the person: one word; `team` and `session` for what is about nobody alone.
+    pub who: String,
     /// Why.
     pub why: Why,
     /// The state of the alert.
     pub stage: Stage,
+    /// How urgent it is, where the study states it; the label has it while the alert is raised.
+    pub tier: Option<Tier>,
 }
 
-/// Why a robot needs someone; in the order of its words.
+/// How urgent an alert is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Tier {
+    /// Act now.
+    Act,
+    /// Act soon.
+    #[default]
+    Soon,
+    /// To be noted: nobody has to act.
+    Note,
+}
+
+impl Tier {
+    const ALL: [Tier; 3] = [Tier::Act, Tier::Soon, Tier::Note];
+
+    /// As a study spells it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Tier::Act => "act",
+            Tier::Soon => "soon",
+            Tier::Note => "note",
+        }
+    }
+
+    /// As the label of an alert has it.
+    fn words(self) -> &'static str {
+        match self {
+            Tier::Act => " needs someone now: ",
+            Tier::Soon => " needs someone soon: ",
+            Tier::Note => " is worth a look: ",
+        }
+    }
+}
+
+/// Why a robot or a person needs someone; in the order of its words.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Why {
     /// It is silent.
@@ -34,6 +86,8 @@ impl Why {
     const OFFLINE: &str = "offline";
     const DIAGNOSTICS: &str = "diagnostics say error";
     const STUCK: &str = " is stuck";
+    /// The beginning of the reason that a battery is soon empty.
+    pub const EMPTY: &str = "battery empty within";
 
     fn read(words: &str) -> Why {
         match (words, words.strip_suffix(Why::STUCK)) {
@@ -41,6 +95,15 @@ impl Why {
             (Why::DIAGNOSTICS, _) => Why::Diagnostics,
             (_, Some(sensor)) => Why::Stuck(sensor.to_owned()),
             (limit, None) => Why::Limit(limit.to_owned()),
+        }
+    }
+
+    /// How urgent it is where the study states nothing.
+    pub fn tier(&self) -> Tier {
+        match self {
+            Why::Offline | Why::Diagnostics => Tier::Act,
+            Why::Limit(words) if words.starts_with(Why::EMPTY) => Tier::Act,
+            Why::Stuck(_) | Why::Limit(_) => Tier::Soon,
         }
     }
 }
@@ -71,21 +134,34 @@ impl PartialOrd for Why {
 /// The state of an alert.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// The robot needs someone.
+    /// Someone is needed.
     Raised,
     /// A person has commanded the robot.
     Answered,
-    /// The robot no longer needs someone.
+    /// Whether someone is still needed is not known: the number has been missing for too long.
+    Unknown,
+    /// Nobody is needed any longer.
     Over,
 }
 
 impl Stage {
-    const ALL: [Stage; 3] = [Stage::Raised, Stage::Answered, Stage::Over];
+    const ALL: [Stage; 4] = [Stage::Raised, Stage::Answered, Stage::Unknown, Stage::Over];
+
+    /// As a program reads it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Stage::Raised => "raised",
+            Stage::Answered => "answered",
+            Stage::Unknown => "unknown",
+            Stage::Over => "over",
+        }
+    }
 
     fn words(self) -> &'static str {
         match self {
             Stage::Raised => " needs someone: ",
             Stage::Answered => " was answered: ",
+            Stage::Unknown => " may still need someone, no value comes: ",
             Stage::Over => " no longer needs someone: ",
         }
     }
@@ -94,17 +170,26 @@ impl Stage {
 impl Alert {
     /// As in the label of its event: `robot2 needs someone: offline`.
     pub fn label(&self) -> String {
-        format!("{}{}{}", self.robot, self.stage.words(), self.why)
+        let tier = self.tier.filter(|_| self.stage == Stage::Raised);
+        let words = tier.map_or(self.stage.words(), Tier::words);
+        format!("{}{words}{}", self.who, self.why)
     }
 
     /// The alert of a label; `None` for any other text.
     pub fn read(label: &str) -> Option<Alert> {
-        // One phrase may be the end of another, so the robot is a single word.
-        Stage::ALL.into_iter().find_map(|stage| {
-            let (robot, why) = label.split_once(stage.words())?;
-            let is_robot = !robot.is_empty() && !robot.contains(' ');
-            is_robot.then(|| Alert { robot: robot.to_owned(), why: Why::read(why), stage })
+        let raised = Tier::ALL.map(|tier| (Stage::Raised, Some(tier), tier.words()));
+        let others = Stage::ALL.map(|stage| (stage, None, stage.words()));
+        // One phrase may be the end of another, so who it is about is a single word.
+        raised.into_iter().chain(others).find_map(|(stage, tier, words)| {
+            let (who, why) = label.split_once(words)?;
+            let is_word = !who.is_empty() && !who.contains(' ');
+            is_word.then(|| Alert { who: who.to_owned(), why: Why::read(why), stage, tier })
         })
+    }
+
+    /// How urgent it is.
+    pub fn urgency(&self) -> Tier {
+        self.tier.unwrap_or_else(|| self.why.tier())
     }
 }
 
@@ -122,9 +207,17 @@ mod tests {
                 Why::Limit("battery below 20 %".to_owned()),
             ];
             for why in reasons {
-                let alert = Alert { robot: "robot2".to_owned(), why, stage };
+                let alert = Alert { who: "robot2".to_owned(), why, stage, tier: None };
                 assert_eq!(Alert::read(&alert.label()), Some(alert));
             }
+        }
+        for tier in Tier::ALL {
+            let why = Why::Limit("too hot: now (temperature above 38 degC)".to_owned());
+            let (who, tier) = ("p001".to_owned(), Some(tier));
+            let alert = Alert { who, why, stage: Stage::Raised, tier };
+            assert_eq!(Alert::read(&alert.label()), Some(alert.clone()));
+            let over = Alert { stage: Stage::Over, ..alert };
+            assert_eq!(Alert::read(&over.label()), Some(Alert { tier: None, ..over }));
         }
         assert_eq!(Alert::read("robot2 offline"), None);
     }

@@ -1,6 +1,6 @@
 //! From records to what a browser gets.
 
-use teampulse_core::alerts::{ALERTS, Alert, Stage};
+use teampulse_core::alerts::{Alert, holds_alerts};
 use teampulse_core::command::Accepted;
 use teampulse_core::data::{self, EventKind, FeatureValues, Reason};
 use teampulse_core::status::{State, StreamStatus};
@@ -69,7 +69,7 @@ pub fn feature(stream: u32, t: f64, feature: &FeatureValues) -> wire::Feature {
 
 /// An event at a time [s], with its number among all events.
 pub fn event(number: u64, id: u32, t: f64, stream: &Stream, event: &data::Event) -> wire::Event {
-    let alert = (stream.name == ALERTS).then(|| Alert::read(&event.label)).flatten();
+    let alert = holds_alerts(stream).then(|| Alert::read(&event.label)).flatten();
     wire::Event {
         number,
         stream: id,
@@ -80,13 +80,11 @@ pub fn event(number: u64, id: u32, t: f64, stream: &Stream, event: &data::Event)
         duration: known(event.duration_secs),
         request: request(stream, event),
         alert: alert.map(|alert| wire::Alert {
-            robot: alert.robot,
+            tier: alert.urgency().word(),
+            is_of_study: alert.tier.is_some(),
+            who: alert.who,
             why: alert.why.to_string(),
-            stage: match alert.stage {
-                Stage::Raised => "raised",
-                Stage::Answered => "answered",
-                Stage::Over => "over",
-            },
+            stage: alert.stage.word(),
         }),
     }
 }

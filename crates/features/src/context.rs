@@ -2,6 +2,8 @@
 
 use teampulse_core::registry::SettingsError;
 
+use crate::thresholds::Threshold;
+
 /// The longest window that a study may have [s]: a day.
 const LONGEST_SECS: f64 = 86_400.0;
 
@@ -15,12 +17,14 @@ pub struct FeatureContext {
     pub windows_secs: Vec<f64>,
     /// The frequency of the mains [Hz]: 50 or 60; without it, it is detected in the signal.
     pub mains_hz: Option<f64>,
+    /// The alerts of the study.
+    pub alerts: Vec<Threshold>,
 }
 
 /// Windows of 30 s and 60 s, and a detected mains frequency.
 impl Default for FeatureContext {
     fn default() -> FeatureContext {
-        FeatureContext { windows_secs: vec![30.0, 60.0], mains_hz: None }
+        FeatureContext { windows_secs: vec![30.0, 60.0], mains_hz: None, alerts: Vec::new() }
     }
 }
 

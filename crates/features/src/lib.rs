@@ -40,6 +40,7 @@ pub mod team {
 }
 
 pub mod context;
+pub mod thresholds;
 pub mod analyses;
 mod analysed;
 mod running;

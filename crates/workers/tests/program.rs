@@ -323,7 +323,7 @@ time.sleep(600)
     assert!(outcome.undone.is_empty(), "{:?}", outcome.undone);
     let end = &outcome.workers[0];
     assert_eq!(end.error, None);
-    assert!(end.looked.taken >= 1 && end.looked.skipped >= 5, "{:?}", end.looked);
+    assert!(end.counts.taken >= 1 && end.counts.skipped >= 5, "{:?}", end.counts);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 import type { Model } from "../store/model";
 import type { Event } from "../wire";
-import { age, byName } from "./format";
+import { age, byName, significant } from "./format";
 import { isHappening, remedy, sensorName } from "./words";
 
 /** How long an alert that is over stays listed [s]. */
@@ -15,6 +15,8 @@ export interface Alert {
   cause: string;
   urgency: "act" | "soon" | "note";
   stage: "open" | "acknowledged" | "answered" | "over";
+  /** Whether it is not known at present if it lasts: no value comes. */
+  unknown: boolean;
   /** The first sentence: what. */
   what: string;
   /** Why. */
@@ -29,7 +31,6 @@ export interface Alert {
 }
 
 interface Cause {
-  urgency: Alert["urgency"];
   what: (robot: string) => string;
   short: string;
   remedy: string;
@@ -37,20 +38,20 @@ interface Cause {
 
 /** THE table of causes; the first whose pattern fits. */
 const CAUSES: readonly [RegExp, Cause][] = [
-  [/^offline/, { urgency: "act", what: (robot) => `${robot} is offline.`, short: "offline", remedy: "Check its power first, then its Wi-Fi." }],
-  [/empty within/, { urgency: "act", what: (robot) => `${robot} is empty soon.`, short: "empty soon", remedy: "Send it home, or bring a battery." }],
-  [/^battery below/, { urgency: "soon", what: (robot) => `${robot} has a low battery.`, short: "low battery", remedy: "Send it home, or bring a battery." }],
-  [/^diagnostics/, { urgency: "act", what: (robot) => `${robot} reports an error.`, short: "error", remedy: "Read its diagnostics on Health." }],
-  [/link/, { urgency: "soon", what: (robot) => `${robot} has a weak link.`, short: "weak link", remedy: "Bring it nearer, or send a robot that is nearer." }],
-  [/is stuck$/, { urgency: "soon", what: (robot) => `${robot} has a sensor that is stuck.`, short: "stuck", remedy: "The same value again and again. Restart its driver." }],
+  [/^offline/, { what: (robot) => `${robot} is offline.`, short: "offline", remedy: "Check its power first, then its Wi-Fi." }],
+  [/empty within/, { what: (robot) => `${robot} is empty soon.`, short: "empty soon", remedy: "Send it home, or bring a battery." }],
+  [/^battery below/, { what: (robot) => `${robot} has a low battery.`, short: "low battery", remedy: "Send it home, or bring a battery." }],
+  [/^diagnostics/, { what: (robot) => `${robot} reports an error.`, short: "error", remedy: "Read its diagnostics on Health." }],
+  [/link/, { what: (robot) => `${robot} has a weak link.`, short: "weak link", remedy: "Bring it nearer, or send a robot that is nearer." }],
+  [/is stuck$/, { what: (robot) => `${robot} has a sensor that is stuck.`, short: "stuck", remedy: "The same value again and again. Restart its driver." }],
 ];
 
-const UNKNOWN: Cause = { urgency: "soon", what: (robot) => `${robot} needs someone.`, short: "needs you", remedy: "" };
+const UNKNOWN: Cause = { what: (robot) => `${robot} needs someone.`, short: "needs you", remedy: "" };
 
 /** All alerts that matter now, the most urgent and the oldest first. */
 export function alertsOf(model: Model, now: number): Alert[] {
   const seen = acknowledgements(model);
-  const all = [...ofRobots(model, now), ...faults(model, now), ...ofSensors(model, now)];
+  const all = [...concluded(model, now), ...faults(model, now), ...ofSensors(model, now)];
   const alerts = all.map((alert) => acknowledged(alert, seen.get(alert.key)));
   return alerts.sort((a, b) => rank(a) - rank(b) || a.since - b.since || byName(a.subject, b.subject));
 }
@@ -73,33 +74,80 @@ function acknowledged(alert: Alert, seen: Alert["seen"]): Alert {
   return counts && alert.stage === "open" ? { ...alert, stage: "acknowledged", seen } : alert;
 }
 
-/** What `/team/alerts` says of robots: the newest stage of each cause. */
-function ofRobots(model: Model, now: number): Alert[] {
-  const known = new Map<string, { raised: Event; newest: Event }>();
+/** An alert from when it was raised to the newest that is known of it. */
+export interface Course {
+  raised: Event;
+  newest: Event;
+}
+
+/** The alerts of the streams of alerts, one for each time that a cause began. */
+export function courses(model: Pick<Model, "events">): Course[] {
+  const all: Course[] = [];
+  const open = new Map<string, Course>();
   for (const event of model.events) {
     if (!event.alert) continue;
-    const key = `${event.alert.robot} ${event.alert.why}`;
-    const raised = event.alert.stage === "raised" ? event : known.get(key)?.raised;
-    known.set(key, { raised: raised ?? event, newest: event });
+    const key = `${event.stream} ${event.alert.who} ${event.alert.why}`;
+    const before = open.get(key);
+    // One that was unknown for a while and goes on is the same alert.
+    if (before && !(event.alert.stage === "raised" && before.newest.alert?.stage !== "unknown")) before.newest = event;
+    else {
+      const course = { raised: event, newest: event };
+      all.push(course);
+      open.set(key, course);
+    }
+    if (event.alert.stage === "over") open.delete(key);
   }
-  return [...known.values()].flatMap(({ raised, newest }) => {
-    const alert = newest.alert;
-    if (!alert) return [];
-    const isOpen = alert.stage === "raised";
+  return all;
+}
+
+/** What the streams of alerts say: the newest of each cause. */
+function concluded(model: Model, now: number): Alert[] {
+  const newest = new Map<string, Course>();
+  for (const course of courses(model)) {
+    const alert = course.newest.alert;
+    if (alert) newest.set(`${course.newest.stream} ${alert.who} ${alert.why}`, course);
+  }
+  return [...newest.values()].flatMap((course) => {
+    const { alert, t } = course.newest;
     // One that was answered lasts until its cause does not.
-    if (alert.stage === "over" && now - newest.t > OVER_SECS) return [];
-    const stage = isOpen ? "open" : alert.stage === "answered" ? "answered" : "over";
-    return [ofRobot(model, alert.robot, alert.why, raised, stage, now)];
+    if (!alert || (alert.stage === "over" && now - t > OVER_SECS)) return [];
+    const stage = alert.stage === "over" ? "over" : alert.stage === "answered" ? "answered" : "open";
+    return [ofCourse(model, course, stage, now)];
   });
 }
 
-function ofRobot(model: Model, robot: string, cause: string, raised: Event, stage: Alert["stage"], now: number): Alert {
-  const words = CAUSES.find(([pattern]) => pattern.test(cause))?.[1] ?? UNKNOWN;
+function ofCourse(model: Model, { raised, newest }: Course, stage: Alert["stage"], now: number): Alert {
+  const { who, why: cause, tier } = raised.alert ?? { who: "", why: "", tier: "soon" };
+  const isOfStudy = raised.alert?.is_of_study === true;
+  const words = isOfStudy ? ofStudy(cause) : (CAUSES.find(([pattern]) => pattern.test(cause))?.[1] ?? UNKNOWN);
+  const unknown = newest.alert?.stage === "unknown";
+  const lost = unknown ? ` No value comes any more, for ${age(now - newest.t)}.` : "";
   return {
-    key: raised.label, subject: robot, cause, urgency: words.urgency, stage, what: words.what(robot),
-    why: stage === "over" ? "It is over." : reason(model, robot, cause), remedy: stage === "over" ? "" : words.remedy,
+    key: raised.label, subject: who, cause, urgency: isUrgency(tier) ? tier : "soon", stage, unknown, what: words.what(who),
+    why: stage === "over" ? "It is over." : `${isOfStudy ? measured(cause, raised) : reason(model, who, cause)}${lost}`,
+    remedy: stage === "over" ? "" : unknown ? "Whether it lasts is not known. Check the sensor." : words.remedy,
     short: words.short, since: raised.t, waitsSecs: Math.max(0, now - raised.t), seen: undefined,
   };
+}
+
+function isUrgency(tier: string): tier is Alert["urgency"] {
+  return tier === "act" || tier === "soon" || tier === "note";
+}
+
+/** The words of the study, if it has some, and the number with its limit. */
+const OF_STUDY = /^(.*) \((.* (?:above|below) .*)\)$/;
+
+/** An alert that the study asks for. */
+function ofStudy(cause: string): Cause {
+  const text = OF_STUDY.exec(cause)?.[1];
+  const what = (who: string) => (text ? `${who}: ${text}.` : `${who} is beyond a limit of the study.`);
+  return { what, short: text ?? "beyond a limit", remedy: "" };
+}
+
+function measured(cause: string, raised: Event): string {
+  const number = OF_STUDY.exec(cause)?.[2] ?? cause;
+  const value = raised.value === null ? "" : `, ${significant(raised.value)} when it began`;
+  return `${number.charAt(0).toUpperCase()}${number.slice(1)}${value}.`;
 }
 
 function reason(model: Model, robot: string, cause: string): string {
@@ -115,7 +163,7 @@ function faults(model: Model, now: number): Alert[] {
   return model.events
     .filter((event) => event.kind === "fault" && event.stream === own?.id)
     .map((event) => ({
-      key: event.label, subject: "teampulse", cause: "fault", urgency: "act", stage: "open", what: "A part of teampulse failed.",
+      key: event.label, subject: "teampulse", cause: "fault", urgency: "act", stage: "open", unknown: false, what: "A part of teampulse failed.",
       why: `${event.label}.`, remedy: "The rest goes on. See the log of the terminal.", short: "fault", since: event.t,
       waitsSecs: Math.max(0, now - event.t), seen: undefined,
     }));
@@ -130,7 +178,7 @@ function ofSensors(model: Model, now: number): Alert[] {
     const name = sensorName(stream);
     const since = now - health.age_secs;
     const alert: Alert = {
-      key: `${stream.name} is silent`, subject: stream.subject, cause: "silent", urgency: "act", stage: "open",
+      key: `${stream.name} is silent`, subject: stream.subject, cause: "silent", urgency: "act", stage: "open", unknown: false,
       what: `${stream.subject}: ${name} is silent.`, why: `Nothing for ${age(health.age_secs)}.`,
       remedy: remedy(stream, health), short: `${name} silent`, since, waitsSecs: health.age_secs, seen: undefined,
     };
@@ -142,5 +190,5 @@ function ofSensors(model: Model, now: number): Alert[] {
 export function waiting(alerts: readonly Alert[]): { act: number; soon: number; oldestSecs: number } {
   const open = alerts.filter((each) => each.stage === "open");
   const count = (urgency: Alert["urgency"]) => open.filter((each) => each.urgency === urgency).length;
-  return { act: count("act"), soon: count("soon"), oldestSecs: Math.max(0, ...open.map((each) => each.waitsSecs)) };
+  return { act: count("act"), soon: count("soon"), oldestSecs: Math.max(0, ...open.filter((each) => each.urgency !== "note").map((each) => each.waitsSecs)) };
 }

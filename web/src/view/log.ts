@@ -32,9 +32,10 @@ export function lineOf(event: Event, stream: Stream): Line | undefined {
   if (event.request?.verb === "mark" && event.kind === "command") return undefined;
   if (event.request) return { ...base, ...requested(event.request.verb, event.request.text, event.request.who) };
   if (event.alert) {
-    const glyph = event.alert.stage === "raised" ? (event.alert.why === "offline" ? "act" : "soon") : "ok";
-    const stage = event.alert.stage === "raised" ? "" : event.alert.stage === "answered" ? "answered, " : "over, ";
-    return { ...base, glyph, who: event.alert.robot, what: `${stage}${event.alert.why}` };
+    const { stage, tier, who, why } = event.alert;
+    const glyph = stage === "raised" ? (tier === "act" || tier === "note" ? tier : "soon") : stage === "unknown" ? "note" : "ok";
+    const words = { raised: "", answered: "answered, ", unknown: "no value comes, ", over: "over, " }[stage] ?? "";
+    return { ...base, glyph, who, what: `${words}${why}` };
   }
   if (stream.family === "deployment") return undefined;
   const who = stream.subject || (event.kind === "fault" ? "teampulse" : "");

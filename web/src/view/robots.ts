@@ -77,7 +77,7 @@ function robot(model: Model, id: string, own: Stream[], alerts: Alert[], now: nu
   };
   if (isNever) return { ...base, state: "never", word: "never seen" };
   if (isOffline) return { ...base, state: "offline", word: `OFFLINE ${clock(silent?.value ?? oldest(mine))}` };
-  const worst = mine[0];
+  const worst = mine.find((each) => each.urgency !== "note");
   if (worst) {
     const state = worst.urgency === "act" ? "needs" : "watch";
     return { ...base, state, word: `${worst.short} ${clock(worst.waitsSecs)}` };

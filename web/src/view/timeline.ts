@@ -1,5 +1,6 @@
 import type { Lane, LaneSpan } from "../draw/lanes";
 import type { Model } from "../store/model";
+import { courses } from "./alerts";
 import { phases, type Phase } from "./phases";
 
 /** What happened, and what is known of the streams that it happened on. */
@@ -25,21 +26,11 @@ export function timeline(model: Happened, now: number, end = now): { lanes: Lane
 }
 
 function alertSpans(model: Happened, now: number): LaneSpan[] {
-  const open = new Map<string, number>();
-  const spans: LaneSpan[] = [];
-  for (const { alert, t } of model.events) {
-    if (!alert) continue;
-    const key = `${alert.robot} ${alert.why}`;
-    const kind = /^offline|empty|^diagnostics/.test(alert.why) ? "act" : "soon";
-    const from = open.get(key);
-    if (alert.stage === "raised") open.set(key, t);
-    else if (from !== undefined) {
-      spans.push({ from, to: t, kind });
-      open.delete(key);
-    }
-  }
-  for (const [key, from] of open) spans.push({ from, to: now, kind: /offline|empty|diagnostics/.test(key) ? "act" : "soon" });
-  return spans;
+  return courses(model).flatMap(({ raised, newest }): LaneSpan[] => {
+    const isOpen = newest.alert?.stage === "raised" || newest.alert?.stage === "unknown";
+    const kind = raised.alert?.tier === "act" ? "act" : "soon";
+    return raised.alert?.tier === "note" ? [] : [{ from: raised.t, to: isOpen ? now : newest.t, kind }];
+  });
 }
 
 /** When robots were there, and when one of them was not. */
@@ -48,10 +39,10 @@ function robotSpans(model: Happened, now: number): LaneSpan[] {
   const open = new Map<string, number>();
   for (const { alert, t } of model.events) {
     if (alert?.why !== "offline") continue;
-    if (alert.stage === "raised") open.set(alert.robot, t);
-    else if (alert.stage === "over" && open.has(alert.robot)) {
-      gaps.push({ from: open.get(alert.robot) ?? t, to: t, kind: "gap" });
-      open.delete(alert.robot);
+    if (alert.stage === "raised") open.set(alert.who, t);
+    else if (alert.stage === "over" && open.has(alert.who)) {
+      gaps.push({ from: open.get(alert.who) ?? t, to: t, kind: "gap" });
+      open.delete(alert.who);
     }
   }
   for (const from of open.values()) gaps.push({ from, to: now, kind: "gap" });

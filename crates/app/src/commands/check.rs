@@ -67,6 +67,7 @@ impl Check {
         let workers: Vec<Program> = study.settings_of("workers", "program")?;
         team(&study)?;
         let (notes, publish) = (notes::of_study(&study), study.general.publish.clone());
+        let alerts = study.general.alerts.clone();
         let phases = study.general.phases.clone();
         let kinds = study.kinds("sources");
         let lsl = lsl::Wanted::of(&study)?;
@@ -95,8 +96,8 @@ impl Check {
         output::lines(worn.lines);
         let away: Vec<&RosPeople> = people.iter().filter(|each| !are_there(each, &heard)).collect();
         output::lines(away.iter().map(|each| format!("person   none  {}", no_person(each))));
-        let names: Vec<_> = heard.iter().map(|(stream, _)| stream.name.as_str()).collect();
-        let idle = notes::matching_nothing(&publish, &workers, &names);
+        let received: Vec<_> = heard.iter().map(|(stream, _)| &**stream).collect();
+        let idle = notes::matching_nothing(&publish, &workers, &alerts, &received);
         let overruled = lacks::overruled(!phases.is_empty(), &own_phases);
         let lacking = lacking(&wanted, &people, &heard, &buses);
         let notes = idle.iter().chain(&overruled).chain(&lacking);

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::clocks::ClockSettings;
 use teampulse_core::commands::CommandSettings;
+use teampulse_features::thresholds::Threshold;
 use teampulse_ros::BusId;
 use teampulse_sources::session::Phase;
 
@@ -22,6 +23,8 @@ pub struct General {
     pub clocks: BTreeMap<String, ClockSettings>,
     /// The phases of the study, at set times or begun by hand; `baseline` is the reference.
     pub phases: Vec<Phase>,
+    /// Limits on any numbers of people, robots and the team, beyond which someone is needed.
+    pub alerts: Vec<Threshold>,
     /// Who may command the session while it runs; without it the keys of the terminal alone.
     pub commands: CommandSettings,
     /// Whether the session is shown in a browser, too, at <http://127.0.0.1:8742>; `[[sinks]]` with the type

@@ -17,6 +17,7 @@ fn read(text: &str) -> Result<usize, StudyError> {
     let study = Study::parse(Path::new("study.toml"), text.to_owned())?;
     study.check_phases()?;
     study.check_commands()?;
+    study.check_alerts()?;
     let bus: Arc<dyn Bus> = MemoryBus::new("/test");
     let buses = Arc::new(Buses::holding([(0, bus)]));
     let context = SourceContext {
@@ -43,6 +44,17 @@ fn a_ten_line_study_is_enough() {
                 namespace = \"/robot*\"\nrequired = [\"battery\"]\n[[sinks]]\ntype = \"bag\"\n";
     assert_eq!(read(text).expect("a study"), 1);
     assert_eq!(read("").expect("an empty study is one of defaults"), 0);
+}
+
+#[test]
+fn an_alert_that_could_never_be_right_is_shown_at_its_place() {
+    insta::assert_snapshot!(shown(
+        "[[alerts]]\nstream = \"/a/b\"\nabove = 1\n[[alerts]]\nstream = \"/a/c\"\nabove = 1\nclear = 2\n"
+    ));
+    insta::assert_snapshot!(shown("[[alerts]]\nstream = \"/a/b\"\n"));
+    let disabled =
+        "[features]\ndisable = [\"attention\"]\n[[alerts]]\nstream = \"/a/b\"\nabove = 1\n";
+    insta::assert_snapshot!(shown(disabled));
 }
 
 #[test]

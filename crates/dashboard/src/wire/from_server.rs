@@ -260,7 +260,7 @@ pub struct Event {
     pub duration: Option<f64>,
     /// What somebody asked for or wrote, of a command, a note or an acknowledgement.
     pub request: Option<Request>,
-    /// What it says of an alert, on `/team/alerts`.
+    /// What it says of an alert, on `/team/alerts` or a person's own stream of alerts.
     pub alert: Option<Alert>,
 }
 
@@ -280,12 +280,16 @@ pub struct Request {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Alert {
-    /// The robot.
-    pub robot: String,
-    /// Why: `offline`, `wifi is stuck`, `battery below 20 %`.
+    /// The robot or the person; `team` or `session` for what is about nobody alone.
+    pub who: String,
+    /// Why: `offline`, `wifi is stuck`, `HR of strap/ecg/heart above 120 1/min`.
     pub why: String,
-    /// `raised`, `answered` or `over`.
+    /// `raised`, `answered`, `unknown` or `over`.
     pub stage: &'static str,
+    /// How urgent it is: `act`, `soon` or `note`; as the study states it only when it is raised.
+    pub tier: &'static str,
+    /// Whether the study states how urgent it is: one of its `[[alerts]]` is raised.
+    pub is_of_study: bool,
 }
 
 /// The answer to a probe of the clock.

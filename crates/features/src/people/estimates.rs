@@ -27,7 +27,7 @@ use crate::value::moment;
 use crate::whole_seconds::WholeSeconds;
 
 /// The family of estimates.
-const FAMILY: &str = "estimates";
+pub const FAMILY: &str = "estimates";
 
 /// Estimates of a person's workload and arousal, from the own state and from self-reports.
 ///

@@ -1,16 +1,21 @@
-//! Which robots need someone, since when and why, and how many people there are for them.
+//! Who needs someone, since when and why, and how many people there are for the robots.
 
 mod alerts;
 mod signs;
+mod watched_number;
+mod watching;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod study_tests;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use teampulse_core::alerts::ALERTS;
-use teampulse_core::data::{Data, Reason};
+use teampulse_core::alerts::{ALERTS, FAMILY};
+use teampulse_core::data::{Data, EventKind, Reason};
 use teampulse_core::feature::{Extractor, Feature, OutputId, Outputs, Scope};
 use teampulse_core::qos::Qos;
 use teampulse_core::registry::{Component, SettingsError};
@@ -19,13 +24,15 @@ use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, StreamId, Sub
 use teampulse_core::time::Time;
 use teampulse_signal::estimate::Estimate;
 
-use self::alerts::Alerts;
-use self::signs::{Limits, Said, Sign};
+use self::alerts::{Alerts, Concern, Topic};
+use self::signs::{Limits, Sign};
+use self::watching::{Watching, stream_of};
 use super::interventions::is_command;
 use crate::context::{FeatureContext, duration_setting};
 use crate::inputs::Inputs;
 use crate::robots::deployment;
-use crate::value::{Value, window_of};
+use crate::thresholds::Threshold;
+use crate::value::{Value, moment, window_of};
 use crate::whole_seconds::WholeSeconds;
 
 /// The stream of the team's state.
@@ -33,16 +40,18 @@ const STATE: &str = "/team/state";
 /// The number of alerts that are kept for late joiners.
 const KEPT_ALERTS: u32 = 1000;
 
-/// Which robots need someone, since when and why, and how many people there are for them.
+/// Who needs someone, since when and why, and how many people there are for the robots.
 ///
 /// - Measures: the people present, the robots online, robots per person, the robots that need someone,
 ///   and how long the oldest of their alerts has waited. A robot needs someone when it is offline, its
 ///   battery is low or soon empty, its diagnostics report an error, its link is poor or a sensor is
-///   stuck, from the start of the cause until it ends or a person commands the robot.
+///   stuck, from the start of the cause until it ends or a person commands the robot. Beside these, the
+///   study's `[[alerts]]` on any numbers of people, robots and the team.
 /// - Formula: a person is present while samples of the person's streams arrive, with silences of at most
 ///   `present_secs`. An alert is raised when its cause begins, one for each robot and reason; answered
 ///   when the robot is commanded afterwards; over when the cause ends, for a limit a tenth beyond it. All
-///   three are events: a fault, then markers with the time to the answer [s] and the length.
+///   three are events: a fault, then markers with the time to the answer [s] and the length. An alert of
+///   the study is also unknown while its number is missing: it neither lasts nor ends unsaid.
 /// - Unit: 1, 1, 1, 1, s.
 /// - Window: none; once a second, and an event at each change.
 /// - Reference: how many robots there are for a person, for comparison with the fan-out, the number of
@@ -51,7 +60,9 @@ const KEPT_ALERTS: u32 = 1000;
 ///   doi:10.1145/985692.985722.
 /// - Limits: uses the features `deployment`, `battery_use`, `diagnostics_level`, `link_quality` and
 ///   `stuck`, without those that a study disables. Whether a command was meant as an answer is not
-///   known. A robot that was never seen has no alert.
+///   known. A robot that was never seen has no alert. Alerts about people are on streams of their own
+///   (`/humans/persons/p001/alerts`), which are published only if the study names them; those on estimates are
+///   hidden where estimates are.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Attention {
@@ -74,7 +85,7 @@ impl Default for Attention {
 impl Component<dyn Feature, FeatureContext> for Attention {
     const EXAMPLE: &'static str = "low_battery = 0.2\nempty_in_secs = 300";
 
-    fn build(self, _: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
+    fn build(self, context: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
         duration_setting("present_secs", self.present_secs)?;
         duration_setting("empty_in_secs", self.empty_in_secs)?;
         for (name, share) in [("low_battery", self.low_battery), ("poor_link", self.poor_link)] {
@@ -83,7 +94,7 @@ impl Component<dyn Feature, FeatureContext> for Attention {
                 return Err(SettingsError::new(wrong).with_hint("1 is all of it").at(name));
             }
         }
-        Ok(Box::new(self))
+        Ok(Box::new(Watchful { settings: self, alerts: context.alerts.as_slice().into() }))
     }
 }
 
@@ -113,9 +124,18 @@ impl Attention {
     }
 }
 
-impl Feature for Attention {
+/// The feature with the alerts of the study.
+struct Watchful {
+    settings: Attention,
+    alerts: Arc<[Threshold]>,
+}
+
+impl Feature for Watchful {
     fn accepts(&self, stream: &Stream) -> bool {
-        self.role(stream).is_some()
+        let is_watched = self.alerts.iter().any(|alert| alert.place_in(stream).is_some());
+        // With alerts of the study it runs in any session, to report those that watch nothing.
+        let is_of_session = stream.about == About::Session && !self.alerts.is_empty();
+        is_watched || is_of_session || self.settings.role(stream).is_some()
     }
 
     fn scope(&self) -> Scope {
@@ -124,13 +144,15 @@ impl Feature for Attention {
 
     fn start(&self, _: &Stream) -> Box<dyn Extractor> {
         Box::new(AttentionExtractor {
-            settings: *self,
+            settings: self.settings,
+            watching: Watching::new(Arc::clone(&self.alerts)),
+            topics: BTreeMap::new(),
             roles: BTreeMap::new(),
             people: BTreeMap::new(),
             online: BTreeMap::new(),
             alerts: Alerts::default(),
             inputs: Inputs::default(),
-            outputs: None,
+            state: None,
             seconds: WholeSeconds::default(),
             due: None,
         })
@@ -158,6 +180,9 @@ fn online_channel(stream: &Stream) -> Option<usize> {
 
 struct AttentionExtractor {
     settings: Attention,
+    watching: Watching,
+    /// The streams of alerts.
+    topics: BTreeMap<Topic, OutputId>,
     roles: BTreeMap<StreamId, Role>,
     /// The time of each person's last sample.
     people: BTreeMap<String, Time>,
@@ -165,7 +190,7 @@ struct AttentionExtractor {
     online: BTreeMap<String, bool>,
     alerts: Alerts,
     inputs: Inputs,
-    outputs: Option<(OutputId, OutputId)>,
+    state: Option<OutputId>,
     seconds: WholeSeconds,
     /// The second whose state is reported with the next tick, when all features have reported theirs.
     due: Option<Time>,
@@ -177,13 +202,21 @@ impl Extractor for AttentionExtractor {
             self.roles.insert(id, role);
             self.inputs.join(stream);
         }
-        if self.outputs.is_none() {
+        self.watching.join(id, stream);
+        for topic in self.watching.topics_of(id) {
+            if let (Some(declared), false) =
+                (stream_of(topic, stream), self.topics.contains_key(topic))
+            {
+                self.topics.insert(topic.clone(), out.declare(declared));
+            }
+        }
+        if self.state.is_none() {
             self.declare(out);
         }
     }
 
     fn push(&mut self, sample: &Sample, out: &mut Outputs) {
-        let Some((_, events)) = self.outputs else { return };
+        self.watching.push(sample, &mut self.alerts);
         match self.roles.get_mut(&sample.stream) {
             Some(Role::Life { person }) => match self.people.get_mut(person) {
                 Some(last) => *last = sample.log_time,
@@ -199,20 +232,15 @@ impl Extractor for AttentionExtractor {
             }
             Some(Role::Signs { robot, signs }) => {
                 for sign in signs {
-                    match sign.read(&sample.data) {
-                        Some(Said::Needs) => {
-                            self.alerts.begin(robot, sign.why(), sample.stream, sample.measured);
-                        }
-                        Some(Said::Fine) => {
-                            self.alerts.end(robot, sign.why(), sample.stream, sample.measured);
-                        }
-                        None => {}
+                    if let Some(said) = sign.read(&sample.data) {
+                        let concern = Concern::of_robot(robot, sign.why());
+                        self.alerts.take(&concern, (sample.stream, SIGN), said, sample.measured);
                     }
                 }
             }
             None => {}
         }
-        self.alerts.report(events, out);
+        self.alerts.report(&self.topics, out);
     }
 
     fn push_late(&mut self, sample: &Sample, out: &mut Outputs) {
@@ -220,11 +248,23 @@ impl Extractor for AttentionExtractor {
     }
 
     fn tick(&mut self, now: Time, out: &mut Outputs) {
-        if let (Some(second), Some((state, _))) = (self.due.take(), self.outputs) {
+        self.watching.tick(now, &mut self.alerts);
+        self.alerts.report(&self.topics, out);
+        if let Some(events) = self.topics.get(&Topic::Team) {
+            for words in self.watching.idle(now) {
+                let fault = moment(EventKind::Fault, words);
+                out.emit(*events, now, Data::Event(Arc::new(fault)));
+            }
+        }
+        if let (Some(second), Some(state)) = (self.due.take(), self.state) {
             self.declare(out);
             out.emit(state, second, window_of(1.0, 1.0, 1.0, &self.values(second)));
         }
         self.due = self.seconds.passed(now);
+    }
+
+    fn stood_still(&mut self, until: Time) {
+        self.watching.stood_still(until);
     }
 }
 
@@ -252,12 +292,17 @@ impl AttentionExtractor {
     }
 
     fn declare(&mut self, out: &mut Outputs) {
-        let Some(inputs) = self.inputs.take_news() else { return };
-        let state = out.declare(state_stream(&inputs, &self.settings));
-        let events = out.declare(alerts_stream(&inputs, &self.settings));
-        self.outputs = Some((state, events));
+        let news = self.inputs.take_news();
+        let Some(inputs) = news.or_else(|| self.state.is_none().then(Vec::new)) else { return };
+        self.state = Some(out.declare(state_stream(&inputs, &self.settings)));
+        let is_extended = !self.watching.is_empty();
+        let events = out.declare(alerts_stream(&inputs, &self.settings, is_extended));
+        self.topics.insert(Topic::Team, events);
     }
 }
+
+/// The number under which a stream reports a sign of a robot's profile; those of the study's alerts are smaller.
+const SIGN: usize = usize::MAX;
 
 /// A number of a feature, where it has one.
 fn number(data: &Data, channel: usize) -> Option<f64> {
@@ -288,15 +333,16 @@ fn state_stream(inputs: &[String], settings: &Attention) -> Stream {
     }
 }
 
-fn alerts_stream(inputs: &[String], settings: &Attention) -> Stream {
+fn alerts_stream(inputs: &[String], settings: &Attention, is_extended: bool) -> Stream {
+    let own = if is_extended { "; and as the study's [[alerts]] say" } else { "" };
     Stream {
         signal: Signal::Event,
         inputs: inputs.to_vec(),
-        method: settings.limits().to_string(),
+        method: format!("{}{own}", settings.limits()),
         doc: "When a robot needs someone, was answered (value: after how many seconds), and needs \
               nobody any more."
             .to_owned(),
         qos: vec![Qos::latched(KEPT_ALERTS)],
-        ..Stream::concluded(ALERTS, Subject::team(), "alerts", Shape::Event)
+        ..Stream::concluded(ALERTS, Subject::team(), FAMILY, Shape::Event)
     }
 }

@@ -1,5 +1,6 @@
 //! Events as text for the terminal.
 
+use teampulse_core::alerts::holds_alerts;
 use teampulse_core::command::{Accepted, Command};
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
@@ -11,6 +12,9 @@ use crate::text::shown;
 
 /// The text of an event; `None` for events that are too frequent or are shown elsewhere.
 pub(super) fn event_text(stream: &Stream, event: &Event) -> Option<String> {
+    if stream.about == About::Person && holds_alerts(stream) {
+        return Some(shown(&event.label));
+    }
     let is_note = stream.family == "notes" && event.kind != EventKind::Fault;
     let is_counted = Loss::of_stream(stream).is_some() || is_of_body(event.kind);
     let is_input = UNTOLD.contains(&stream.name.as_str());
@@ -133,6 +137,13 @@ mod tests {
         assert_eq!(event(EventKind::Report, "isa", 4.0).unwrap(), "p001: report: isa 4");
         assert_eq!(event(EventKind::Phase, "2-back", f64::NAN).unwrap(), "p001: phase: 2-back");
         assert_eq!(event(EventKind::Marker, "match", 0.7), None);
+        let subject = Subject::person("p001");
+        let alerts =
+            Stream::concluded("/humans/persons/p001/alerts", subject, "alerts", Shape::Event);
+        let label = "p001 no longer needs someone: HR above 120 1/min".to_owned();
+        let over =
+            Event { kind: EventKind::Marker, label: label.clone(), value: 0.0, duration_secs: 3.0 };
+        assert_eq!(event_text(&alerts, &over), Some(label));
     }
 
     #[test]

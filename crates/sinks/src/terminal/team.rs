@@ -1,28 +1,53 @@
-//! The team: who is present, and which robots need attention.
+//! The team: who is present, and who needs attention.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use teampulse_core::alerts::{ALERTS, Alert, Stage, Why};
-use teampulse_core::data::{Event, FeatureValues};
+use teampulse_core::alerts::{Alert, Stage, Tier, Why, holds_alerts};
+use teampulse_core::data::{Event, EventKind, FeatureValues};
 use teampulse_core::stream::{About, Stream};
 use teampulse_core::time::Time;
 
 use super::format::counted;
+
+/// Between who acknowledged an alert and the alert, in a report.
+const ACKNOWLEDGE: &str = " acknowledge ";
 
 /// The newest state of the team.
 #[derive(Debug, Default)]
 pub(super) struct Team {
     /// The state by channel.
     state: BTreeMap<String, f64>,
-    /// The open alerts of each robot, with their times.
-    needs: BTreeMap<String, Vec<(Why, Time)>>,
+    /// The open alerts of each robot and person.
+    needs: BTreeMap<String, Vec<Open>>,
 }
 
-/// A robot that needs attention.
+/// An open alert.
+#[derive(Debug)]
+struct Open {
+    why: Why,
+    tier: Option<Tier>,
+    since: Time,
+    /// Whether its number still comes.
+    is_known: bool,
+    /// Who has acknowledged it.
+    seen_by: Option<String>,
+}
+
+impl Open {
+    fn words(&self) -> String {
+        let lost = if self.is_known { "" } else { ", but no value comes" };
+        let seen = self.seen_by.as_ref().map(|who| format!(", seen by {who}"));
+        format!("{}{lost}{}", self.why, seen.unwrap_or_default())
+    }
+}
+
+/// A robot or a person that needs attention.
 #[derive(Debug)]
 pub(super) struct Need<'a> {
-    /// The robot.
-    pub robot: &'a str,
+    /// Which one.
+    pub who: &'a str,
+    /// How urgent, where the study states it.
+    pub tier: Option<Tier>,
     /// Why, in words.
     pub why: String,
     /// Since when.
@@ -38,23 +63,48 @@ impl Team {
         }
     }
 
-    /// Takes an alert, if it is one.
+    /// Takes an alert or its acknowledgement, if it is one.
     pub fn take_event(&mut self, stream: &Stream, event: &Event, at: Time) {
-        let alert = Alert::read(&event.label).filter(|_| stream.name == ALERTS);
-        let Some(Alert { robot, why, stage }) = alert else { return };
-        let needs = self.needs.entry(robot).or_default();
-        needs.retain(|(other, _)| *other != why);
-        if stage == Stage::Raised {
-            needs.push((why, at));
+        if stream.about == About::Session && event.kind == EventKind::Report {
+            self.acknowledge(&event.label);
+        }
+        let alert = Alert::read(&event.label).filter(|_| holds_alerts(stream));
+        let Some(Alert { who, why, stage, tier }) = alert else { return };
+        let needs = self.needs.entry(who).or_default();
+        let known = needs.iter().position(|open| open.why == why);
+        match (stage, known) {
+            (Stage::Raised, Some(place)) if !needs[place].is_known => needs[place].is_known = true,
+            (Stage::Raised, known) => {
+                known.map(|place| needs.remove(place));
+                needs.push(Open { why, tier, since: at, is_known: true, seen_by: None });
+            }
+            (Stage::Unknown, Some(place)) => needs[place].is_known = false,
+            (Stage::Answered | Stage::Over, Some(place)) => {
+                needs.remove(place);
+            }
+            (_, None) => {}
         }
     }
 
-    /// The robots that need attention, with all reasons.
+    fn acknowledge(&mut self, report: &str) {
+        let Some((who, label)) = report.split_once(ACKNOWLEDGE) else { return };
+        let Some(alert) = Alert::read(label) else { return };
+        let open = self.needs.get_mut(&alert.who).into_iter().flatten();
+        for open in open.filter(|open| open.why == alert.why) {
+            open.seen_by = Some(who.to_owned());
+        }
+    }
+
+    /// Who needs attention, with all reasons of the same urgency.
     pub fn needs(&self) -> impl Iterator<Item = Need<'_>> {
-        self.needs.iter().filter_map(|(robot, needs)| {
-            let since = needs.iter().map(|(_, since)| *since).min()?;
-            let why: Vec<String> = needs.iter().map(|(why, _)| why.to_string()).collect();
-            Some(Need { robot, why: why.join(", "), since })
+        self.needs.iter().flat_map(|(who, needs)| {
+            let tiers: BTreeSet<Option<Tier>> = needs.iter().map(|open| open.tier).collect();
+            tiers.into_iter().filter_map(move |tier| {
+                let of_tier = || needs.iter().filter(move |open| open.tier == tier);
+                let since = of_tier().map(|open| open.since).min()?;
+                let why: Vec<String> = of_tier().map(Open::words).collect();
+                Some(Need { who, tier, why: why.join(", "), since })
+            })
         })
     }
 
@@ -78,7 +128,8 @@ impl Team {
 
 #[cfg(test)]
 mod tests {
-    use teampulse_core::data::EventKind;
+    use teampulse_core::alerts::ALERTS;
+    use teampulse_core::session_streams::session_events;
     use teampulse_core::stream::{Shape, Subject};
 
     use super::*;
@@ -97,8 +148,8 @@ mod tests {
         team.take(&stream.with_channels(&channels), &values);
     }
 
-    fn alert(team: &mut Team, secs: i32, (robot, why): (&str, Why), stage: Stage) {
-        let alert = Alert { robot: robot.to_owned(), why, stage };
+    fn alert(team: &mut Team, secs: i32, (who, why): (&str, Why), stage: Stage) {
+        let alert = Alert { who: who.to_owned(), why, stage, tier: None };
         let (kind, label) = (EventKind::Fault, alert.label());
         let event = Event { kind, label, value: f64::NAN, duration_secs: f64::NAN };
         let stream = Stream::raw(ALERTS, Subject::team(), Shape::Event);
@@ -115,7 +166,7 @@ mod tests {
 
     fn needs(team: &Team) -> Vec<(String, String, f64)> {
         let needs = team.needs();
-        needs.map(|need| (need.robot.to_owned(), need.why, need.since.secs())).collect()
+        needs.map(|need| (need.who.to_owned(), need.why, need.since.secs())).collect()
     }
 
     #[test]
@@ -137,5 +188,38 @@ mod tests {
         assert_eq!(needs(&team), []);
         state(&mut team, [0.0, f64::NAN]);
         assert_eq!(team.line(0).unwrap(), "0 people");
+    }
+
+    #[test]
+    fn an_alert_of_the_study_has_its_urgency_and_is_neither_kept_nor_dropped_unsaid() {
+        let mut team = Team::default();
+        let subject = Subject::person("p001");
+        let stream =
+            Stream::concluded("/humans/persons/p001/alerts", subject, "alerts", Shape::Event);
+        let happens = |team: &mut Team, secs, stream: &Stream, kind, label: &str| {
+            let event =
+                Event { kind, label: label.to_owned(), value: f64::NAN, duration_secs: 0.0 };
+            team.take_event(stream, &event, Time::from_stamp(secs, 0));
+        };
+        let say = |team: &mut Team, secs, label: &str| {
+            happens(team, secs, &stream, EventKind::Fault, label);
+        };
+        say(&mut team, 1, "p001 needs someone now: HR above 120 1/min");
+        say(&mut team, 2, "p001 is worth a look: skin dry");
+        let tiers: Vec<_> = team.needs().map(|need| (need.tier, need.why)).collect();
+        let act = (Some(Tier::Act), "HR above 120 1/min".to_owned());
+        assert_eq!(tiers, [act, (Some(Tier::Note), "skin dry".to_owned())]);
+        say(&mut team, 3, "p001 no longer needs someone: skin dry");
+        say(&mut team, 4, "p001 may still need someone, no value comes: HR above 120 1/min");
+        let why = |team: &Team| needs(team).remove(0);
+        let lost = "HR above 120 1/min, but no value comes".to_owned();
+        assert_eq!(why(&team), ("p001".to_owned(), lost, 1.0));
+        say(&mut team, 5, "p001 needs someone now: HR above 120 1/min");
+        let report = "dashboard acknowledge p001 needs someone now: HR above 120 1/min";
+        happens(&mut team, 6, &session_events(), EventKind::Report, report);
+        let seen = "HR above 120 1/min, seen by dashboard".to_owned();
+        assert_eq!(why(&team), ("p001".to_owned(), seen, 1.0));
+        say(&mut team, 7, "p001 no longer needs someone: HR above 120 1/min");
+        assert_eq!(needs(&team), []);
     }
 }

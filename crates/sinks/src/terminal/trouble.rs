@@ -24,8 +24,10 @@ pub(super) struct Trouble {
 pub(super) enum Urgency {
     /// A part of the session itself failed.
     Fault,
-    /// A robot needs someone.
+    /// A robot or a person needs someone.
     Need,
+    /// One needs someone, but not at once.
+    NeedSoon,
     /// A stream has been silent for long.
     Dead,
     /// A stream was never seen.
@@ -34,6 +36,8 @@ pub(super) enum Urgency {
     Stale,
     /// A stream arrives, but not as it should.
     Degraded,
+    /// An alert that the study has noted only.
+    Note,
 }
 
 impl Urgency {
@@ -53,6 +57,8 @@ impl Urgency {
         match self {
             Urgency::Fault => ("■", Style::Alarm),
             Urgency::Need => ("▲", Style::Alarm),
+            Urgency::NeedSoon => ("▲", Style::Warning),
+            Urgency::Note => ("◇", Style::Plain),
             Urgency::Dead => ("☒", Style::Strong),
             Urgency::Never => ("◌", Style::Plain),
             Urgency::Stale => ("◐", Style::Warning),
@@ -87,13 +93,14 @@ impl Trouble {
         let line = StyledLine::of(style, sign).with(Style::Plain, " ");
         let line = line.with(Style::Strong, &format!("{:<subject_columns$}  ", self.subject));
         let line = line.with(Style::Plain, &self.what);
-        match (self.since, self.urgency) {
-            (Some(since), Urgency::Need) => {
-                let waits = for_so_long(now.secs_since(since));
-                line.with(Style::Plain, "  needs someone for ").with(Style::Strong, &waits)
-            }
-            _ => line,
-        }
+        let Some(since) = self.since else { return line };
+        let waits = for_so_long(now.secs_since(since));
+        let words = match self.urgency {
+            Urgency::NeedSoon => "  needs someone soon, for ",
+            Urgency::Note => "  worth a look for ",
+            _ => "  needs someone for ",
+        };
+        line.with(Style::Plain, words).with(Style::Strong, &waits)
     }
 }
 

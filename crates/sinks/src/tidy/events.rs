@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use teampulse_core::alerts::{ALERTS, Alert, Stage, Why};
+use teampulse_core::alerts::{Alert, Stage, Why, holds_alerts};
 use teampulse_core::command::{Accepted, Command};
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
@@ -215,7 +215,7 @@ fn is_listed(stream: &Stream, event: &Event) -> bool {
 /// Whether an alert repeats the robot's own events: that it is offline, a sensor is stuck, or its diagnostics
 /// report an error. That somebody answered is reported only here.
 fn repeats_a_robot(stream: &Stream, event: &Event) -> bool {
-    let alert = Some(&event.label).filter(|_| stream.name == ALERTS);
+    let alert = Some(&event.label).filter(|_| holds_alerts(stream));
     alert
         .and_then(|label| Alert::read(label))
         .is_some_and(|alert| alert.stage != Stage::Answered && !matches!(alert.why, Why::Limit(_)))

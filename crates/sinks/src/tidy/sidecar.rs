@@ -101,7 +101,7 @@ pub(super) fn put(
 }
 
 /// The meaning of a notice.
-const NOTICE: &str = "a conclusion of teampulse about a robot, a sensor or the team that is not a fault: it is back, an alert is over or answered, how a number is interpreted; the label states which; value, where something is over: how long it had lasted at this onset [s]";
+const NOTICE: &str = "a conclusion of teampulse about a robot, a person, a sensor or the team that is not a fault: it is back, an alert is over, answered or unknown, how a number is interpreted; the label states which; value, where something is over: how long it had lasted at this onset [s]";
 
 /// The meaning of an event kind and its value.
 fn meaning(kind: EventKind) -> &'static str {
@@ -125,7 +125,10 @@ fn meaning(kind: EventKind) -> &'static str {
             "a person stepped in and commanded a robot; value: how many commands it took"
         }
         EventKind::Command => "a command to the session; the label is its sender and the command",
-        EventKind::Fault => "a fault; the label states which",
+        EventKind::Fault => {
+            "a fault, or an alert; the label states which; value, of an alert of the study: the number that was beyond \
+             its limit, in the unit of the label"
+        }
         EventKind::Clock => "a clock stepped or restarted [s], or the session ended",
     }
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use teampulse_core::alerts::ALERTS;
+use teampulse_core::alerts::holds_alerts;
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::loss::Loss;
@@ -195,7 +195,7 @@ fn is_too_short(values: &FeatureValues) -> bool {
 /// Whether the faults of a stream are counted elsewhere, or repeat others.
 fn is_reported_elsewhere(stream: &Stream) -> bool {
     let name = stream.name.as_str();
-    name == ALERTS || UNTOLD.contains(&name) || Loss::of_stream(stream).is_some()
+    holds_alerts(stream) || UNTOLD.contains(&name) || Loss::of_stream(stream).is_some()
 }
 
 /// The raw stream of a name, if it has samples of a signal: events and commands have no rate to keep.

@@ -6,6 +6,7 @@ use teampulse_core::alerts::Why;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream};
 
+use super::alerts::Said;
 use crate::robots::{deployment, stuck};
 
 /// The hysteresis of a limit, as a share of it.
@@ -34,15 +35,6 @@ impl fmt::Display for Limits {
              link is below {poor_link}; limits are left behind by a tenth"
         )
     }
-}
-
-/// The result of a sample for a sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Said {
-    /// The robot needs someone.
-    Needs,
-    /// The robot no longer needs someone for this reason.
-    Fine,
 }
 
 /// One reason why a robot may need someone, as one stream indicates it.
@@ -90,7 +82,7 @@ impl Sign {
             }
             (Indication::AsError { channel }, Data::Feature(values)) => {
                 let level = *values.values.get(channel)?;
-                let said = if level >= ERROR_LEVEL { Said::Needs } else { Said::Fine };
+                let said = if level >= ERROR_LEVEL { Said::Needs(f64::NAN) } else { Said::Fine };
                 level.is_finite().then_some(said)
             }
             _ => None,
@@ -100,7 +92,7 @@ impl Sign {
 
 fn by_kind(event: &Event) -> Option<Said> {
     match event.kind {
-        EventKind::Fault => Some(Said::Needs),
+        EventKind::Fault => Some(Said::Needs(f64::NAN)),
         EventKind::Marker => Some(Said::Fine),
         _ => None,
     }
@@ -111,7 +103,7 @@ fn by_kind(event: &Event) -> Option<Said> {
 fn below(values: &FeatureValues, channel: usize, limit: f64) -> Option<Said> {
     let number = *values.values.get(channel)?;
     match values.reasons.get(channel)? {
-        Reason::Ok if number < limit => Some(Said::Needs),
+        Reason::Ok if number < limit => Some(Said::Needs(f64::NAN)),
         Reason::Ok if number >= limit * (1.0 + CLEARLY) => Some(Said::Fine),
         Reason::Undefined => Some(Said::Fine),
         _ => None,
@@ -137,7 +129,7 @@ fn by_numbers(stream: &Stream, limits: &Limits) -> Vec<Sign> {
                 (Why::Limit(words), below(low_battery))
             }
             (Signal::Battery, "empty_in_secs") => {
-                let words = format!("battery empty within {:.0} min", empty_in_secs / 60.0);
+                let words = format!("{} {:.0} min", Why::EMPTY, empty_in_secs / 60.0);
                 (Why::Limit(words), below(empty_in_secs))
             }
             (Signal::Link, "quality") => (Why::Limit("poor link".to_owned()), below(poor_link)),

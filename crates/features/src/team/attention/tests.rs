@@ -141,6 +141,7 @@ proptest! {
                 Stage::Raised => matches!(before, None | Some(Stage::Over)),
                 Stage::Answered => before == Some(Stage::Raised),
                 Stage::Over => matches!(before, Some(Stage::Raised | Stage::Answered)),
+                Stage::Unknown => false,
             };
             prop_assert!(is_in_order, "{label}");
         }

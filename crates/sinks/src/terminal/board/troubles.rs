@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use teampulse_core::alerts::Tier;
 use teampulse_core::status::StreamStatus;
 
 use super::{Board, NAME_COLUMNS, clock_time};
@@ -26,14 +27,18 @@ impl Board {
         let mut needs: Vec<_> = self.team.needs().collect();
         needs.sort_by_key(|need| need.since);
         let offline = self.robots.iter().filter(|(_, robot)| robot.is_offline());
-        let offline = offline.filter(|(id, _)| needs.iter().all(|need| need.robot != id.0));
+        let offline = offline.filter(|(id, _)| needs.iter().all(|need| need.who != id.0));
         troubles.extend(offline.map(|(Name(id), _)| {
             let (subject, what) = (id.clone(), "offline".to_owned());
             Trouble { urgency: Urgency::Dead, subject, what, since: None }
         }));
         troubles.extend(needs.into_iter().map(|need| Trouble {
-            urgency: Urgency::Need,
-            subject: need.robot.to_owned(),
+            urgency: match need.tier {
+                Some(Tier::Soon) => Urgency::NeedSoon,
+                Some(Tier::Note) => Urgency::Note,
+                Some(Tier::Act) | None => Urgency::Need,
+            },
+            subject: need.who.to_owned(),
             what: need.why,
             since: Some(need.since),
         }));

@@ -23,8 +23,9 @@ fn board() -> Board {
         take(happens(second, session_events(), (EventKind::Marker, &key.to_string()), 0.0));
     }
     take(phase(600, "2-back"));
-    let alert =
-        |robot: &str, why| Alert { robot: robot.to_owned(), why, stage: Stage::Raised }.label();
+    let alert = |robot: &str, why| {
+        Alert { who: robot.to_owned(), why, stage: Stage::Raised, tier: None }.label()
+    };
     let stuck = Why::Stuck("wifi".to_owned());
     let alerts = Stream::raw(ALERTS, Subject::team(), Shape::Event);
     for (second, robot, why) in [(713, "robot2", Why::Offline), (742, "robot3", stuck)] {
