@@ -36,6 +36,7 @@ name = "pages"
 [[sources]]
 type = "robots"
 namespace = "/robot*"
+required = ["battery", "link"]
 [[sources]]
 type = "people"
 namespace = "/humans/persons/*"
@@ -45,6 +46,12 @@ dashboard = ["mark", "next_phase", "split", "stop"]
 name = "baseline"
 [[phases]]
 name = "task"
+[[alerts]]
+stream = "/robot2/wifi"
+channel = "signal_level"
+below = 0
+tier = "note"
+text = "robot2 is linked"
 [[sinks]]
 type = "bag"
 tidy = false
@@ -200,6 +207,35 @@ def test_what_is_switched_off_is_seen_with_its_reason_and_when_it_returns(stage,
     ]
     figure(f"offline on the screen {seen_secs - judged[0]:+.1f} s after teampulse judged so")
     assert seen_secs - judged[0] <= 3
+
+
+def test_an_alert_of_the_study_is_listed_with_its_tier_and_can_be_acknowledged(stage, screens):
+    monitor, simulator, address, out = watched(stage)
+    page = screens(address).page
+    alert = page.locator(".alerts li", has_text="robot2 is linked").first
+    alert.wait_for()
+    assert "signal_level below 0 dBm" in alert.inner_text()
+    assert alert.locator("svg[aria-label='note']").count() == 1
+    alert.get_by_role("button", name="Acknowledge").click()
+    page.wait_for_selector("text=/\\d seen or over/")
+    assert simulator.interrupt() == 0, simulator.report()
+    assert monitor.interrupt() == 0, monitor.report()
+    events = [each.content.label for each in bags.messages(harness.the_bag(out), "/session/events")]
+    assert any(label.startswith("dashboard acknowledge robot2 is worth a look: robot2 is linked") for label in events)
+
+
+def test_what_the_study_requires_is_a_no_go_until_it_comes(stage, screens):
+    study, out = stage.study(STUDY), stage.folder / "sessions"
+    monitor = stage.teampulse("run", study, "--out", out)
+    screen = screens(address_of(monitor))
+    screen.go("session")
+    screen.page.wait_for_selector(".check-panel >> text=/No-go/")
+    screen.page.wait_for_selector(".check-panel li.act >> text=no robot matches /robot*")
+    simulator = stage.teampulse("simulate", study)
+    screen.page.wait_for_selector(".check-panel li.ok >> text=Required by the study")
+    assert simulator.interrupt() == 0, simulator.report()
+    screen.page.wait_for_selector(".check-panel li.act >> text=battery of robot robot1")
+    assert monitor.interrupt() == 0, monitor.report()
 
 
 def test_ending_the_session_takes_a_second_click_and_leaves_a_valid_bag(stage, screens):

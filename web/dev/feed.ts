@@ -1,4 +1,5 @@
 import type { Event, FromBrowser, FromServer, Stream, StreamHealth } from "../src/wire";
+import { PROTOCOL } from "../src/wire";
 
 /** A made-up session, for looking at pages without a server and for tests: one operator, some robots. */
 export class Feed {
@@ -31,7 +32,7 @@ export class Feed {
   start(): void {
     const now = this.now();
     this.send({
-      type: "hello", protocol: 1, session: "demo", version: "0", mode: "live", began_unix_ms: Date.now() - 1000 * now, now, stored_secs: 600,
+      type: "hello", protocol: PROTOCOL, session: "demo", version: "0", mode: "live", began_unix_ms: Date.now() - 1000 * now, now, stored_secs: 600,
       viewer: { name: "dashboard", right: "control", commands: ["mark", "next_phase", "repeat_phase", "abort_phase", "split", "stop"], blind: true },
       markers: [{ key: "s", label: "stimulus" }, { key: "h", label: "hit" }],
       phases: [{ name: "baseline", from: 0, lasts: 300 }, { name: "1-back", from: 300, lasts: 180 }, { name: "2-back", from: 500, lasts: 180 }],

@@ -23,7 +23,11 @@ events: Array<Event>, } | { "type": "ready" } | { "type": "recording" } & Record
 /**
  * Its name; `null` after the last one.
  */
-name: string | null, } | { "type": "machine" } & Machine | { "type": "missed" } & Missed | { "type": "pong" } & Pong | { "type": "echo" } & Echo | { "type": "history" } & HistoryReply | { "type": "refused" } & Refused | { "type": "ended" } & Ended | { "type": "playback" } & Playback | { "type": "moved" } & Playback | { "type": "timeline" } & Timeline;
+name: string | null, } | { "type": "required", 
+/**
+ * As `teampulse check` would find it now.
+ */
+unmet: Array<Unmet>, } | { "type": "machine" } & Machine | { "type": "missed" } & Missed | { "type": "pong" } & Pong | { "type": "echo" } & Echo | { "type": "history" } & HistoryReply | { "type": "refused" } & Refused | { "type": "ended" } & Ended | { "type": "playback" } & Playback | { "type": "moved" } & Playback | { "type": "timeline" } & Timeline;
 
 /**
  * The session, and what this viewer may do there.
@@ -536,6 +540,19 @@ states: number,
 signals: number, };
 
 /**
+ * What the study requires and is not there.
+ */
+export type Unmet = { 
+/**
+ * What, as `teampulse check` names it: `battery of robot robot1`.
+ */
+what: string, 
+/**
+ * The remedy.
+ */
+fix: string, };
+
+/**
  * The answer to a probe of the clock.
  */
 export type Pong = { 
@@ -841,7 +858,7 @@ to: number,
  */
 points: number, };
 
-export const PROTOCOL = 1;
+export const PROTOCOL = 2;
 export const MOST_WANTED = 256;
 /** The length of what precedes the samples of a binary frame [bytes]. */
 export const WAVE_HEAD_BYTES = 24;

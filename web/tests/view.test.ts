@@ -2,6 +2,7 @@ import { expect, test } from "vitest";
 import { Feed } from "../dev/feed";
 import { Model } from "../src/store/model";
 import { alertsOf, waiting } from "../src/view/alerts";
+import { checks } from "../src/view/checks";
 import { age, bytes, clock, decimal, lasts, listed, signed, significant } from "../src/view/format";
 import { log } from "../src/view/log";
 import { baselineOf, people } from "../src/view/people";
@@ -93,6 +94,17 @@ test("an alert of the study has its tier, its number and its limit, and one that
   expect(own()).toMatchObject({ stage: "open", unknown: false, since: now - 60 });
   model.apply({ type: "events", events: [event(904, now - 10, "over", null)] });
   expect(own()).toMatchObject({ stage: "over" });
+});
+
+test("what the study requires and is not there is a no-go with its remedy", () => {
+  const { model, now } = session();
+  const named = (what: string) => checks(model, now, undefined).find((each) => each.what === what);
+  const battery = "battery of robot robot1";
+  model.apply({ type: "required", unmet: [{ what: `${battery}: advertised, but nothing is published`, fix: "Check it." }] });
+  expect(named(battery)).toMatchObject({ glyph: "act", value: "advertised, but nothing is published", fix: "Check it." });
+  model.apply({ type: "required", unmet: [] });
+  expect(named(battery)).toBeUndefined();
+  expect(named("Required by the study")?.glyph).toBe("ok");
 });
 
 test("phases are done, now and next", () => {

@@ -13,6 +13,7 @@ mod output;
 mod setup;
 mod controls;
 mod notes;
+mod required;
 mod stop;
 mod recorded;
 mod tidied;

@@ -22,8 +22,8 @@ use teampulse_ros::BusId;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::sink::Publish;
 use teampulse_sinks::{
-    ALLOWED, Announce, Bag, Colours, DashboardContext, Ended, Estimates, Kept, PhasePlan,
-    RosContext, SHOWN, SinkContext, TerminalContext, Tidy, View,
+    ALLOWED, Announce, Bag, Colours, DashboardContext, Ended, Estimates, FindUnmet, Kept,
+    PhasePlan, RosContext, SHOWN, SinkContext, TerminalContext, Tidy, View,
 };
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
@@ -43,6 +43,7 @@ use crate::folder::{Claimed, bag_folder};
 use crate::network::default_bus;
 use crate::notes;
 use crate::output::say;
+use crate::required::Requirements;
 use crate::study::{SessionClock, Study, StudyError};
 
 /// How long a session waits for simulated time to start.
@@ -247,9 +248,15 @@ impl Setup {
             from: phase.from_secs,
             lasts: phase.length_secs(),
         };
+        // A mistake in a source is an error before this.
+        let required = Requirements::of(&self.study).ok().map(|required| {
+            let find: FindUnmet = Arc::new(move |received| required.missing(received));
+            find
+        });
         DashboardContext {
             phases: general.phases.iter().map(plan).collect(),
             commands: general.commands.verbs_of("dashboard"),
+            required,
             announce: self.dashboard.clone(),
         }
     }

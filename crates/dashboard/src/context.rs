@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use teampulse_core::clock::Clock;
+use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::Stream;
 
 use crate::playhead::Playhead;
-use crate::wire::{Marker, PhasePlan, RecordingStage};
+use crate::wire::{Marker, PhasePlan, RecordingStage, Unmet};
 
 /// The port of a dashboard, or the first of those after it that is free.
 pub const PORT: u16 = 8742;
@@ -57,6 +58,9 @@ pub struct Disk {
     pub reason: String,
 }
 
+/// Returns what a study requires and is not there, of the raw streams that were received with their status.
+pub type FindUnmet = Arc<dyn Fn(&[(Arc<Stream>, StreamStatus)]) -> Vec<Unmet> + Send + Sync>;
+
 /// The session that a dashboard shows.
 #[derive(Clone)]
 pub struct Context {
@@ -72,6 +76,8 @@ pub struct Context {
     pub phases: Vec<PhasePlan>,
     /// The verbs of the commands that `[commands]` allows here.
     pub commands: Vec<&'static str>,
+    /// Returns what the study requires and is not there; `None` where nothing is known of a study.
+    pub required: Option<FindUnmet>,
     /// Returns what is on the disk.
     pub disk: Arc<dyn Fn() -> Disk + Send + Sync>,
     /// Returns the name of the next phase.
@@ -100,6 +106,7 @@ impl Context {
             playhead: None,
             phases: Vec::new(),
             commands: Vec::new(),
+            required: None,
             disk: Arc::new(nothing),
             next_phase: Arc::new(|| None),
             is_blinding: false,

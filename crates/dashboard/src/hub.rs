@@ -15,7 +15,7 @@ use crate::history::Track;
 use crate::outbox::Fragment;
 use crate::playhead::Playhead;
 use crate::recent::Recent;
-use crate::wire::{self, FromServer, Playback, Recording, Timeline};
+use crate::wire::{self, FromServer, Playback, Recording, Timeline, Unmet};
 
 /// The most events that are kept for whoever joins: of the session, and of bodies.
 const MOST_EVENTS: usize = 4000;
@@ -82,6 +82,8 @@ pub struct Known {
     pub recent: Recent,
     /// The recording as it was last seen.
     pub recording: Option<Recording>,
+    /// What the study requires and is not there; `None` before that was looked at.
+    pub unmet: Option<Vec<Unmet>>,
     /// The records that the sink skipped.
     pub skipped: u64,
     tracked_bytes: usize,

@@ -29,8 +29,11 @@ pub fn welcome(hub: &Hub, client: &Arc<Client>) -> bool {
         phases: context.phases.clone(),
     })));
     show(&known, client);
-    let recording = known.recording.clone();
+    let (recording, unmet) = (known.recording.clone(), known.unmet.clone());
     drop(known);
+    if let Some(unmet) = unmet {
+        client.outbox.urgent(message(&FromServer::Required { unmet }));
+    }
     if let Some(recording) = recording {
         client.outbox.urgent(message(&FromServer::Recording(recording)));
     }

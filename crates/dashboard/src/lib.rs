@@ -25,7 +25,7 @@ mod api;
 mod metrics;
 
 pub use client::receive_any;
-pub use context::{Context, Disk, PORT, Settings};
+pub use context::{Context, Disk, FindUnmet, PORT, Settings};
 pub use playhead::Playhead;
 pub use replay::{Recording, Shown, show};
 pub use sink::Dashboard;

@@ -37,6 +37,8 @@ pub enum Slot {
     Recording,
     /// The next phase.
     NextPhase,
+    /// What is required and not there.
+    Required,
     /// The machine.
     Machine,
 }

@@ -9,7 +9,8 @@ use teampulse_core::clock::Stopwatch;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::sample::{Record, Turn};
 use teampulse_core::session_streams::session_events;
-use teampulse_core::stream::{Shape, Signal, Stream};
+use teampulse_core::status::StreamStatus;
+use teampulse_core::stream::{Origin, Shape, Signal, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_messages::readout::Readout;
 
@@ -27,6 +28,9 @@ use crate::wire::{Ended, FromServer, Machine, known as known_number};
 /// How often a reading is sent to those who draw it, and to those who don't [s].
 const PACES: [f64; 2] = [1.0 / 30.0, 1.0];
 
+/// After how long what was not received is missing [s]: as long as `teampulse check` listens.
+const AWAITED_SECS: f64 = 6.0;
+
 /// Takes records and hands them on; never waits for a client.
 pub struct Relay {
     hub: Arc<Hub>,
@@ -34,6 +38,8 @@ pub struct Relay {
     /// Whether a stream may have been described anew.
     is_described: bool,
     readouts: BTreeMap<u32, Option<Readout>>,
+    /// The newest status of each raw stream.
+    statuses: BTreeMap<u32, Arc<StreamStatus>>,
     /// When a reading was last sent, at each pace [s].
     sent: BTreeMap<u32, [f64; 2]>,
     events: u64,
@@ -85,6 +91,7 @@ impl Relay {
             streams,
             is_described: true,
             readouts: BTreeMap::new(),
+            statuses: BTreeMap::new(),
             sent: BTreeMap::new(),
             events: 0,
             usage: Usage::start(),
@@ -164,6 +171,7 @@ impl Relay {
             known.recording = Some(recording.clone());
             known.skipped = self.skipped;
         }
+        self.require(&clients);
         let recording = message(&FromServer::Recording(recording));
         let (cpu_cores, memory_bytes) = (self.usage.take(), memory_bytes());
         let next = (self.hub.context.next_phase)();
@@ -186,6 +194,32 @@ impl Relay {
             }
         }
         self.next_phase = next;
+    }
+
+    /// Looks at what the study requires, once there was time to receive it.
+    fn require(&mut self, clients: &[Arc<Client>]) {
+        let Some(required) = &self.hub.context.required else { return };
+        if self.hub.now() < AWAITED_SECS {
+            return;
+        }
+        let mut known = self.hub.known();
+        let received: Vec<(Arc<Stream>, StreamStatus)> = self
+            .statuses
+            .iter()
+            .filter_map(|(id, status)| Some((known.streams.get(id)?, status)))
+            .filter(|(stream, _)| stream.origin == Origin::Raw)
+            .map(|(stream, status)| (Arc::clone(stream), StreamStatus::clone(status)))
+            .collect();
+        let unmet = required(&received);
+        if known.unmet.as_ref() == Some(&unmet) {
+            return;
+        }
+        known.unmet = Some(unmet.clone());
+        drop(known);
+        let text = message(&FromServer::Required { unmet });
+        for client in clients {
+            client.outbox.replace(Slot::Required, text.clone());
+        }
     }
 
     /// Says good-bye to all clients.
@@ -240,6 +274,7 @@ impl Relay {
             Data::Status(status) => {
                 let Some(&about) = known.named.get(&status.name) else { return };
                 let health = convert::health(about, status);
+                self.statuses.insert(about, Arc::clone(status));
                 fresh.state(StateKind::Status, about, t, &health);
                 known.health.insert(about, health);
                 known.health_t = t;

@@ -16,12 +16,12 @@ pub use from_server::{
     Alert, Column, Echo, Ended, Event, Feature, FromServer, Hello, HistoryReply, Marker, Mode,
     PhasePlan, Pong, Refused, Request, Right, Sample, Status, StreamHealth, Viewer,
 };
-pub use machine::{Machine, Missed, Recording, RecordingStage};
+pub use machine::{Machine, Missed, Recording, RecordingStage, Unmet};
 pub use replay::{Absence, Gap, Playback, Timeline};
 pub use stream::{Channel, Span, Stream};
 
 /// The version of this contract; a browser that knows another one reloads its page.
-pub const PROTOCOL: u32 = 1;
+pub const PROTOCOL: u32 = 2;
 
 /// The number, unless it is unknown: JSON has neither NaN nor infinities.
 pub fn known(number: f64) -> Option<f64> {

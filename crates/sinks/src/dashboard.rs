@@ -11,7 +11,7 @@ use teampulse_bag::Stage;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
 use teampulse_dashboard::wire::{Marker, PhasePlan, RecordingStage};
-use teampulse_dashboard::{Context, Disk, Settings};
+use teampulse_dashboard::{Context, Disk, FindUnmet, Settings};
 
 use crate::SinkContext;
 use crate::terminal::{Estimates, Kept};
@@ -62,6 +62,8 @@ pub struct DashboardContext {
     pub phases: Vec<PhasePlan>,
     /// The verbs of the commands that are allowed from there.
     pub commands: Vec<&'static str>,
+    /// Returns what the study requires and is not there, of the streams that were received.
+    pub required: Option<FindUnmet>,
     /// Is called with the address.
     pub announce: Option<Announce>,
 }
@@ -119,6 +121,7 @@ fn session(context: &SinkContext) -> Context {
         path: path.unwrap_or_default(),
         phases: context.dashboard.phases.clone(),
         commands: context.dashboard.commands.clone(),
+        required: context.dashboard.required.clone(),
         disk: Arc::new(move || disk(&kept)),
         next_phase: Arc::new(move || next.as_ref().and_then(|next| next())),
         is_blinding: estimates == Estimates::Hidden,

@@ -25,7 +25,8 @@ pub use bag::{Bag, Continuation, ContinuingBag};
 pub use csv::{Csv, tables_beside};
 pub use dashboard::{ALLOWED, Announce, DashboardContext};
 pub use ros::RosContext;
-pub use teampulse_dashboard::wire::PhasePlan;
+pub use teampulse_dashboard::FindUnmet;
+pub use teampulse_dashboard::wire::{PhasePlan, Unmet};
 pub use terminal::{
     Board, Colours, Estimates, Kept, NextPhase, Scroll, Terminal, TerminalContext, View,
     WarningOutput, leave_screen,

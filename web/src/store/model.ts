@@ -1,4 +1,4 @@
-import type { Event, Feature, FromServer, Hello, Machine, Missed, Playback, Recording, Stream, StreamHealth, Timeline } from "../wire";
+import type { Event, Feature, FromServer, Hello, Machine, Missed, Playback, Recording, Stream, StreamHealth, Timeline, Unmet } from "../wire";
 import { Track } from "./track";
 import type { Wave } from "./wave";
 
@@ -51,6 +51,8 @@ export class Model {
   /** When many signals were missed last, by the browser's clock [ms]. */
   missedAt = Number.NEGATIVE_INFINITY;
   nextPhase: string | undefined;
+  /** What the study requires and is not there; `undefined` before that was looked at. */
+  unmet: Unmet[] | undefined;
   ready = false;
   /** The position in a recording; `undefined` of a session that happens now. */
   playback: Playback | undefined;
@@ -98,6 +100,9 @@ export class Model {
         break;
       case "next_phase":
         this.nextPhase = message.name ?? undefined;
+        break;
+      case "required":
+        this.unmet = message.unmet;
         break;
       case "ready":
         this.ready = true;

@@ -147,7 +147,7 @@ function ofStudy(cause: string): Cause {
 function measured(cause: string, raised: Event): string {
   const number = OF_STUDY.exec(cause)?.[2] ?? cause;
   const value = raised.value === null ? "" : `, ${significant(raised.value)} when it began`;
-  return `${number.charAt(0).toUpperCase()}${number.slice(1)}${value}.`;
+  return `${number}${value}.`;
 }
 
 function reason(model: Model, robot: string, cause: string): string {

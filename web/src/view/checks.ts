@@ -14,9 +14,19 @@ export interface Check {
 
 /** What has to be right before and while it is recorded, the worst first. */
 export function checks(model: Model, now: number, lostSecs: number | undefined): Check[] {
-  const all = [...ofPeople(model, now), ...ofRobots(model, now), clocks(model), recorded(model, lostSecs), disk(model)];
+  const all = [...required(model), ...ofPeople(model, now), ...ofRobots(model, now), clocks(model), recorded(model, lostSecs), disk(model)];
   const rank = (check: Check) => ["act", "soon", "never", "late", "ok"].indexOf(check.glyph);
   return all.sort((a, b) => rank(a) - rank(b));
+}
+
+/** What the study requires, as `teampulse check` finds it. */
+function required(model: Model): Check[] {
+  if (!model.unmet) return [];
+  if (model.unmet.length === 0) return [{ glyph: "ok", what: "Required by the study", value: "all there", fix: "" }];
+  return model.unmet.map(({ what, fix }): Check => {
+    const [name = what, ...rest] = what.split(": ");
+    return { glyph: "act", what: name, value: rest.join(": ") || "required, and not there", fix };
+  });
 }
 
 function ofPeople(model: Model, now: number): Check[] {

@@ -7,17 +7,15 @@ mod unheard;
 mod unnamed;
 mod worn;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
 use teampulse_core::status::StreamStatus;
-use teampulse_core::stream::{About, Shape, Signal, Stream};
+use teampulse_core::stream::{About, Shape, Stream};
 use teampulse_ros::buses::Buses;
-use teampulse_sources::robots::{Finding, Robot, Robots, conformity};
-use teampulse_sources::ros_people::{RosPeople, second_publishers};
-use teampulse_sources::wearables;
+use teampulse_sources::robots::{Finding, Robot, conformity};
 use teampulse_workers::Program;
 
 use crate::commands::run::seconds;
@@ -29,6 +27,7 @@ use crate::machine;
 use crate::network;
 use crate::notes;
 use crate::output;
+use crate::required::{Requirements, no_person, no_robot};
 use crate::setup::{Parts, Setup, Sources};
 use crate::stop::Stop;
 use crate::study::Study;
@@ -62,14 +61,12 @@ impl Check {
     /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
         let study = Study::read(&self.study)?;
-        let wanted: Vec<Robots> = study.settings_of("sources", "robots")?;
-        let people: Vec<RosPeople> = study.settings_of("sources", "people")?;
+        let required = Requirements::of(&study)?;
         let workers: Vec<Program> = study.settings_of("workers", "program")?;
         team(&study)?;
         let (notes, publish) = (notes::of_study(&study), study.general.publish.clone());
         let alerts = study.general.alerts.clone();
         let phases = study.general.phases.clone();
-        let kinds = study.kinds("sources");
         let lsl = lsl::Wanted::of(&study)?;
         let messages = study.general.session.messages.clone();
         let buses = network::buses_with_messages("teampulse", messages.as_deref());
@@ -88,34 +85,29 @@ impl Check {
         let of_robots = heard.iter().filter(|(stream, _)| stream.about == About::Robot);
         let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
         output::lines(robots.iter().map(robot_line));
-        let absent: Vec<&Robots> = wanted.iter().filter(|each| !is_there(each, &heard)).collect();
-        output::lines(absent.iter().map(|each| format!("robot    none  {}", no_robot(each))));
+        let absent = required.absent_robots(&heard).into_iter();
+        output::lines(absent.map(|each| format!("robot    none  {}", no_robot(each))));
         output::lines(person_lines(&heard));
         let absent_lsl = lsl.look().await;
         let worn = worn::found(&worn, worn::planned_secs(&phases));
         output::lines(worn.lines);
-        let away: Vec<&RosPeople> = people.iter().filter(|each| !are_there(each, &heard)).collect();
-        output::lines(away.iter().map(|each| format!("person   none  {}", no_person(each))));
+        let away = required.absent_people(&heard).into_iter();
+        output::lines(away.map(|each| format!("person   none  {}", no_person(each))));
         let received: Vec<_> = heard.iter().map(|(stream, _)| &**stream).collect();
         let idle = notes::matching_nothing(&publish, &workers, &alerts, &received);
         let overruled = lacks::overruled(!phases.is_empty(), &own_phases);
-        let lacking = lacking(&wanted, &people, &heard, &buses);
+        let lacking = lacking(&required, &heard, &buses);
         let notes = idle.iter().chain(&overruled).chain(&lacking);
         output::lines(notes.map(|note| format!("note     {note}")));
-        let mut missing = missing(&wanted, &robots);
-        let is_nobody = absent.len() == wanted.len() && away.len() == people.len();
-        missing.extend(absent.into_iter().filter(|each| is_nobody || requires(each)).map(no_robot));
-        missing.extend(away.into_iter().filter(|_| is_nobody).map(no_person));
-        missing.extend(nothing(&kinds, &heard).into_iter().chain(unworn(&kinds, &heard)));
+        let unmet = required.missing(&heard).into_iter();
+        let mut missing: Vec<String> = unmet.map(|unmet| unmet.what).collect();
         missing.extend(absent_lsl);
         missing.extend(worn.missing);
-        missing.extend(missing_fields(&wanted, &heard));
-        missing.extend(second_publishers(heard.iter().map(|(stream, _)| &**stream)));
         missing.extend(machine::unfit(&self.out, keep_free_bytes));
-        if kinds.is_empty() {
+        if required.kinds.is_empty() {
             missing.push(NOTHING.to_owned());
         }
-        let exit = if kinds.is_empty() { Exit::BadStudy } else { Exit::DeviceMissing };
+        let exit = if required.kinds.is_empty() { Exit::BadStudy } else { Exit::DeviceMissing };
         Ok(if is_go(&missing) { Exit::Fine } else { exit })
     }
 }
@@ -129,15 +121,18 @@ fn is_go(missing: &[String]) -> bool {
 
 /// What streams lack, what robots of the study lack, and what is there without being in the study.
 fn lacking(
-    wanted: &[Robots],
-    people: &[RosPeople],
+    required: &Requirements,
     heard: &[(Arc<Stream>, StreamStatus)],
     buses: &Buses,
 ) -> Vec<String> {
     let streams = || heard.iter().map(|(stream, _)| &**stream);
     let mut notes = lacks::notes(streams());
-    notes.extend(unheard::notes(wanted, streams()));
-    notes.extend(unnamed::notes(wanted, people, (&unnamed::topics(buses), heard)));
+    notes.extend(unheard::notes(&required.robots, streams()));
+    notes.extend(unnamed::notes(
+        &required.robots,
+        &required.people,
+        (&unnamed::topics(buses), heard),
+    ));
     notes
 }
 
@@ -185,61 +180,6 @@ fn robot_line(robot: &Robot) -> String {
     format!("robot    {}  {verdict}: {}", robot.id, findings.collect::<Vec<_>>().join(", "))
 }
 
-/// The fields that the study reads and its topics lack.
-fn missing_fields(wanted: &[Robots], heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String> {
-    let mut missing = Vec::new();
-    for field in wanted.iter().flat_map(Robots::fields) {
-        let Some(path) = &field.field else { continue };
-        let lacks =
-            |stream: &&Arc<Stream>| stream.device == field.topic && stream.place_of(path).is_none();
-        let lacking = heard.iter().map(|(stream, _)| stream).filter(lacks);
-        missing.extend(lacking.map(|stream| format!("field `{path}` of {}", stream.name)));
-    }
-    missing
-}
-
-/// Whether any stream of the wanted robots was received.
-fn is_there(wanted: &Robots, heard: &[(Arc<Stream>, StreamStatus)]) -> bool {
-    heard.iter().any(|(stream, _)| stream.about == About::Robot && wanted.describe(stream))
-}
-
-fn no_robot(wanted: &Robots) -> String {
-    format!("no robot matches {}", wanted.namespace)
-}
-
-/// Whether any stream of the wanted people was received.
-fn are_there(wanted: &RosPeople, heard: &[(Arc<Stream>, StreamStatus)]) -> bool {
-    heard.iter().any(|(stream, _)| wanted.describe(stream))
-}
-
-fn no_person(wanted: &RosPeople) -> String {
-    format!("no person matches {}", wanted.namespace.text())
-}
-
-/// The error that no stream was received although the study names topics.
-fn nothing(kinds: &[String], heard: &[(Arc<Stream>, StreamStatus)]) -> Option<String> {
-    let by_name = kinds.iter().any(|kind| kind == "topics");
-    let is_nothing = by_name && heard.is_empty();
-    is_nothing.then(|| "any topic: no topic of the study is published".to_owned())
-}
-
-/// The devices of the study that send nothing.
-fn unworn(kinds: &[String], heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String> {
-    let devices = wearables::kinds().filter_map(|device| {
-        let wanted = kinds.iter().filter(|kind| *kind == device).count();
-        let is_of = |stream: &&Arc<Stream>| {
-            // What is known of its link and its battery says nothing of what it measures.
-            let measures = !matches!(stream.signal, Signal::Link | Signal::Battery);
-            measures && wearables::kind_of(&stream.device) == Some(device)
-        };
-        let streams = heard.iter().map(|(stream, _)| stream).filter(is_of);
-        let present = streams.map(|stream| &stream.id).collect::<BTreeSet<_>>().len();
-        (present < wanted)
-            .then(|| format!("{device}: {present} of {wanted} in the study send samples"))
-    });
-    devices.collect()
-}
-
 /// The people and robots that are present, with the number of their streams.
 fn person_lines(heard: &[(Arc<Stream>, StreamStatus)]) -> impl Iterator<Item = String> {
     let mut people = BTreeMap::<&str, usize>::new();
@@ -247,30 +187,4 @@ fn person_lines(heard: &[(Arc<Stream>, StreamStatus)]) -> impl Iterator<Item = S
         *people.entry(&stream.id).or_default() += 1;
     }
     people.into_iter().map(|(id, count)| format!("person   {id}  {count} streams"))
-}
-
-/// Whether missing robots are a no-go.
-fn requires(wanted: &Robots) -> bool {
-    !(wanted.required.is_empty() && wanted.robots.is_empty())
-}
-
-/// What the study requires of robots and they do not provide.
-fn missing(wanted: &[Robots], robots: &[Robot]) -> Vec<String> {
-    let mut missing = Vec::new();
-    for wanted in wanted {
-        for id in &wanted.robots {
-            if robots.iter().all(|robot| robot.id != *id) {
-                missing.push(format!("robot {id}"));
-            }
-        }
-        for robot in robots {
-            let absent = wanted.required.iter().filter(|parameter| !robot.offers(parameter));
-            missing.extend(absent.map(|parameter| format!("{parameter} of robot {}", robot.id)));
-            let silent = wanted.required.iter().filter(|parameter| robot.is_silent(parameter));
-            missing.extend(silent.map(|parameter| {
-                format!("{parameter} of robot {}: advertised, but nothing is published", robot.id)
-            }));
-        }
-    }
-    missing
 }

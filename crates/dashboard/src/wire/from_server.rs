@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::Stream;
-use super::machine::{Machine, Missed, Recording};
+use super::machine::{Machine, Missed, Recording, Unmet};
 use super::replay::{Playback, Timeline};
 
 /// A message of the server.
@@ -44,6 +44,11 @@ pub enum FromServer {
     NextPhase {
         /// Its name; `null` after the last one.
         name: Option<String>,
+    },
+    /// What the study requires and is not there, when it changes; nothing of it before the first one.
+    Required {
+        /// As `teampulse check` would find it now.
+        unmet: Vec<Unmet>,
     },
     /// This program and its machine, once a second.
     Machine(Machine),

@@ -70,3 +70,13 @@ pub struct Missed {
     /// Readings and waves.
     pub signals: u64,
 }
+
+/// What the study requires and is not there.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Unmet {
+    /// What, as `teampulse check` names it: `battery of robot robot1`.
+    pub what: String,
+    /// The remedy.
+    pub fix: String,
+}

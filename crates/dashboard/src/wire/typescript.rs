@@ -7,7 +7,7 @@ use super::from_server::{
     Alert, Column, Echo, Ended, Event, Feature, FromServer, Hello, HistoryReply, Marker, Mode,
     PhasePlan, Pong, Refused, Request, Right, Sample, Status, StreamHealth, Viewer,
 };
-use super::machine::{Machine, Missed, Recording, RecordingStage};
+use super::machine::{Machine, Missed, Recording, RecordingStage, Unmet};
 use super::replay::{Absence, Gap, Playback, Timeline};
 use super::stream::{Channel, Span, Stream};
 use super::{MOST_WANTED, PROTOCOL};
@@ -57,6 +57,7 @@ fn written() -> String {
         RecordingStage,
         Machine,
         Missed,
+        Unmet,
         Pong,
         Echo,
         HistoryReply,

@@ -1,0 +1,244 @@
+//! What a study requires of what is received: the same for `check` and for a session that runs.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use teampulse_core::status::StreamStatus;
+use teampulse_core::stream::{About, Signal, Stream};
+use teampulse_sinks::Unmet;
+use teampulse_sources::robots::{Robot, Robots, conformity};
+use teampulse_sources::ros_people::{RosPeople, second_publishers};
+use teampulse_sources::wearables;
+
+use crate::study::{Study, StudyError};
+
+/// The streams that were received, each with its newest status.
+type Received = [(Arc<Stream>, StreamStatus)];
+
+/// The remedy for a robot or a person that is not there.
+const ABSENT: &str =
+    "Switch it on, and check its network and ROS domain; `teampulse scan` lists what is in range.";
+
+/// The remedy for two publishers of one person's topic.
+const TWICE: &str =
+    "Stop one of both: a driver that was started twice, or two devices of one person.";
+
+/// What a study requires.
+#[derive(Clone, Debug)]
+pub struct Requirements {
+    /// Its sources of robots.
+    pub robots: Vec<Robots>,
+    /// Its sources of people on ROS.
+    pub people: Vec<RosPeople>,
+    /// The types of all its sources.
+    pub kinds: Vec<String>,
+}
+
+impl Requirements {
+    /// Those of a study.
+    pub fn of(study: &Study) -> Result<Requirements, StudyError> {
+        Ok(Requirements {
+            robots: study.settings_of("sources", "robots")?,
+            people: study.settings_of("sources", "people")?,
+            kinds: study.kinds("sources"),
+        })
+    }
+
+    /// The sources of robots of which none was received.
+    pub fn absent_robots(&self, received: &Received) -> Vec<&Robots> {
+        self.robots.iter().filter(|wanted| !is_there(wanted, received)).collect()
+    }
+
+    /// The sources of people of whom nobody was received.
+    pub fn absent_people(&self, received: &Received) -> Vec<&RosPeople> {
+        self.people.iter().filter(|wanted| !are_there(wanted, received)).collect()
+    }
+
+    /// What is missing, each with a remedy.
+    pub fn missing(&self, received: &Received) -> Vec<Unmet> {
+        let of_robots = received.iter().filter(|(stream, _)| stream.about == About::Robot);
+        let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
+        let (absent, away) = (self.absent_robots(received), self.absent_people(received));
+        let is_nobody = absent.len() == self.robots.len() && away.len() == self.people.len();
+        let mut missing = missing_of_robots(&self.robots, &robots);
+        let absent = absent.into_iter().filter(|each| is_nobody || requires(each));
+        missing.extend(absent.map(|each| lacking(no_robot(each), ABSENT)));
+        let away = away.into_iter().filter(|_| is_nobody);
+        missing.extend(away.map(|each| lacking(no_person(each), ABSENT)));
+        missing.extend(nothing(&self.kinds, received));
+        missing.extend(unworn(&self.kinds, received));
+        missing.extend(missing_fields(&self.robots, received));
+        let twice = second_publishers(received.iter().map(|(stream, _)| &**stream));
+        missing.extend(twice.into_iter().map(|what| lacking(what, TWICE)));
+        missing
+    }
+}
+
+fn lacking(what: impl Into<String>, fix: impl Into<String>) -> Unmet {
+    Unmet { what: what.into(), fix: fix.into() }
+}
+
+/// Whether any stream of the wanted robots was received.
+fn is_there(wanted: &Robots, received: &Received) -> bool {
+    received.iter().any(|(stream, _)| stream.about == About::Robot && wanted.describe(stream))
+}
+
+/// In words that no robot of these was received.
+pub fn no_robot(wanted: &Robots) -> String {
+    format!("no robot matches {}", wanted.namespace)
+}
+
+/// Whether any stream of the wanted people was received.
+fn are_there(wanted: &RosPeople, received: &Received) -> bool {
+    received.iter().any(|(stream, _)| wanted.describe(stream))
+}
+
+/// In words that nobody of these people was received.
+pub fn no_person(wanted: &RosPeople) -> String {
+    format!("no person matches {}", wanted.namespace.text())
+}
+
+/// The error that no stream was received although the study names topics.
+fn nothing(kinds: &[String], received: &Received) -> Option<Unmet> {
+    let by_name = kinds.iter().any(|kind| kind == "topics");
+    let is_nothing = by_name && received.is_empty();
+    is_nothing.then(|| {
+        let what = "any topic: no topic of the study is published";
+        lacking(what, "Start what publishes them, and check the ROS domain.")
+    })
+}
+
+/// The devices of the study that send nothing.
+fn unworn(kinds: &[String], received: &Received) -> Vec<Unmet> {
+    let devices = wearables::kinds().filter_map(|device| {
+        let wanted = kinds.iter().filter(|kind| *kind == device).count();
+        let is_of = |stream: &&Arc<Stream>| {
+            // What is known of its link and its battery says nothing of what it measures.
+            let measures = !matches!(stream.signal, Signal::Link | Signal::Battery);
+            measures && wearables::kind_of(&stream.device) == Some(device)
+        };
+        let streams = received.iter().map(|(stream, _)| stream).filter(is_of);
+        let present = streams.map(|stream| &stream.id).collect::<BTreeSet<_>>().len();
+        (present < wanted).then(|| {
+            let what = format!("{device}: {present} of {wanted} in the study send samples");
+            lacking(
+                what,
+                "Switch it on, put it on, and end other programs that are connected to it.",
+            )
+        })
+    });
+    devices.collect()
+}
+
+/// The fields that the study reads and its topics lack.
+fn missing_fields(wanted: &[Robots], received: &Received) -> Vec<Unmet> {
+    let mut missing = Vec::new();
+    for field in wanted.iter().flat_map(Robots::fields) {
+        let Some(path) = &field.field else { continue };
+        let lacks =
+            |stream: &&Arc<Stream>| stream.device == field.topic && stream.place_of(path).is_none();
+        let without = received.iter().map(|(stream, _)| stream).filter(lacks);
+        missing.extend(without.map(|stream| {
+            let what = format!("field `{path}` of {}", stream.name);
+            lacking(what, "Name a field that its message type has.")
+        }));
+    }
+    missing
+}
+
+/// Whether missing robots are a no-go.
+fn requires(wanted: &Robots) -> bool {
+    !(wanted.required.is_empty() && wanted.robots.is_empty())
+}
+
+/// What the study requires of robots and they do not provide.
+fn missing_of_robots(wanted: &[Robots], robots: &[Robot]) -> Vec<Unmet> {
+    const START: &str = "Start the node that publishes it, or take it out of `required`.";
+    const SILENT: &str = "Check the robot's power, its network and the node that publishes it.";
+    let mut missing = Vec::new();
+    for wanted in wanted {
+        for id in &wanted.robots {
+            if robots.iter().all(|robot| robot.id != *id) {
+                missing.push(lacking(format!("robot {id}"), ABSENT));
+            }
+        }
+        for robot in robots {
+            let absent = wanted.required.iter().filter(|parameter| !robot.offers(parameter));
+            missing.extend(
+                absent
+                    .map(|parameter| lacking(format!("{parameter} of robot {}", robot.id), START)),
+            );
+            let silent = wanted.required.iter().filter(|parameter| robot.is_silent(parameter));
+            missing.extend(silent.map(|parameter| {
+                let id = &robot.id;
+                let what =
+                    format!("{parameter} of robot {id}: advertised, but nothing is published");
+                lacking(what, SILENT)
+            }));
+        }
+    }
+    missing
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use teampulse_core::status::State;
+    use teampulse_core::stream::{Shape, Subject};
+
+    use super::*;
+
+    fn requirements(text: &str) -> Requirements {
+        let study = Study::parse(Path::new("study.toml"), text.to_owned()).expect("a study");
+        Requirements::of(&study).expect("settings that read")
+    }
+
+    fn battery(rate_hz: f64) -> (Arc<Stream>, StreamStatus) {
+        let name = "/robot1/battery_state";
+        let stream = Stream::raw(name, Subject::robot("robot1"), Shape::Sample);
+        let status = StreamStatus {
+            name: name.into(),
+            state: State::Ok,
+            reason: String::new(),
+            rate_hz,
+            age_secs: 0.0,
+            received: 1,
+            lost_source: None,
+            lost_queue: 0,
+            late: 0,
+            duplicates: 0,
+            clock: 0,
+            epoch: 0,
+            offset_secs: 0.0,
+            skew_ppm: 0.0,
+            jitter_secs: 0.0,
+            sigma_secs: 0.0,
+            latency_secs: 0.0,
+        };
+        (Arc::new(Stream { signal: Signal::Battery, ..stream }), status)
+    }
+
+    #[test]
+    fn what_is_required_and_missing_is_named_with_a_remedy() {
+        let required = requirements(
+            "[[sources]]\ntype = \"robots\"\nnamespace = \"/robot*\"\nrequired = [\"battery\", \"link\"]\n",
+        );
+        let whats = |received: &Received| -> Vec<String> {
+            let missing = required.missing(received);
+            assert!(missing.iter().all(|each| !each.fix.is_empty()));
+            missing.into_iter().map(|each| each.what).collect()
+        };
+        assert_eq!(whats(&[]), ["no robot matches /robot*"]);
+        assert_eq!(whats(&[battery(1.0)]), ["link of robot robot1"]);
+        let silent = "battery of robot robot1: advertised, but nothing is published";
+        assert_eq!(whats(&[battery(0.0)]), ["link of robot robot1", silent]);
+    }
+
+    #[test]
+    fn a_study_that_requires_nothing_misses_only_everybody() {
+        let required = requirements("[[sources]]\ntype = \"robots\"\nnamespace = \"/robot*\"\n");
+        assert_eq!(required.missing(&[]).len(), 1);
+        assert_eq!(required.missing(&[battery(0.0)]), []);
+    }
+}
