@@ -251,7 +251,21 @@ fn a_read_of_the_control_point_is_not_taken_for_an_answer() {
     strap.receive(CONTROL, &hex(FEATURES), secs(0));
     assert_eq!(writes(drain(&mut strap)), [] as [Vec<u8>; 0]);
     strap.receive(CONTROL, &hex("f002000000"), secs(0));
-    assert_eq!(strap.next_tick(), Some(secs(30)));
+    assert_eq!(strap.next_tick(), Some(secs(10)));
+}
+
+#[test]
+fn a_strap_that_sends_nothing_is_asked_to_start_again_and_may_take_its_time() {
+    for (answer, first_by) in [("f0020006", 30), ("f002000000", 40)] {
+        let mut strap = measuring();
+        drain(&mut strap);
+        strap.tick(secs(10));
+        assert_eq!(writes(drain(&mut strap)), [hex(START_ECG)]);
+        strap.receive(CONTROL, &hex(answer), secs(10));
+        // It is asked once.
+        assert!(drain(&mut strap).is_empty());
+        assert_eq!(strap.next_tick(), Some(secs(first_by)), "{answer}");
+    }
 }
 
 #[test]
@@ -316,6 +330,9 @@ fn a_strap_that_does_not_answer_a_stop_is_left_after_three_seconds() {
 fn a_first_frame_may_take_thirty_seconds_and_a_next_one_three() {
     let mut strap = measuring();
     drain(&mut strap);
+    strap.tick(secs(10));
+    strap.receive(CONTROL, &hex("f0020006"), secs(10));
+    drain(&mut strap);
     strap.tick(millis(29_999));
     assert!(drain(&mut strap).is_empty());
     strap.receive(DATA, &ecg(at(1.0)), millis(29_999));
@@ -341,7 +358,8 @@ fn a_silent_strap_is_given_up_in_the_end() {
         }
     }
     assert_eq!(outputs.last(), Some(&Output::Done(Err(Error::Silent("ecg")))));
-    assert_eq!(writes(outputs).iter().filter(|write| **write == hex(START_ECG)).count(), 3);
+    // At each of four attempts it is asked twice.
+    assert_eq!(writes(outputs).iter().filter(|write| **write == hex(START_ECG)).count(), 7);
 }
 
 #[test]

@@ -14,6 +14,9 @@ use crate::{Channel, Event, Reading, Stream};
 /// The first ECG of an H10 may take 20 to 30 s after a connection.
 const FIRST_PATIENCE: Duration = Duration::from_secs(30);
 const PATIENCE: Duration = Duration::from_secs(3);
+/// How long after an answered start without a frame the device is asked to start again: one that measures answers that
+/// it is on already, and goes on.
+const DOUBT: Duration = Duration::from_secs(10);
 /// Optical sensors send their first pulse interval after about 25 s, and then every few seconds.
 const INTERVAL_PATIENCE: Duration = Duration::from_secs(30);
 
@@ -28,6 +31,10 @@ pub(super) struct Feed {
     pub restarts: u32,
     /// The device said that it was on before it was started.
     pub was_already_on: bool,
+    /// It was asked to start once more, to see whether it measures.
+    pub is_doubted: bool,
+    /// When that is to be asked.
+    doubted_at: Option<Duration>,
     settings: SettingsList,
     factor: f64,
     rate_hz: f64,
@@ -46,6 +53,8 @@ impl Feed {
             selection,
             restarts: 0,
             was_already_on: false,
+            is_doubted: false,
+            doubted_at: None,
             settings: SettingsList::default(),
             factor: 1.0,
             rate_hz: DEFAULT_RATE_HZ,
@@ -74,11 +83,23 @@ impl Feed {
     pub fn run(&mut self, factor: Option<f64>, now: Duration) {
         self.factor = factor.unwrap_or(self.factor);
         self.watchdog = Some(Watchdog::new(now, FIRST_PATIENCE));
+        // What starts at the second request needs no third, and pulse intervals take half a minute in any case.
+        let is_again = std::mem::take(&mut self.is_doubted) || self.was_already_on;
+        let is_slow = self.selection.measurement == Measurement::PpInterval;
+        self.doubted_at = (!is_again && !is_slow).then_some(now.saturating_add(DOUBT));
+    }
+
+    /// Whether it is time to ask it to start again, to see whether it measures at all; once a start.
+    pub fn doubt(&mut self, now: Duration) -> bool {
+        let is_due = self.doubted_at.take_if(|at| *at <= now).is_some();
+        self.is_doubted |= is_due;
+        is_due
     }
 
     /// It is about to be started again; for how long it was silent, if it ran.
     pub fn halt(&mut self, now: Duration) -> Option<Duration> {
         let watchdog = self.watchdog.take()?;
+        (self.is_doubted, self.doubted_at) = (false, None);
         self.restarts += 1;
         Some(watchdog.quiet(now))
     }
@@ -87,6 +108,7 @@ impl Feed {
     pub fn forget(&mut self) {
         self.restarts = 0;
         self.was_already_on = false;
+        (self.is_doubted, self.doubted_at) = (false, None);
         self.watchdog = None;
     }
 
@@ -95,7 +117,8 @@ impl Feed {
     }
 
     pub fn deadline(&self) -> Option<Duration> {
-        self.watchdog.map(|watchdog| watchdog.deadline())
+        let silent = self.watchdog.map(|watchdog| watchdog.deadline());
+        silent.into_iter().chain(self.doubted_at).min()
     }
 
     pub fn receive(&mut self, frame: &Frame<'_>, now: Duration, out: &mut Outbox<Request>) {
@@ -108,6 +131,7 @@ impl Feed {
             return out.discarded(frame.measurement.stream(), frame.payload.len());
         }
         self.restarts = 0;
+        self.doubted_at = None;
         if let Some(watchdog) = &mut self.watchdog {
             let intervals = frame.measurement == Measurement::PpInterval;
             *watchdog = Watchdog::new(now, if intervals { INTERVAL_PATIENCE } else { PATIENCE });

@@ -36,7 +36,8 @@
 //! - Stamps may jump back or repeat (issue 387): such frames are left out.
 //! - The rate is 130 Hz within 2 %, and a Verity Sense before 2.1.0 sends 55 Hz PPG that it calls 135 Hz: the period is
 //!   measured.
-//! - The first ECG after a connection may take 20 to 30 s.
+//! - The first ECG after a connection may take 20 to 30 s. After ten seconds it is asked to start again: one that measures
+//!   answers *already in state*, and one that does not begins.
 //! - While ECG is on, a strap without skin contact keeps its link and sends noise (issue 383).
 //! - ECG and acceleration together have ended links: select what is needed.
 

@@ -197,6 +197,8 @@ impl PolarSession {
         let Some(feed) = find(&mut self.feeds, measurement) else { return };
         match status {
             Status::SUCCESS => feed.run(parameters.factor(), now),
+            // It measures, and its first frame takes its time.
+            status if feed.is_doubted && status != Status::SUCCESS => feed.is_doubted = false,
             Status::ALREADY_IN_STATE if feed.was_already_on => feed.run(None, now),
             Status::ALREADY_IN_STATE => {
                 feed.was_already_on = true;
@@ -332,6 +334,9 @@ impl Session for PolarSession {
         }
         self.ask_features(now);
         self.repeat(now);
+        let doubted =
+            self.feeds.iter_mut().filter_map(|feed| feed.doubt(now).then(|| feed.start_command()));
+        self.commands.extend(doubted);
         let silent = |feed: &Feed| feed.is_silent(now).then_some(feed.selection.measurement);
         for measurement in self.feeds.iter().filter_map(silent).collect::<Vec<_>>() {
             self.restart(measurement, now);
