@@ -27,7 +27,15 @@ name: string | null, } | { "type": "required",
 /**
  * As `teampulse check` would find it now.
  */
-unmet: Array<Unmet>, } | { "type": "machine" } & Machine | { "type": "missed" } & Missed | { "type": "pong" } & Pong | { "type": "echo" } & Echo | { "type": "history" } & HistoryReply | { "type": "refused" } & Refused | { "type": "ended" } & Ended | { "type": "playback" } & Playback | { "type": "moved" } & Playback | { "type": "timeline" } & Timeline;
+unmet: Array<Unmet>, } | { "type": "unshown", 
+/**
+ * The stream's number.
+ */
+stream: number, 
+/**
+ * Why.
+ */
+reason: string, } | { "type": "machine" } & Machine | { "type": "missed" } & Missed | { "type": "pong" } & Pong | { "type": "echo" } & Echo | { "type": "history" } & HistoryReply | { "type": "refused" } & Refused | { "type": "ended" } & Ended | { "type": "playback" } & Playback | { "type": "moved" } & Playback | { "type": "timeline" } & Timeline;
 
 /**
  * The session, and what this viewer may do there.
@@ -537,7 +545,11 @@ states: number,
 /**
  * Readings and waves.
  */
-signals: number, };
+signals: number, 
+/**
+ * Pictures that a newer one replaced.
+ */
+pictures: number, };
 
 /**
  * What the study requires and is not there.
@@ -741,7 +753,11 @@ sent: number, } | { "type": "want",
 /**
  * At most 256.
  */
-streams: Array<Wanted>, } | { "type": "history" } & History | { "type": "command", 
+streams: Array<Wanted>, } | { "type": "shown", 
+/**
+ * Each once for each picture.
+ */
+streams: Array<number>, } | { "type": "history" } & History | { "type": "command", 
 /**
  * Comes back in `echo` or `refused`.
  */
@@ -828,8 +844,8 @@ export type Wanted = {
  */
 stream: number, 
 /**
- * How many points a second are drawn at most; a faster wave comes as pairs of its smallest and largest samples,
- * in their order. 0 for all of them.
+ * How many points, or pictures, a second are drawn at most; a faster wave comes as pairs of its smallest and largest
+ * samples, in their order. 0 for all of them.
  */
 points_per_sec: number, };
 
@@ -858,7 +874,9 @@ to: number,
  */
 points: number, };
 
-export const PROTOCOL = 2;
+export const PROTOCOL = 3;
 export const MOST_WANTED = 256;
 /** The length of what precedes the samples of a binary frame [bytes]. */
 export const WAVE_HEAD_BYTES = 24;
+/** The length of what precedes the file of a picture [bytes]. */
+export const PICTURE_HEAD_BYTES = 16;

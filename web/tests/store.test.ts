@@ -1,5 +1,6 @@
-import { expect, test } from "vitest";
+import { expect, test, vi } from "vitest";
 import { SessionClock } from "../src/store/clock";
+import { Pictures, readPicture } from "../src/store/pictures";
 import { stored } from "../src/store/stored";
 import { Track } from "../src/store/track";
 import { Wants } from "../src/store/wants";
@@ -61,4 +62,39 @@ test("columns between the values of a slow stream are no gaps, and a long silenc
   expect(stored(reply, 0, 1).values.map((each) => (Number.isNaN(each) ? "gap" : each))).toEqual([1, 2, 3]);
   expect(stored(reply, 0, 4).values.map((each) => (Number.isNaN(each) ? "gap" : each))).toEqual([1, "gap", 2, "gap", 3]);
   expect(stored(reply, 7, 1).values).toEqual([]);
+});
+
+test("pictures are drawn in their order, and each is acknowledged", async () => {
+  const done: Array<() => void> = [];
+  const bitmaps: string[] = [];
+  const decode = (file: Blob) => new Promise<ImageBitmap>((resolve, reject) => {
+    const name = `${file.size}`;
+    done.push(() => (file.size === 3 ? reject(new Error("no picture")) : resolve({ close: () => bitmaps.push(name) } as unknown as ImageBitmap)));
+  });
+  const acknowledged: number[] = [];
+  const pictures = new Pictures((streams) => acknowledged.push(...streams), decode);
+  const drawn: unknown[] = [];
+  pictures.watch(7, (bitmap, t) => drawn.push([t, bitmap !== undefined]));
+  const all = [1, 2, 3].map((size) => pictures.take({ stream: 7, t: size, file: new Blob([new Uint8Array(size)]) }));
+  done[1]?.();
+  await all[1];
+  done[0]?.();
+  done[2]?.();
+  await Promise.all(all);
+  expect(drawn).toEqual([[2, true], [3, false]]);
+  expect(bitmaps).toEqual(["1", "2"]);
+  pictures.watch(7, (bitmap, t) => drawn.push([t, bitmap !== undefined]));
+  expect(drawn).toHaveLength(3);
+  await vi.waitUntil(() => acknowledged.length === 3);
+});
+
+test("a frame without channels is a picture, and no wave", () => {
+  const frame = new ArrayBuffer(16 + 5);
+  const head = new DataView(frame);
+  head.setUint32(0, 7, true);
+  head.setFloat64(8, 1.5, true);
+  expect(readWave(frame)).toBeUndefined();
+  const picture = readPicture(frame);
+  expect([picture?.stream, picture?.t, picture?.file.size]).toEqual([7, 1.5, 5]);
+  expect(readPicture(frame.slice(0, 16))).toBeUndefined();
 });

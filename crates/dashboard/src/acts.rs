@@ -39,7 +39,7 @@ impl Refusal {
 /// The reference with which a message was sent.
 pub fn reference(asked: &FromBrowser) -> Option<&str> {
     match asked {
-        FromBrowser::Ping { .. } | FromBrowser::Want { .. } => None,
+        FromBrowser::Ping { .. } | FromBrowser::Want { .. } | FromBrowser::Shown { .. } => None,
         FromBrowser::History(HistoryRequest { reference, .. })
         | FromBrowser::Command { reference, .. }
         | FromBrowser::Note { reference, .. }
@@ -72,6 +72,11 @@ pub fn act(
             return Err(Refusal::new(reason, "choose 256 at most"));
         }
         FromBrowser::Want { streams } => client.want(&streams, &hub.known()),
+        FromBrowser::Shown { streams } => {
+            for stream in streams {
+                client.outbox.shown(stream);
+            }
+        }
         FromBrowser::History(asked) => {
             return history(hub, client, asked).map(|reply| Some(FromServer::History(reply)));
         }

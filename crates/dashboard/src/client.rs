@@ -17,6 +17,7 @@ use crate::context::{Context, Settings};
 use crate::hub::{Hub, Known, message};
 use crate::joining::{show_moment, welcome};
 use crate::outbox::{Next, Outbox};
+use crate::pictures::{Picture, Unshown};
 use crate::rate::Allowance;
 use crate::wire::{FromBrowser, FromServer, Playback, Pong, Refused, Right, Wanted};
 
@@ -33,7 +34,7 @@ const FAREWELL: Duration = Duration::from_secs(1);
 /// A client that sends nothing, not even a probe of the clock, for this long is gone.
 const SILENCE: Duration = Duration::from_secs(60);
 /// The messages of a client each second, and at once.
-const RATE: (f64, f64) = (50.0, 200.0);
+const RATE: (f64, f64) = (100.0, 300.0);
 /// The longest reason of a close frame [bytes].
 const LONGEST_REASON: usize = 120;
 
@@ -78,8 +79,8 @@ impl Client {
         self.wanted.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Replaces what it draws, and sends the last half minute of each wave that it did not draw before, as far as
-    /// that fits.
+    /// Replaces what it draws, and sends of what it did not draw before the last half minute of each wave, as far as
+    /// that fits, and the newest picture.
     pub fn want(&self, streams: &[Wanted], known: &Known) {
         let mut wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
         let before = std::mem::take(&mut *wanted);
@@ -97,16 +98,32 @@ impl Client {
         self.outbox.urgent(message(&FromServer::Ready));
     }
 
-    /// Sends the last half minute of waves.
+    /// Sends the last half minute of waves, and the newest pictures.
     fn send_recent(&self, mut wanted: Vec<(u32, f64)>, known: &Known) {
         let is_blind = self.is_blind();
         wanted.retain(|(stream, _)| known.shows(*stream, is_blind));
+        for (stream, most_per_sec) in &wanted {
+            match known.pictures.get(stream) {
+                Some(Ok(picture)) => self.outbox.picture(Arc::clone(picture), *most_per_sec),
+                Some(Err(unshown)) => self.unshown(*stream, unshown),
+                None => {}
+            }
+        }
+        wanted.retain(|(stream, _)| !known.pictures.contains_key(stream));
         let share = BACKLOG_BYTES / wanted.len().max(1);
         for (stream, points_per_sec) in wanted {
             for frame in known.recent.of(stream, points_per_sec, share) {
                 self.outbox.wave(frame.into());
             }
         }
+    }
+}
+
+impl Client {
+    /// Says why the pictures of a stream can't be shown.
+    pub fn unshown(&self, stream: u32, why: &Unshown) {
+        let reason = why.to_string();
+        self.outbox.urgent(message(&FromServer::Unshown { stream, reason }));
     }
 }
 
@@ -135,22 +152,42 @@ pub async fn serve(socket: WebSocket, hub: Arc<Hub>, grant: Grant) {
 async fn sending(client: &Client, sender: &mut (impl SinkExt<Message> + Unpin)) -> (u16, String) {
     let send = async {
         loop {
-            match client.outbox.next().await {
+            let message = match client.outbox.next().await {
                 Next::End(reason) => return (close_code::NORMAL, reason),
-                Next::Message(message) => match timeout(PATIENCE, sender.send(message)).await {
-                    Ok(Ok(())) => {}
-                    Ok(Err(_)) => return (close_code::NORMAL, String::new()),
-                    Err(_) => {
-                        let reason = format!("it read nothing for {} s", PATIENCE.as_secs());
-                        return (close_code::POLICY, reason);
-                    }
+                Next::Message(message) => message,
+                Next::Picture(picture) => match encoded(client, picture).await {
+                    Some(message) => message,
+                    None => continue,
                 },
+            };
+            match timeout(PATIENCE, sender.send(message)).await {
+                Ok(Ok(())) => {}
+                Ok(Err(_)) => return (close_code::NORMAL, String::new()),
+                Err(_) => {
+                    let reason = format!("it read nothing for {} s", PATIENCE.as_secs());
+                    return (close_code::POLICY, reason);
+                }
             }
         }
     };
     tokio::select! {
         ended = send => ended,
         reason = client.outbox.overflow() => (close_code::POLICY, reason),
+    }
+}
+
+/// A picture as a message; `None` of one that can't be shown, and the client is told why.
+async fn encoded(client: &Client, picture: Arc<Picture>) -> Option<Message> {
+    let stream = picture.stream;
+    // Other clients don't wait for pixels to become JPEG.
+    let encoded = tokio::task::spawn_blocking(move || picture.encode()).await.ok()?;
+    match encoded {
+        Ok(bytes) => Some(Message::Binary(bytes)),
+        Err(unshown) => {
+            client.outbox.shown(stream);
+            client.unshown(stream, &unshown);
+            None
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use crate::client::Client;
 use crate::context::{Context, Settings};
 use crate::history::Track;
 use crate::outbox::Fragment;
+use crate::pictures::Newest;
 use crate::playhead::Playhead;
 use crate::recent::Recent;
 use crate::wire::{self, FromServer, Playback, Recording, Timeline, Unmet};
@@ -80,6 +81,8 @@ pub struct Known {
     pub tracks: BTreeMap<u32, Track>,
     /// The last half minute of each wave.
     pub recent: Recent,
+    /// The newest picture of each stream.
+    pub pictures: Newest,
     /// The recording as it was last seen.
     pub recording: Option<Recording>,
     /// What the study requires and is not there; `None` before that was looked at.

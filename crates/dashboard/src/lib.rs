@@ -7,6 +7,7 @@ mod relay;
 mod convert;
 mod history;
 mod recent;
+mod pictures;
 mod recording;
 mod playhead;
 mod replay;

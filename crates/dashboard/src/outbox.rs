@@ -1,4 +1,7 @@
-//! What waits for one client: events first, then states, then signals; each with a bound, and what does not fit counted.
+//! What waits for one client: events first, then states, then signals, pictures last; each with a bound, and what does not
+//! fit counted.
+
+mod pictures;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -7,6 +10,8 @@ use axum::body::Bytes;
 use axum::extract::ws::{Message, Utf8Bytes};
 use tokio::sync::Notify;
 
+use self::pictures::Pictures;
+use crate::pictures::Picture;
 use crate::wire::Missed;
 
 /// What is never dropped: with more waiting, the client does not read and is cut off [bytes].
@@ -59,6 +64,7 @@ struct State {
     states: BTreeMap<(StateKind, u32), Fragment>,
     status_t: f64,
     signals: VecDeque<Signal>,
+    pictures: Pictures,
     urgent_bytes: usize,
     minor_bytes: usize,
     signal_bytes: usize,
@@ -92,6 +98,8 @@ impl Signal {
 pub enum Next {
     /// A message to send.
     Message(Message),
+    /// A picture to encode and send.
+    Picture(Arc<Picture>),
     /// The connection ends, for this reason.
     End(String),
 }
@@ -169,12 +177,27 @@ impl Outbox {
         self.wake.notify_one();
     }
 
-    /// Forgets what it would have sent of states and signals: another moment of a recording is shown.
+    /// Adds a picture, of which at most so many a second are shown; 0 for all of them.
+    pub fn picture(&self, picture: Arc<Picture>, most_per_sec: f64) {
+        let mut state = self.lock();
+        let is_replaced = state.pictures.put(picture, most_per_sec);
+        state.missed.pictures += u64::from(is_replaced);
+        self.wake.notify_one();
+    }
+
+    /// The client has shown a picture of a stream: the next one may leave.
+    pub fn shown(&self, stream: u32) {
+        self.lock().pictures.shown(stream);
+        self.wake.notify_one();
+    }
+
+    /// Forgets what it would have sent of states, signals and pictures: another moment of a recording is shown.
     pub fn forget(&self) {
         let mut state = self.lock();
         state.states.clear();
         state.signals.clear();
         state.minor.clear();
+        state.pictures.forget();
         (state.signal_bytes, state.minor_bytes) = (0, 0);
     }
 
@@ -247,7 +270,8 @@ impl State {
             return Some(Next::Message(Message::Text(text)));
         }
         let slot = self.slots.pop_first().map(|(_, text)| Message::Text(text));
-        slot.or_else(|| self.take_states()).or_else(|| self.take_signal()).map(Next::Message)
+        let message = slot.or_else(|| self.take_states()).or_else(|| self.take_signal());
+        message.map(Next::Message).or_else(|| self.pictures.take().map(Next::Picture))
     }
 
     /// All states of one kind, as one message.
@@ -292,12 +316,14 @@ fn samples(fragments: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pictures::tests::picture;
 
     async fn sent(outbox: &Outbox) -> String {
         match outbox.next().await {
             Next::Message(Message::Text(text)) => text.as_str().to_owned(),
             Next::Message(Message::Binary(bytes)) => format!("wave of {}", bytes.len()),
             Next::Message(other) => panic!("{other:?}"),
+            Next::Picture(picture) => format!("picture of {}", picture.stream),
             Next::End(reason) => format!("end: {reason}"),
         }
     }
@@ -306,6 +332,7 @@ mod tests {
     async fn events_come_before_states_and_states_before_signals() {
         let outbox = Outbox::default();
         assert_eq!(outbox.missed(), None);
+        outbox.picture(Arc::new(picture(9, 0.0, 10)), 0.0);
         outbox.wave(Bytes::from_static(&[0; 10]));
         outbox.state(StateKind::Feature, 1, 0.0, "1".into());
         outbox.state(StateKind::Feature, 2, 0.0, "2".into());
@@ -313,11 +340,11 @@ mod tests {
         outbox.minor("beat", 1);
         outbox.urgent("marker");
         let mut order = Vec::new();
-        for _ in 0..4 {
+        for _ in 0..5 {
             order.push(sent(&outbox).await);
         }
         let features = r#"{"type":"features","features":[3,2]}"#;
-        assert_eq!(order, ["marker", "beat", features, "wave of 10"]);
+        assert_eq!(order, ["marker", "beat", features, "wave of 10", "picture of 9"]);
         assert_eq!(outbox.missed(), Some(Missed { states: 1, ..Missed::default() }));
         assert_eq!((outbox.missed(), outbox.waiting_bytes()), (None, 0));
     }

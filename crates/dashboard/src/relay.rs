@@ -20,6 +20,7 @@ use crate::echo::Echoes;
 use crate::hub::{Hub, Known, json, message};
 use crate::machine::{Usage, memory_bytes};
 use crate::outbox::{Fragment, Slot, StateKind};
+use crate::pictures::{Picture, has_pictures};
 use crate::recording::Observed;
 use crate::replay::timeline::MOST_EVENTS;
 use crate::wire::waves::Wave;
@@ -59,12 +60,14 @@ struct Fresh {
     states: Vec<(StateKind, u32, f64, Fragment)>,
     readings: Vec<Reading>,
     waves: Vec<Wave>,
+    pictures: Vec<Arc<Picture>>,
 }
 
 impl Fresh {
     fn of(is_watched: bool) -> Fresh {
         let (events, states) = (Vec::new(), Vec::new());
-        Fresh { is_watched, events, states, readings: Vec::new(), waves: Vec::new() }
+        let (waves, pictures) = (Vec::new(), Vec::new());
+        Fresh { is_watched, events, states, readings: Vec::new(), waves, pictures }
     }
 
     fn state(&mut self, kind: StateKind, stream: u32, t: f64, state: &impl Serialize) {
@@ -147,7 +150,7 @@ impl Relay {
         let mut unsent = Fresh::of(false);
         for record in records {
             self.take_record(&record, &mut known, &mut unsent);
-            (unsent.events, unsent.waves) = (Vec::new(), Vec::new());
+            (unsent.events, unsent.waves, unsent.pictures) = (Vec::new(), Vec::new(), Vec::new());
         }
         if let Some(playback) = hub.playback() {
             hub.clients().iter().for_each(|client| client.move_to(playback, &known));
@@ -302,9 +305,33 @@ impl Relay {
                 known.recent.keep(wave.clone());
                 fresh.waves.push(wave);
             }
+            Data::Message(message) if has_pictures(&record.stream) => {
+                self.take_picture(record, message, t, (known, fresh));
+            }
             Data::Sample(_) | Data::Message(_) => self.take_reading(record, t, known, fresh),
             Data::Description(_) => {}
         }
+    }
+
+    fn take_picture(
+        &self,
+        record: &Record,
+        message: &Bytes,
+        t: f64,
+        (known, fresh): (&mut Known, &mut Fresh),
+    ) {
+        let id = record.sample.stream.0;
+        let picture = Picture::read(&record.stream, id, t, message).map(Arc::new);
+        match &picture {
+            Ok(picture) => fresh.pictures.push(Arc::clone(picture)),
+            Err(unshown) => {
+                let before = known.pictures.get(&id).and_then(|before| before.as_ref().err());
+                if before != Some(unshown) {
+                    self.hub.clients().iter().for_each(|client| client.unshown(id, unshown));
+                }
+            }
+        }
+        known.pictures.insert(id, picture);
     }
 
     fn take_event(&mut self, record: &Record, event: &Event, known: &mut Known, fresh: &mut Fresh) {
@@ -361,11 +388,15 @@ impl Relay {
     }
 }
 
-/// Whether the dashboard has a use for a stream: large messages, and those of which no number is read, are left to
-/// others.
+/// Whether the dashboard has a use for a stream: messages of which neither a number nor a picture is read are left to others.
 pub fn is_wanted(stream: &Stream) -> bool {
+    has_pictures(stream) || has_numbers(stream)
+}
+
+/// Whether something other than pictures is read of a stream.
+pub fn has_numbers(stream: &Stream) -> bool {
     let is_opaque = matches!(stream.shape, Shape::Message(_)) && stream.channels.is_empty();
-    !is_opaque && !matches!(stream.signal, Signal::Image | Signal::Audio)
+    !is_opaque && !has_pictures(stream) && !matches!(stream.signal, Signal::Image | Signal::Audio)
 }
 
 /// Hands a client what it may see of what is new.
@@ -402,6 +433,11 @@ fn offer(client: &Client, fresh: &Fresh, wanted: &BTreeMap<u32, f64>, hidden: &B
     for wave in fresh.waves.iter().filter(|wave| shows(&wave.stream)) {
         if let Some(points_per_sec) = wanted.get(&wave.stream) {
             client.outbox.wave(Bytes::from(wave.thinned(*points_per_sec).encode()));
+        }
+    }
+    for picture in fresh.pictures.iter().filter(|picture| shows(&picture.stream)) {
+        if let Some(most_per_sec) = wanted.get(&picture.stream) {
+            client.outbox.picture(Arc::clone(picture), *most_per_sec);
         }
     }
 }

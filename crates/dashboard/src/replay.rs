@@ -18,8 +18,9 @@ use teampulse_core::time::Time;
 
 use crate::context::{Context, Settings};
 use crate::hub::{Hub, message};
+use crate::pictures::has_pictures;
 use crate::playhead::Playhead;
-use crate::relay::{Relay, is_wanted};
+use crate::relay::{Relay, has_numbers};
 use crate::sink::{FAREWELL, start};
 use crate::wire::{Event, FromServer, Timeline};
 
@@ -27,6 +28,8 @@ use crate::wire::{Event, FromServer, Timeline};
 const LOOK: Duration = Duration::from_millis(15);
 /// How much before a moment is read to show it: every stream's health is recorded twice a minute.
 const BEFORE: Duration = Duration::from_secs(120);
+/// How much before a moment a picture is looked for: the newest one is shown.
+const BEFORE_PICTURES: Duration = Duration::from_secs(2);
 /// The most records that are handed on at once.
 const BATCH: usize = 2000;
 /// With more than this still to be shown, the position waits for it [s].
@@ -124,14 +127,29 @@ pub fn show(
     Ok(Shown { hub, is_over, thread: Some(thread), address })
 }
 
+/// What is read from a position on.
+type Ahead<'a> = Peekable<Box<dyn Iterator<Item = Record> + 'a>>;
+
+/// The next record, if it is due.
+fn due(ahead: &mut Ahead<'_>, now: Time) -> Option<Record> {
+    ahead.next_if(|record| record.sample.log_time <= now)
+}
+
+fn nothing<'a>() -> Ahead<'a> {
+    let nothing: Box<dyn Iterator<Item = Record>> = Box::new(std::iter::empty());
+    nothing.peekable()
+}
+
 /// Shows what is due.
 struct Showing<'a> {
     hub: &'a Arc<Hub>,
     playhead: &'a Playhead,
     recording: &'a dyn Recording,
     relay: Relay,
-    /// The records from the position on.
-    ahead: Peekable<Box<dyn Iterator<Item = Record> + 'a>>,
+    /// The records from the position on, but for pictures: of those less is read to show a moment.
+    ahead: Ahead<'a>,
+    /// The pictures from the position on.
+    pictures: Ahead<'a>,
     /// How the position moved on when it was looked at last.
     jumps: Option<u64>,
     reported: Option<(f64, bool, u64)>,
@@ -141,14 +159,13 @@ struct Showing<'a> {
 impl<'a> Showing<'a> {
     fn new(hub: &'a Arc<Hub>, playhead: &'a Playhead, recording: &'a dyn Recording) -> Showing<'a> {
         let relay = Relay::new(Arc::clone(hub), recording.streams());
-        let nothing: Box<dyn Iterator<Item = Record>> = Box::new(std::iter::empty());
-        let ahead = nothing.peekable();
         Showing {
             hub,
             playhead,
             recording,
             relay,
-            ahead,
+            ahead: nothing(),
+            pictures: nothing(),
             jumps: None,
             reported: None,
             has_timeline: false,
@@ -178,12 +195,18 @@ impl<'a> Showing<'a> {
         let now = self.playhead.now();
         let from = now - BEFORE;
         let t = self.hub.secs(from);
-        self.ahead = self.recording.records(from, &is_wanted).peekable();
+        self.ahead = self.recording.records(from, &has_numbers).peekable();
+        let has_any = self.recording.streams().all().iter().any(|(_, stream)| has_pictures(stream));
+        self.pictures = nothing();
+        if has_any {
+            let from = now - BEFORE_PICTURES;
+            self.pictures = self.recording.records(from, &has_pictures).peekable();
+        }
         let timeline = self.hub.timeline();
         let events = timeline.as_deref().map_or(&[][..], |timeline: &Timeline| &timeline.events);
         let before = events.iter().filter(|event: &&Event| event.t < t);
-        let ahead = &mut self.ahead;
-        let until = || ahead.next_if(|record| record.sample.log_time <= now);
+        let (ahead, pictures) = (&mut self.ahead, &mut self.pictures);
+        let until = || due(ahead, now).or_else(|| due(pictures, now));
         self.relay.restart(before, std::iter::from_fn(until));
     }
 
@@ -192,7 +215,8 @@ impl<'a> Showing<'a> {
         let now = self.playhead.now();
         let mut batch = Vec::new();
         while batch.len() < BATCH {
-            let Some(record) = self.ahead.next_if(|record| record.sample.log_time <= now) else {
+            let Some(record) = due(&mut self.ahead, now).or_else(|| due(&mut self.pictures, now))
+            else {
                 break;
             };
             batch.push(record);

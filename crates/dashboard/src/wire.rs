@@ -1,12 +1,14 @@
 //! The contract between the server and a browser.
 //!
-//! Both talk over the WebSocket at `/ws`: texts are JSON with a `type`, binary frames are [waves](waves). A time is in
+//! Both talk over the WebSocket at `/ws`: texts are JSON with a `type`, binary frames are [waves](waves)
+//! and [pictures](pictures). A time is in
 //! seconds since the session began [s]; `hello` says when that was. What is unknown is `null`, never 0. The types of
 //! the front end, `web/src/wire.ts`, are made of these by a test.
 
 mod from_browser;
 mod from_server;
 mod machine;
+pub mod pictures;
 mod replay;
 mod stream;
 pub mod waves;
@@ -21,7 +23,7 @@ pub use replay::{Absence, Gap, Playback, Timeline};
 pub use stream::{Channel, Span, Stream};
 
 /// The version of this contract; a browser that knows another one reloads its page.
-pub const PROTOCOL: u32 = 2;
+pub const PROTOCOL: u32 = 3;
 
 /// The number, unless it is unknown: JSON has neither NaN nor infinities.
 pub fn known(number: f64) -> Option<f64> {

@@ -189,12 +189,12 @@ async fn what_is_no_message_is_refused_and_hurts_nobody_else() {
     drop(bad.socket_say(&"x".repeat(1 << 20)).await);
     bad.ended().await;
     let mut flooding = stage.browser().await;
-    for _ in 0..400 {
+    for _ in 0..600 {
         if flooding.socket_say(r#"{"type": "ping", "sent": 0}"#).await.is_err() {
             break;
         }
     }
-    assert!(flooding.ended().await.contains("more than 50 messages a second"));
+    assert!(flooding.ended().await.contains("more than 100 messages a second"));
     stage.happen(EventKind::Marker, "after");
     good.event("after").await;
 }

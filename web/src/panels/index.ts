@@ -19,3 +19,4 @@ export { default as Selection } from "./Selection.svelte";
 export { default as SignalLines } from "./SignalLines.svelte";
 export { default as StreamChoice } from "./StreamChoice.svelte";
 export { default as Timeline } from "./Timeline.svelte";
+export { default as Videos } from "./Videos.svelte";

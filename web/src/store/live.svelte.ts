@@ -4,6 +4,7 @@ import { Actions } from "./actions.svelte";
 import { SessionClock } from "./clock";
 import { Connection } from "./connection";
 import { Model } from "./model";
+import { Pictures, readPicture } from "./pictures";
 import type { Track } from "./track";
 import { stored } from "./stored";
 import { readWave } from "./wave";
@@ -19,6 +20,7 @@ export class Live {
   readonly model = new Model();
   readonly clock = new SessionClock();
   readonly wants = new Wants((streams) => this.send({ type: "want", streams }));
+  readonly pictures = new Pictures((streams) => this.send({ type: "shown", streams }));
   readonly actions = new Actions(this);
   /** Becomes more whenever what is shown may have changed. */
   tick = $state(0);
@@ -44,7 +46,9 @@ export class Live {
       text: (message) => this.take(message),
       frame: (frame) => {
         const wave = readWave(frame);
-        if (wave) this.model.takeWave(wave);
+        if (wave) return this.model.takeWave(wave);
+        const picture = readPicture(frame);
+        if (picture) void this.pictures.take(picture);
       },
       opened: () => this.open(),
       closed: () => this.lose(),
@@ -141,6 +145,7 @@ export class Live {
     if (this.connected) this.lostMs = performance.now();
     this.connected = false;
     this.histories.clear();
+    this.pictures.reset();
     this.actions.lose();
   }
 
@@ -183,6 +188,7 @@ export class Live {
       case "moved":
         this.playbackMs = arrived;
         this.histories.clear();
+        this.pictures.clear();
         this.moves += 1;
         break;
       case "ready":

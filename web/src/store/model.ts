@@ -47,10 +47,12 @@ export class Model {
   /** The bytes written in each of the last seconds. */
   growth: number[] = [];
   machine: Machine | undefined;
-  missed: Missed = { events: 0, states: 0, signals: 0 };
+  missed: Missed = { events: 0, states: 0, signals: 0, pictures: 0 };
   /** When many signals were missed last, by the browser's clock [ms]. */
   missedAt = Number.NEGATIVE_INFINITY;
   nextPhase: string | undefined;
+  /** Why the pictures of a stream can't be shown. */
+  readonly unshown = new Map<number, string>();
   /** What the study requires and is not there; `undefined` before that was looked at. */
   unmet: Unmet[] | undefined;
   ready = false;
@@ -100,6 +102,9 @@ export class Model {
         break;
       case "next_phase":
         this.nextPhase = message.name ?? undefined;
+        break;
+      case "unshown":
+        this.unshown.set(message.stream, message.reason);
         break;
       case "required":
         this.unmet = message.unmet;
@@ -164,7 +169,7 @@ export class Model {
     this.taken.clear();
     this.body.clear();
     if (!isOther) return;
-    for (const known of [this.streams, this.byName, this.health, this.features, this.readings, this.lasts]) known.clear();
+    for (const known of [this.streams, this.byName, this.health, this.features, this.readings, this.lasts, this.unshown]) known.clear();
     this.tracks.clear();
     this.growth = [];
     this.recording = undefined;

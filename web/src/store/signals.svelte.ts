@@ -16,6 +16,8 @@ class Signals {
   selection = $state<[number, number] | undefined>(undefined);
   /** Becomes more when the scales are to be fitted. */
   fit = $state(0);
+  /** Whether the cameras are shown beside. */
+  video = $state(localStorage.getItem("video") !== "off");
 
   /** What is chosen, or the usual. */
   get lines(): Choice[] {
@@ -36,6 +38,11 @@ class Signals {
   reset(): void {
     this.choices = [];
     localStorage.removeItem("signals");
+  }
+
+  showVideo(isShown: boolean): void {
+    this.video = isShown;
+    localStorage.setItem("video", isShown ? "on" : "off");
   }
 
   pause(): void {

@@ -20,6 +20,11 @@ pub enum FromBrowser {
         /// At most 256.
         streams: Vec<Wanted>,
     },
+    /// Pictures were shown: the next of these streams may leave.
+    Shown {
+        /// Each once for each picture.
+        streams: Vec<u32>,
+    },
     /// Asks for what is stored of a stream; answered by `history`.
     History(History),
     /// A command, in its one text form: `mark robot lost`, `next_phase`, `split`, `stop`.
@@ -87,8 +92,8 @@ pub enum FromBrowser {
 pub struct Wanted {
     /// The stream's number.
     pub stream: u32,
-    /// How many points a second are drawn at most; a faster wave comes as pairs of its smallest and largest samples,
-    /// in their order. 0 for all of them.
+    /// How many points, or pictures, a second are drawn at most; a faster wave comes as pairs of its smallest and largest
+    /// samples, in their order. 0 for all of them.
     pub points_per_sec: f64,
 }
 

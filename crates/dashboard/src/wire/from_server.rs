@@ -50,6 +50,13 @@ pub enum FromServer {
         /// As `teampulse check` would find it now.
         unmet: Vec<Unmet>,
     },
+    /// The pictures of a stream can't be shown.
+    Unshown {
+        /// The stream's number.
+        stream: u32,
+        /// Why.
+        reason: String,
+    },
     /// This program and its machine, once a second.
     Machine(Machine),
     /// What this client did not get as it was too slow, in all; when it grows.

@@ -69,6 +69,8 @@ pub struct Missed {
     pub states: u64,
     /// Readings and waves.
     pub signals: u64,
+    /// Pictures that a newer one replaced.
+    pub pictures: u64,
 }
 
 /// What the study requires and is not there.

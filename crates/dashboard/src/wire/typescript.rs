@@ -32,8 +32,11 @@ fn written() -> String {
     let constants = format!(
         "export const PROTOCOL = {PROTOCOL};\nexport const MOST_WANTED = {MOST_WANTED};\n\
          /** The length of what precedes the samples of a binary frame [bytes]. */\n\
-         export const WAVE_HEAD_BYTES = {};\n",
-        super::waves::HEAD_BYTES
+         export const WAVE_HEAD_BYTES = {};\n\
+         /** The length of what precedes the file of a picture [bytes]. */\n\
+         export const PICTURE_HEAD_BYTES = {};\n",
+        super::waves::HEAD_BYTES,
+        super::pictures::HEAD_BYTES
     );
     let types = declared![
         FromServer,

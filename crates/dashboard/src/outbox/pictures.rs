@@ -1,0 +1,150 @@
+//! The pictures that wait for one client: of each stream the newest, and no more on their way than it shows.
+//!
+//! A picture is large, and whatever is on its way holds up the marker behind it: in the kernel, in the network, in the
+//! browser. So the next one leaves only when the client has shown those before.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::Bound::{Excluded, Unbounded};
+use std::sync::Arc;
+
+use teampulse_core::clock::Stopwatch;
+
+use crate::pictures::Picture;
+
+/// What is on its way at most, unless a single picture is larger [bytes]: at 5 Mbit/s a sixth of a second.
+const MOST_BYTES: usize = 96 << 10;
+/// How many of one stream are on their way at most, so that one is drawn while the next one comes.
+const MOST_EACH: usize = 2;
+
+/// The pictures that wait for one client.
+#[derive(Debug, Default)]
+pub struct Pictures {
+    newest: BTreeMap<u32, Waiting>,
+    /// The size of each that was sent and not yet shown [bytes].
+    on_their_way: BTreeMap<u32, VecDeque<usize>>,
+    bytes: usize,
+    /// The stream whose picture was sent last: the turn of those after it comes first.
+    last: u32,
+    /// Since a picture of a stream was sent last.
+    sent: BTreeMap<u32, Stopwatch>,
+}
+
+/// A picture that waits.
+#[derive(Debug)]
+struct Waiting {
+    picture: Arc<Picture>,
+    /// The shortest time after the one before [s].
+    after_secs: f64,
+}
+
+impl Pictures {
+    /// Takes a picture of which at most so many a second are shown, 0 for all of them; returns whether it replaced one
+    /// for which the client was too slow.
+    pub fn put(&mut self, picture: Arc<Picture>, most_per_sec: f64) -> bool {
+        let stream = picture.stream;
+        // A tenth earlier is on time: cameras are not that regular.
+        let after_secs = if most_per_sec > 0.0 { 0.9 / most_per_sec } else { 0.0 };
+        let replaced = self.newest.insert(stream, Waiting { picture, after_secs });
+        replaced.is_some_and(|waiting| self.is_due(stream, &waiting))
+    }
+
+    /// The next one to send. One that comes too early waits for whatever is sent next: that is a second at most.
+    pub fn take(&mut self) -> Option<Arc<Picture>> {
+        if self.bytes >= MOST_BYTES {
+            return None;
+        }
+        let is_free = |stream: &u32| {
+            self.on_their_way.get(stream).is_none_or(|sizes| sizes.len() < MOST_EACH)
+        };
+        let after = self.newest.range((Excluded(self.last), Unbounded)).chain(self.newest.iter());
+        let mut next =
+            after.filter(|(stream, waiting)| is_free(stream) && self.is_due(**stream, waiting));
+        let stream = *next.next()?.0;
+        let Waiting { picture, .. } = self.newest.remove(&stream)?;
+        let size = picture.size();
+        self.on_their_way.entry(stream).or_default().push_back(size);
+        self.sent.insert(stream, Stopwatch::start());
+        self.bytes += size;
+        self.last = stream;
+        Some(picture)
+    }
+
+    fn is_due(&self, stream: u32, waiting: &Waiting) -> bool {
+        let sent = self.sent.get(&stream);
+        sent.is_none_or(|sent| sent.elapsed().as_secs_f64() >= waiting.after_secs)
+    }
+
+    /// The client has shown the oldest picture of a stream that was on its way.
+    pub fn shown(&mut self, stream: u32) {
+        let size = self.on_their_way.get_mut(&stream).and_then(VecDeque::pop_front);
+        self.bytes -= size.unwrap_or(0);
+    }
+
+    /// Forgets what it would have sent.
+    pub fn forget(&mut self) {
+        self.newest.clear();
+        self.sent.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pictures::tests::picture;
+
+    fn put(pictures: &mut Pictures, stream: u32, t: f64, size: usize) -> bool {
+        pictures.put(Arc::new(picture(stream, t, size)), 0.0)
+    }
+
+    fn taken(pictures: &mut Pictures) -> Vec<(u32, f64)> {
+        std::iter::from_fn(|| pictures.take()).map(|picture| (picture.stream, picture.t)).collect()
+    }
+
+    #[test]
+    fn the_newest_of_each_stream_is_sent_in_turn_while_those_before_are_shown() {
+        let mut pictures = Pictures::default();
+        assert!(!put(&mut pictures, 1, 0.0, 1000));
+        assert!(!put(&mut pictures, 2, 0.0, 1000));
+        assert!(put(&mut pictures, 1, 0.1, 1000));
+        assert_eq!(taken(&mut pictures), [(1, 0.1), (2, 0.0)]);
+        for t in [0.2, 0.3, 0.4] {
+            put(&mut pictures, 1, t, 1000);
+        }
+        assert_eq!(taken(&mut pictures), [(1, 0.4)]);
+        put(&mut pictures, 1, 0.5, 1000);
+        assert_eq!(taken(&mut pictures), []);
+        pictures.shown(1);
+        assert_eq!(taken(&mut pictures), [(1, 0.5)]);
+        // What was never sent can't be shown.
+        (0..9).for_each(|_| pictures.shown(7));
+    }
+
+    #[test]
+    fn few_bytes_are_on_their_way_and_a_large_picture_alone() {
+        let mut pictures = Pictures::default();
+        for stream in 1..=4 {
+            put(&mut pictures, stream, 0.0, 45_000);
+        }
+        assert_eq!(taken(&mut pictures).len(), 3);
+        (1..=3).for_each(|stream| pictures.shown(stream));
+        put(&mut pictures, 9, 0.0, 1 << 20);
+        assert_eq!(taken(&mut pictures), [(4, 0.0), (9, 0.0)]);
+        put(&mut pictures, 1, 1.0, 10);
+        assert_eq!(taken(&mut pictures), []);
+    }
+
+    #[test]
+    fn no_more_a_second_are_sent_than_are_drawn_and_the_last_one_is() {
+        let mut pictures = Pictures::default();
+        let mut put = |t: f64| {
+            let is_missed = pictures.put(Arc::new(picture(1, t, 100)), 0.001);
+            (is_missed, taken(&mut pictures))
+        };
+        assert_eq!(put(0.0), (false, vec![(1, 0.0)]));
+        // The client is not too slow for those that it does not draw.
+        assert_eq!((put(0.1), put(0.2)), ((false, vec![]), (false, vec![])));
+        assert!((pictures.newest[&1].picture.t - 0.2).abs() < 1e-9);
+        pictures.put(Arc::new(picture(1, 0.3, 100)), 1e9);
+        assert_eq!(taken(&mut pictures), [(1, 0.3)]);
+    }
+}

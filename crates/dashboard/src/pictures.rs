@@ -1,0 +1,312 @@
+//! Pictures of cameras: from messages of ROS to what a browser shows.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, OnceLock};
+
+use axum::body::Bytes;
+use jpeg_encoder::{ColorType, Encoder};
+use teampulse_core::stream::{Shape, Stream};
+use teampulse_messages::cdr::{CdrError, Reader};
+use teampulse_messages::standard::std_msgs::Header;
+use thiserror::Error;
+
+use crate::wire::pictures::head;
+
+/// The largest picture that is shown [bytes].
+const LARGEST_BYTES: usize = 8 << 20;
+/// The quality of JPEG at which pixels are sent: a fifteenth of their size, and edges stay sharp.
+const JPEG_QUALITY: u8 = 80;
+
+/// A picture of a camera.
+#[derive(Debug)]
+pub struct Picture {
+    /// The stream's number.
+    pub stream: u32,
+    /// When it was taken [s].
+    pub t: f64,
+    content: Content,
+    encoded: OnceLock<Result<Bytes, Unshown>>,
+}
+
+/// What a picture came as. Nothing is copied.
+#[derive(Debug, PartialEq)]
+enum Content {
+    /// A file that browsers can show.
+    File(Bytes),
+    /// Pixels, row by row.
+    Pixels {
+        width: u16,
+        height: u16,
+        step: usize,
+        row_bytes: usize,
+        colours: ColorType,
+        rows: Bytes,
+    },
+}
+
+/// Why a picture is not shown.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum Unshown {
+    /// The message is cut off, or no message of this type.
+    #[error("its messages can't be read: {0}")]
+    Message(#[from] CdrError),
+    /// A format that no browser knows.
+    #[error("browsers can't show `{0}`; JPEG, PNG and WebP can be shown")]
+    Format(String),
+    /// Pixels of another kind than colours of eight bits.
+    #[error("pixels of `{0}` can't be shown; rgb8, bgr8, rgba8, bgra8 and mono8 can be shown")]
+    Encoding(String),
+    /// Fewer pixels than announced.
+    #[error(
+        "{width} × {height} pixels were announced, in rows of {step} bytes; {bytes} bytes came"
+    )]
+    Rows {
+        /// The announced columns.
+        width: u32,
+        /// The announced rows.
+        height: u32,
+        /// The announced length of a row [bytes].
+        step: u32,
+        /// What came.
+        bytes: usize,
+    },
+    /// Too large.
+    #[error("a picture of {0} MiB is not shown; at most 8 MiB")]
+    Large(usize),
+    /// Too many pixels for JPEG.
+    #[error("failed to encode it: {0}")]
+    Encode(String),
+}
+
+/// The messages that hold pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Compressed,
+    Pixels,
+}
+
+impl Kind {
+    fn of(stream: &Stream) -> Option<Kind> {
+        let Shape::Message(schema) = &stream.shape else { return None };
+        match &*schema.name {
+            "sensor_msgs/msg/CompressedImage" => Some(Kind::Compressed),
+            "sensor_msgs/msg/Image" => Some(Kind::Pixels),
+            _ => None,
+        }
+    }
+}
+
+/// Whether a stream holds pictures that can be read.
+pub fn has_pictures(stream: &Stream) -> bool {
+    Kind::of(stream).is_some()
+}
+
+impl Picture {
+    /// Reads a message of a stream of pictures, taken at a time [s].
+    pub fn read(stream: &Stream, id: u32, t: f64, message: &Bytes) -> Result<Picture, Unshown> {
+        if message.len() > LARGEST_BYTES {
+            return Err(Unshown::Large(message.len() >> 20));
+        }
+        let content = match Kind::of(stream) {
+            Some(Kind::Compressed) => file(message)?,
+            Some(Kind::Pixels) => pixels(message)?,
+            None => return Err(Unshown::Format(stream.name.clone())),
+        };
+        Ok(Picture { stream: id, t, content, encoded: OnceLock::new() })
+    }
+
+    /// As it is sent; pixels become JPEG, once for all who look, which takes milliseconds.
+    pub fn encode(&self) -> Result<Bytes, Unshown> {
+        let encoded = self.encoded.get_or_init(|| encode(self.stream, self.t, &self.content));
+        encoded.clone()
+    }
+
+    /// About what it takes to send it [bytes].
+    pub fn size(&self) -> usize {
+        match (self.encoded.get(), &self.content) {
+            (Some(Ok(encoded)), _) => encoded.len(),
+            (_, Content::File(file)) => file.len(),
+            (_, Content::Pixels { rows, .. }) => rows.len() / 8,
+        }
+    }
+}
+
+/// The file in a `sensor_msgs/CompressedImage`.
+fn file(message: &Bytes) -> Result<Content, Unshown> {
+    let mut reader = Reader::new(message)?;
+    reader.read::<Header>()?;
+    let format = reader.text()?;
+    let count = reader.count(1)?;
+    let file = reader.bytes(count)?;
+    let is_shown = file.starts_with(&[0xff, 0xd8, 0xff])
+        || file.starts_with(b"\x89PNG\r\n\x1a\n")
+        || (file.starts_with(b"RIFF") && file.get(8..12) == Some(b"WEBP"));
+    if !is_shown {
+        return Err(Unshown::Format(words(format)));
+    }
+    Ok(Content::File(message.slice_ref(file)))
+}
+
+/// The pixels in a `sensor_msgs/Image`.
+fn pixels(message: &Bytes) -> Result<Content, Unshown> {
+    let mut reader = Reader::new(message)?;
+    reader.read::<Header>()?;
+    let (height, width): (u32, u32) = (reader.read()?, reader.read()?);
+    let encoding = reader.text()?;
+    let _is_bigendian: u8 = reader.read()?;
+    let step: u32 = reader.read()?;
+    let count = reader.count(1)?;
+    let rows = reader.bytes(count)?;
+    let (colours, pixel_bytes) = match encoding {
+        b"rgb8" | b"8UC3" => (ColorType::Rgb, 3),
+        b"bgr8" => (ColorType::Bgr, 3),
+        b"rgba8" => (ColorType::Rgba, 4),
+        b"bgra8" | b"8UC4" => (ColorType::Bgra, 4),
+        b"mono8" | b"8UC1" => (ColorType::Luma, 1),
+        other => return Err(Unshown::Encoding(words(other))),
+    };
+    let unfit = || Unshown::Rows { width, height, step, bytes: rows.len() };
+    let (Ok(columns), Ok(lines)) = (u16::try_from(width), u16::try_from(height)) else {
+        return Err(unfit());
+    };
+    let (row_bytes, step_bytes) = (usize::from(columns) * pixel_bytes, step as usize);
+    let is_whole = row_bytes > 0
+        && lines > 0
+        && step_bytes >= row_bytes
+        && rows.len() as u64 >= u64::from(step) * u64::from(height);
+    if !is_whole {
+        return Err(unfit());
+    }
+    let rows = message.slice_ref(rows);
+    let step = step_bytes;
+    Ok(Content::Pixels { width: columns, height: lines, step, row_bytes, colours, rows })
+}
+
+/// What a sender called its format, as far as it can be shown.
+fn words(format: &[u8]) -> String {
+    String::from_utf8_lossy(&format[..format.len().min(60)]).into_owned()
+}
+
+fn encode(stream: u32, t: f64, content: &Content) -> Result<Bytes, Unshown> {
+    let mut message = head(stream, t);
+    match content {
+        Content::File(file) => message.extend_from_slice(file),
+        Content::Pixels { width, height, step, row_bytes, colours, rows } => {
+            let packed: Vec<u8>;
+            let pixels = if step == row_bytes {
+                &rows[..row_bytes * usize::from(*height)]
+            } else {
+                let rows = rows.chunks(*step).take(usize::from(*height));
+                packed = rows.flat_map(|row| &row[..*row_bytes]).copied().collect();
+                &packed
+            };
+            let encoder = Encoder::new(&mut message, JPEG_QUALITY);
+            let encoded = encoder.encode(pixels, *width, *height, *colours);
+            encoded.map_err(|error| Unshown::Encode(error.to_string()))?;
+        }
+    }
+    Ok(message.into())
+}
+
+/// The newest picture of each stream, or why it can't be shown.
+pub type Newest = BTreeMap<u32, Result<Arc<Picture>, Unshown>>;
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use proptest::prelude::*;
+    use teampulse_core::stream::{Schema, Subject};
+    use teampulse_messages::cdr::Writer;
+    use teampulse_messages::standard::Message as _;
+    use teampulse_messages::standard::sensor_msgs::Image;
+
+    use super::*;
+    use crate::wire::pictures::HEAD_BYTES;
+
+    /// A picture of this size [bytes].
+    pub(crate) fn picture(stream: u32, t: f64, size: usize) -> Picture {
+        let content = Content::File(vec![0; size].into());
+        Picture { stream, t, content, encoded: OnceLock::new() }
+    }
+
+    fn stream(type_name: &str) -> Stream {
+        let (name, encoding) = (type_name.into(), "ros2msg".into());
+        let schema = Schema { name, encoding, text: String::new(), hash: String::new() };
+        Stream::raw("/robot1/camera", Subject::robot("robot1"), Shape::Message(schema.into()))
+    }
+
+    fn image(encoding: &str, width: u32, height: u32, step: u32, data: Vec<u8>) -> Bytes {
+        let encoding = encoding.to_owned();
+        Image { encoding, width, height, step, data, ..Image::default() }.encode()
+    }
+
+    fn compressed(format: &str, data: &[u8]) -> Bytes {
+        let mut writer = Writer::new();
+        writer.write(&Header::default());
+        writer.text(format);
+        writer.sequence(data);
+        writer.finish()
+    }
+
+    #[test]
+    fn a_file_is_sent_as_it_came() {
+        let jpeg = [&[0xff, 0xd8, 0xff, 0xe0][..], &[7; 100]].concat();
+        let stream = stream("sensor_msgs/msg/CompressedImage");
+        let message = compressed("rgb8; jpeg compressed bgr8", &jpeg);
+        let picture = Picture::read(&stream, 3, 1.5, &message).unwrap();
+        let sent = picture.encode().unwrap();
+        assert_eq!(sent[HEAD_BYTES..], jpeg);
+        assert_eq!(sent[..4], 3_u32.to_le_bytes());
+        let depth = compressed("16UC1; compressedDepth png", &[0; 100]);
+        let error = Picture::read(&stream, 3, 1.5, &depth).unwrap_err();
+        assert!(error.to_string().contains("compressedDepth"), "{error}");
+    }
+
+    #[test]
+    fn pixels_become_jpeg_with_or_without_padding_of_rows() {
+        let stream = stream("sensor_msgs/msg/Image");
+        let plain = image("rgb8", 16, 8, 48, vec![200; 48 * 8]);
+        let padded = image("rgb8", 16, 8, 64, {
+            let row = [vec![200; 48], vec![1; 16]].concat();
+            row.repeat(8)
+        });
+        let [plain, padded] = [plain, padded]
+            .map(|message| Picture::read(&stream, 1, 0.0, &message).unwrap().encode().unwrap());
+        assert_eq!(plain, padded);
+        assert_eq!(plain[HEAD_BYTES..HEAD_BYTES + 3], [0xff, 0xd8, 0xff]);
+        for encoding in ["bgr8", "mono8", "rgba8", "bgra8"] {
+            let message = image(encoding, 16, 8, 64, vec![9; 64 * 8]);
+            Picture::read(&stream, 1, 0.0, &message).unwrap().encode().unwrap();
+        }
+    }
+
+    #[test]
+    fn what_is_not_whole_or_unknown_is_named() {
+        let stream = stream("sensor_msgs/msg/Image");
+        let read = |message: &Bytes| Picture::read(&stream, 1, 0.0, message).unwrap_err();
+        let short = read(&image("rgb8", 640, 480, 1920, vec![0; 1000]));
+        assert_eq!(
+            short.to_string(),
+            "640 × 480 pixels were announced, in rows of 1920 bytes; 1000 bytes came"
+        );
+        assert!(matches!(
+            read(&image("rgb8", 100_000, 1, 300_000, vec![0; 300_000])),
+            Unshown::Rows { .. }
+        ));
+        assert!(matches!(read(&image("rgb8", 0, 0, 0, vec![])), Unshown::Rows { .. }));
+        assert!(matches!(read(&image("rgb8", 16, 8, 10, vec![0; 400])), Unshown::Rows { .. }));
+        assert_eq!(read(&image("16UC1", 1, 1, 2, vec![0; 2])), Unshown::Encoding("16UC1".into()));
+        assert!(matches!(read(&Bytes::from_static(b"\0\x01\0\0\x01")), Unshown::Message(_)));
+        assert_eq!(read(&vec![0; 9 << 20].into()), Unshown::Large(9));
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes: Vec<u8>, is_raw: bool) {
+            let name = if is_raw { "sensor_msgs/msg/Image" } else { "sensor_msgs/msg/CompressedImage" };
+            let message = Bytes::from([&[0, 1, 0, 0][..], &bytes].concat());
+            if let Ok(picture) = Picture::read(&stream(name), 1, 0.0, &message) {
+                drop(picture.encode());
+            }
+        }
+    }
+}
