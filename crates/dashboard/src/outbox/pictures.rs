@@ -11,18 +11,25 @@ use teampulse_core::clock::Stopwatch;
 
 use crate::pictures::Picture;
 
-/// What is on its way at most, unless a single picture is larger [bytes]: at 5 Mbit/s a sixth of a second.
-const MOST_BYTES: usize = 96 << 10;
+/// What is on its way at first, and the bounds between which that follows the link [bytes]. A single picture may be larger.
+const FIRST_BYTES: f64 = (64 << 10) as f64;
+const BOUNDS_BYTES: (f64, f64) = ((16 << 10) as f64, (1 << 20) as f64);
+/// How long a picture should be on its way [s]: for a marker behind it that is hardly felt.
+const AIM_SECS: f64 = 0.1;
+/// By how much a single picture changes what may be on its way.
+const STEP: f64 = 1.1;
 /// How many of one stream are on their way at most, so that one is drawn while the next one comes.
 const MOST_EACH: usize = 2;
 
 /// The pictures that wait for one client.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Pictures {
     newest: BTreeMap<u32, Waiting>,
-    /// The size of each that was sent and not yet shown [bytes].
-    on_their_way: BTreeMap<u32, VecDeque<usize>>,
+    /// The size of each that was sent and not yet shown [bytes], and since when.
+    on_their_way: BTreeMap<u32, VecDeque<(usize, Stopwatch)>>,
     bytes: usize,
+    /// What may be on its way [bytes].
+    most_bytes: f64,
     /// The stream whose picture was sent last: the turn of those after it comes first.
     last: u32,
     /// Since a picture of a stream was sent last.
@@ -35,6 +42,19 @@ struct Waiting {
     picture: Arc<Picture>,
     /// The shortest time after the one before [s].
     after_secs: f64,
+}
+
+impl Default for Pictures {
+    fn default() -> Pictures {
+        Pictures {
+            newest: BTreeMap::new(),
+            on_their_way: BTreeMap::new(),
+            bytes: 0,
+            most_bytes: FIRST_BYTES,
+            last: 0,
+            sent: BTreeMap::new(),
+        }
+    }
 }
 
 impl Pictures {
@@ -50,20 +70,20 @@ impl Pictures {
 
     /// The next one to send. One that comes too early waits for whatever is sent next: that is a second at most.
     pub fn take(&mut self) -> Option<Arc<Picture>> {
-        if self.bytes >= MOST_BYTES {
+        if self.bytes as f64 >= self.most_bytes {
             return None;
         }
-        let is_free = |stream: &u32| {
-            self.on_their_way.get(stream).is_none_or(|sizes| sizes.len() < MOST_EACH)
-        };
+        let is_free =
+            |stream: &u32| self.on_their_way.get(stream).is_none_or(|sent| sent.len() < MOST_EACH);
         let after = self.newest.range((Excluded(self.last), Unbounded)).chain(self.newest.iter());
         let mut next =
             after.filter(|(stream, waiting)| is_free(stream) && self.is_due(**stream, waiting));
         let stream = *next.next()?.0;
         let Waiting { picture, .. } = self.newest.remove(&stream)?;
         let size = picture.size();
-        self.on_their_way.entry(stream).or_default().push_back(size);
-        self.sent.insert(stream, Stopwatch::start());
+        let now = Stopwatch::start();
+        self.on_their_way.entry(stream).or_default().push_back((size, now));
+        self.sent.insert(stream, now);
         self.bytes += size;
         self.last = stream;
         Some(picture)
@@ -76,8 +96,16 @@ impl Pictures {
 
     /// The client has shown the oldest picture of a stream that was on its way.
     pub fn shown(&mut self, stream: u32) {
-        let size = self.on_their_way.get_mut(&stream).and_then(VecDeque::pop_front);
-        self.bytes -= size.unwrap_or(0);
+        let shown = self.on_their_way.get_mut(&stream).and_then(VecDeque::pop_front);
+        let Some((size, sent)) = shown else { return };
+        self.bytes -= size;
+        self.follow(sent.elapsed().as_secs_f64());
+    }
+
+    /// A picture was on its way for so long [s]: where that is long, less is sent at once.
+    fn follow(&mut self, secs: f64) {
+        let step = (AIM_SECS / secs.max(1e-3)).clamp(1.0 / STEP, STEP);
+        self.most_bytes = (self.most_bytes * step).clamp(BOUNDS_BYTES.0, BOUNDS_BYTES.1);
     }
 
     /// Forgets what it would have sent.
@@ -122,15 +150,29 @@ mod tests {
     #[test]
     fn few_bytes_are_on_their_way_and_a_large_picture_alone() {
         let mut pictures = Pictures::default();
-        for stream in 1..=4 {
+        for stream in 1..=3 {
             put(&mut pictures, stream, 0.0, 45_000);
         }
-        assert_eq!(taken(&mut pictures).len(), 3);
-        (1..=3).for_each(|stream| pictures.shown(stream));
+        assert_eq!(taken(&mut pictures).len(), 2);
+        (1..=2).for_each(|stream| pictures.shown(stream));
         put(&mut pictures, 9, 0.0, 1 << 20);
-        assert_eq!(taken(&mut pictures), [(4, 0.0), (9, 0.0)]);
+        assert_eq!(taken(&mut pictures), [(3, 0.0), (9, 0.0)]);
         put(&mut pictures, 1, 1.0, 10);
         assert_eq!(taken(&mut pictures), []);
+    }
+
+    #[test]
+    fn what_is_on_its_way_follows_the_link() {
+        let mut pictures = Pictures::default();
+        (0..100).for_each(|_| pictures.follow(0.5));
+        assert!((pictures.most_bytes - BOUNDS_BYTES.0).abs() < 1.0);
+        (0..100).for_each(|_| pictures.follow(0.01));
+        assert!((pictures.most_bytes - BOUNDS_BYTES.1).abs() < 1.0);
+        // A link of 625 kB/s, whose queue holds what was sent: it settles where a picture takes a tenth of a second.
+        for _ in 0..200 {
+            pictures.follow(pictures.most_bytes / 625_000.0);
+        }
+        assert!((pictures.most_bytes - 62_500.0).abs() < 7000.0, "{}", pictures.most_bytes);
     }
 
     #[test]
