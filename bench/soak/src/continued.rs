@@ -7,6 +7,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 use bytes::Bytes;
 use teampulse_bag::{Bag, Message};
+use teampulse_core::clock::Stopwatch;
 use teampulse_core::data::{Data, EventKind};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::{Reading, Source, SourceError};
@@ -26,6 +27,8 @@ const TURN: usize = 256;
 pub struct Continued {
     pub bag: Arc<Bag>,
     pub secs: f64,
+    /// How many times as fast as it was recorded; as fast as it can be taken where that is not given.
+    pub speed: Option<f64>,
 }
 
 #[async_trait]
@@ -39,7 +42,7 @@ impl Source for Continued {
             .map(|of| &of.stream)
             .map(|stream| is_wanted(stream).then(|| Known::of(stream, outlet, first)))
             .collect();
-        let mut shift = Duration::ZERO;
+        let (mut shift, began) = (Duration::ZERO, Stopwatch::start());
         while shift.as_secs_f64() < self.secs {
             for (count, message) in self.bag.messages(None).enumerate() {
                 let message = message.map_err(|error| fatal(&error))?;
@@ -52,6 +55,11 @@ impl Source for Continued {
                 }
                 if count % TURN == 0 {
                     tokio::task::yield_now().await;
+                    let due = self.speed.map(|speed| at.secs_since(first) / speed);
+                    let ahead = due.unwrap_or(0.0) - began.elapsed().as_secs_f64();
+                    if ahead > 0.0 {
+                        tokio::time::sleep(Duration::from_secs_f64(ahead)).await;
+                    }
                 }
             }
             shift += Duration::from_nanos(last.nanos_since(first) as u64) + PAUSE;

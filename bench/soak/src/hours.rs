@@ -7,9 +7,11 @@ use std::sync::Arc;
 
 use teampulse_bag::Bag;
 use teampulse_core::data::Data;
+use teampulse_core::session::Session;
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::Shape;
 use teampulse_core::time::Time;
+use teampulse_dashboard::{Context, Dashboard, Settings};
 
 use crate::continued::Continued;
 use crate::session;
@@ -21,9 +23,31 @@ pub async fn run(bag: &Path, hours: f64) -> Result<(), Box<dyn Error>> {
     let bag = Arc::new(Bag::open(bag)?);
     let (began, _) = bag.bounds().ok_or("the bag is empty")?;
     let folder = tempfile::tempdir()?;
-    let source = Continued { bag, secs: hours * HOUR_SECS };
+    let source = Continued { bag, secs: hours * HOUR_SECS, speed: None };
     let mut session = session(Box::new(source), &folder.path().join("bag"))?;
     session.sinks.push(Box::new(HourlyMemory { began }));
+    end(session).await
+}
+
+/// Lets a recording go on, so many times as fast as it was recorded, on a dashboard alone; prints its address, and a line
+/// for each hour.
+pub async fn watched(bag: &Path, hours: f64, speed: f64) -> Result<(), Box<dyn Error>> {
+    let bag = Arc::new(Bag::open(bag)?);
+    let (began, _) = bag.bounds().ok_or("the bag is empty")?;
+    let folder = tempfile::tempdir()?;
+    let source = Continued { bag, secs: hours * HOUR_SECS, speed: Some(speed) };
+    let mut session = session(Box::new(source), folder.path())?;
+    session.clock.set(began);
+    let announce = |address: &str| println!("{{\"address\": \"{address}\"}}");
+    let context =
+        Context { announce: Arc::new(announce), ..Context::new("soak", session.clock.clone()) };
+    let dashboard = Dashboard::new(context, Settings::default());
+    session.sinks = vec![Box::new(dashboard), Box::new(HourlyMemory { began })];
+    end(session).await
+}
+
+/// Runs a session to its end.
+async fn end(session: Session) -> Result<(), Box<dyn Error>> {
     let outcome = session.run(std::future::pending()).await;
     if let Some((source, error)) = outcome.sources.into_iter().next() {
         return Err(format!("{source}: failed to {error}").into());

@@ -3,6 +3,7 @@
 //! - `bench-soak hours BAG HOURS` lets a recording go on until so many hours are recorded, through all
 //!   features into a bag, flushed as often as live, and its tidy files, and prints what the process
 //!   holds after each hour;
+//! - `bench-soak watched BAG HOURS SPEED` shows that on a dashboard, so many times as fast as it was recorded;
 //! - `bench-soak endpoints ROBOTS` lets so many robots come, leave and come again, and prints the processor
 //!   time for each of their endpoints;
 //! - `bench-soak topics COUNT` records a bag of so many topics and replays it, and prints the
@@ -43,11 +44,14 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words.as_slice() {
         ["hours", bag, hours] => hours::run(Path::new(bag), hours.parse()?).await,
+        ["watched", bag, hours, speed] => {
+            hours::watched(Path::new(bag), hours.parse()?, speed.parse()?).await
+        }
         ["endpoints", robots] => endpoints::run(robots.parse()?).await,
         ["topics", count] => topics::run(count.parse()?).await,
         ["worker", kind, secs] => workers::run(kind, secs.parse()?).await,
         _ => {
-            Err("usage: bench-soak hours BAG HOURS | endpoints ROBOTS | topics COUNT | worker KIND SECS".into())
+            Err("usage: bench-soak hours BAG HOURS | watched BAG HOURS SPEED | endpoints ROBOTS | topics COUNT | worker KIND SECS".into())
         }
     }
 }
