@@ -33,15 +33,29 @@ pub struct Picture {
 enum Content {
     /// A file that browsers can show.
     File(Bytes),
-    /// Pixels, row by row.
-    Pixels {
-        width: u16,
-        height: u16,
-        step: usize,
-        row_bytes: usize,
-        colours: ColorType,
-        rows: Bytes,
-    },
+    /// Pixels.
+    Pixels(Pixels),
+}
+
+/// Pixels, row by row.
+#[derive(Debug, PartialEq)]
+struct Pixels {
+    width: u16,
+    height: u16,
+    /// The length of a row, and of its part that holds pixels [bytes].
+    step: usize,
+    row_bytes: usize,
+    colours: Colours,
+    rows: Bytes,
+}
+
+/// What the bytes of a pixel are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Colours {
+    /// Colours or greys of eight bits.
+    Bytes(ColorType),
+    /// Greys or distances of 16 bits: the largest of a picture becomes white, 0 stays black.
+    Deep { is_big_endian: bool },
 }
 
 /// Why a picture is not shown.
@@ -53,8 +67,10 @@ pub enum Unshown {
     /// A format that no browser knows.
     #[error("browsers can't show `{0}`; JPEG, PNG and WebP can be shown")]
     Format(String),
-    /// Pixels of another kind than colours of eight bits.
-    #[error("pixels of `{0}` can't be shown; rgb8, bgr8, rgba8, bgra8 and mono8 can be shown")]
+    /// Pixels of another kind.
+    #[error(
+        "pixels of `{0}` can't be shown; rgb8, bgr8, rgba8, bgra8, mono8, mono16 and 16UC1 can be shown"
+    )]
     Encoding(String),
     /// Fewer pixels than announced.
     #[error(
@@ -126,7 +142,7 @@ impl Picture {
         match (self.encoded.get(), &self.content) {
             (Some(Ok(encoded)), _) => encoded.len(),
             (_, Content::File(file)) => file.len(),
-            (_, Content::Pixels { rows, .. }) => rows.len() / 8,
+            (_, Content::Pixels(pixels)) => pixels.rows.len() / 8,
         }
     }
 }
@@ -153,16 +169,18 @@ fn pixels(message: &Bytes) -> Result<Content, Unshown> {
     reader.read::<Header>()?;
     let (height, width): (u32, u32) = (reader.read()?, reader.read()?);
     let encoding = reader.text()?;
-    let _is_bigendian: u8 = reader.read()?;
+    let is_big_endian = reader.read::<u8>()? != 0;
     let step: u32 = reader.read()?;
     let count = reader.count(1)?;
     let rows = reader.bytes(count)?;
     let (colours, pixel_bytes) = match encoding {
-        b"rgb8" | b"8UC3" => (ColorType::Rgb, 3),
-        b"bgr8" => (ColorType::Bgr, 3),
-        b"rgba8" => (ColorType::Rgba, 4),
-        b"bgra8" | b"8UC4" => (ColorType::Bgra, 4),
-        b"mono8" | b"8UC1" => (ColorType::Luma, 1),
+        b"rgb8" => (Colours::Bytes(ColorType::Rgb), 3),
+        // As OpenCV has them.
+        b"bgr8" | b"8UC3" => (Colours::Bytes(ColorType::Bgr), 3),
+        b"rgba8" => (Colours::Bytes(ColorType::Rgba), 4),
+        b"bgra8" | b"8UC4" => (Colours::Bytes(ColorType::Bgra), 4),
+        b"mono8" | b"8UC1" => (Colours::Bytes(ColorType::Luma), 1),
+        b"mono16" | b"16UC1" => (Colours::Deep { is_big_endian }, 2),
         other => return Err(Unshown::Encoding(words(other))),
     };
     let unfit = || Unshown::Rows { width, height, step, bytes: rows.len() };
@@ -179,7 +197,7 @@ fn pixels(message: &Bytes) -> Result<Content, Unshown> {
     }
     let rows = message.slice_ref(rows);
     let step = step_bytes;
-    Ok(Content::Pixels { width: columns, height: lines, step, row_bytes, colours, rows })
+    Ok(Content::Pixels(Pixels { width: columns, height: lines, step, row_bytes, colours, rows }))
 }
 
 /// What a sender called its format, as far as it can be shown.
@@ -191,21 +209,47 @@ fn encode(stream: u32, t: f64, content: &Content) -> Result<Bytes, Unshown> {
     let mut message = head(stream, t);
     match content {
         Content::File(file) => message.extend_from_slice(file),
-        Content::Pixels { width, height, step, row_bytes, colours, rows } => {
-            let packed: Vec<u8>;
-            let pixels = if step == row_bytes {
-                &rows[..row_bytes * usize::from(*height)]
-            } else {
-                let rows = rows.chunks(*step).take(usize::from(*height));
-                packed = rows.flat_map(|row| &row[..*row_bytes]).copied().collect();
-                &packed
-            };
-            let encoder = Encoder::new(&mut message, JPEG_QUALITY);
-            let encoded = encoder.encode(pixels, *width, *height, *colours);
-            encoded.map_err(|error| Unshown::Encode(error.to_string()))?;
-        }
+        Content::Pixels(pixels) => pixels.write_jpeg(&mut message)?,
     }
     Ok(message.into())
+}
+
+impl Pixels {
+    fn write_jpeg(&self, out: &mut Vec<u8>) -> Result<(), Unshown> {
+        let encoder = Encoder::new(out, JPEG_QUALITY);
+        let (width, height) = (self.width, self.height);
+        let encoded = match self.colours {
+            Colours::Bytes(colours) if self.step == self.row_bytes => {
+                let bytes = self.row_bytes * usize::from(height);
+                encoder.encode(&self.rows[..bytes], width, height, colours)
+            }
+            Colours::Bytes(colours) => {
+                let packed: Vec<u8> = self.packed_rows().flatten().copied().collect();
+                encoder.encode(&packed, width, height, colours)
+            }
+            Colours::Deep { is_big_endian } => {
+                encoder.encode(&self.greys(is_big_endian), width, height, ColorType::Luma)
+            }
+        };
+        encoded.map_err(|error| Unshown::Encode(error.to_string()))
+    }
+
+    /// The rows without their padding.
+    fn packed_rows(&self) -> impl Iterator<Item = &[u8]> {
+        let rows = self.rows.chunks(self.step).take(usize::from(self.height));
+        rows.map(|row| &row[..self.row_bytes])
+    }
+
+    /// Numbers of 16 bits as greys of eight.
+    fn greys(&self, is_big_endian: bool) -> Vec<u8> {
+        let number = |bytes: &[u8; 2]| {
+            if is_big_endian { u16::from_be_bytes(*bytes) } else { u16::from_le_bytes(*bytes) }
+        };
+        let numbers: Vec<u16> =
+            self.packed_rows().flat_map(|row| row.as_chunks().0.iter().map(number)).collect();
+        let largest = u32::from(numbers.iter().copied().max().unwrap_or(0).max(1));
+        numbers.iter().map(|number| (u32::from(*number) * 255 / largest) as u8).collect()
+    }
 }
 
 /// The newest picture of each stream, or why it can't be shown.
@@ -280,6 +324,17 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn distances_are_greys_up_to_the_largest() {
+        let stream = stream("sensor_msgs/msg/Image");
+        let data = [500_u16, 0, 2000, 1000].iter().flat_map(|mm| mm.to_le_bytes()).collect();
+        let message = image("16UC1", 2, 2, 4, data);
+        let picture = Picture::read(&stream, 1, 0.0, &message).unwrap();
+        let Content::Pixels(pixels) = &picture.content else { panic!() };
+        assert_eq!(pixels.greys(false), [63, 0, 255, 127]);
+        picture.encode().unwrap();
+    }
+
+    #[test]
     fn what_is_not_whole_or_unknown_is_named() {
         let stream = stream("sensor_msgs/msg/Image");
         let read = |message: &Bytes| Picture::read(&stream, 1, 0.0, message).unwrap_err();
@@ -294,7 +349,7 @@ pub(crate) mod tests {
         ));
         assert!(matches!(read(&image("rgb8", 0, 0, 0, vec![])), Unshown::Rows { .. }));
         assert!(matches!(read(&image("rgb8", 16, 8, 10, vec![0; 400])), Unshown::Rows { .. }));
-        assert_eq!(read(&image("16UC1", 1, 1, 2, vec![0; 2])), Unshown::Encoding("16UC1".into()));
+        assert_eq!(read(&image("32FC1", 1, 1, 4, vec![0; 4])), Unshown::Encoding("32FC1".into()));
         assert!(matches!(read(&Bytes::from_static(b"\0\x01\0\0\x01")), Unshown::Message(_)));
         assert_eq!(read(&vec![0; 9 << 20].into()), Unshown::Large(9));
     }
