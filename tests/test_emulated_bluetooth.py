@@ -12,6 +12,7 @@ import pytest
 
 PEER_SECS = 120
 POLAR_PEER = [sys.executable, harness.TESTS / "peers/polar_peer.py", "Polar H10 1A000001"]
+VERITY_PEER = [sys.executable, harness.TESTS / "peers/verity_peer.py", "Polar Sense 1A000003"]
 # dl-myo needs an older bleak than the others.
 MYO_PEER = [harness.ROOT / ".venv-myo/bin/python", harness.TESTS / "peers/myo_peer.py"]
 
@@ -115,6 +116,44 @@ def test_polar_python_reads_the_same_heart(polar):
             for peer in ("bleakheart", "polar_python")]
     assert 0.7 < both[0] / both[1] < 1.4
     assert all(30 < rate < 200 for rate, intervals in heard["HR"] if intervals)
+
+
+def test_polar_python_reads_light_movement_and_pulses_of_a_verity_sense(stage):
+    heard = read(stage, "polar_verity_sense", "A0:9E:1A:00:00:03", VERITY_PEER)
+    assert heard["features"] == ["PPG", "ACC", "PPI"]
+    ppg = {"SAMPLE_RATE": [55], "RESOLUTION": [22], "CHANNELS": [4]}
+    acc = {"SAMPLE_RATE": [52], "RESOLUTION": [16], "RANGE": [8], "CHANNELS": [3]}
+    assert heard["settings"] == {"PPG": ppg, "ACC": acc}
+    # What is between two frames is as many samples as the later one has.
+    for kind, rate_hz in (("PPG", 55), ("ACC", 52)):
+        frames = heard[kind]
+        assert len(frames) > 10
+        for (before, _), (after, samples) in zip(frames, frames[1:]):
+            assert abs((after - before) / 1e9 - len(samples) / rate_hz) < 1e-3, kind
+    light = [sample for _, samples in heard["PPG"] for sample in samples]
+    assert all(100_000 < value < 800_000 for sample in light for value in sample)
+    assert len({green for green, *_ in light}) > len(light) / 4  # no constant
+    moved = [sample for _, samples in heard["ACC"] for sample in samples]
+    length = statistics.median(sum(axis**2 for axis in sample) ** 0.5 for sample in moved)
+    assert 900 < length < 1100  # mg
+    pulses = [pulse for frame in heard["PPI"] for pulse in frame]
+    for frame in heard["PPI"]:
+        assert 3 < sum(pulse["ppi"] for pulse in frame) / 1000 < 7  # spans of 5 s
+    assert all(pulse["skin_contact_status"] and not pulse["invalid_ppi"] for pulse in pulses)
+    assert all(abs(pulse["hr"] - 60000 / pulse["ppi"]) < 1 for pulse in pulses)
+    # The light's pulses are as far apart as the intervals say: the two are of one heart.
+    mean_ms = statistics.mean(pulse["ppi"] for pulse in pulses)
+    assert abs(pulse_secs([green for green, *_ in light], 55) * 1000 / mean_ms - 1) < 0.15
+    # The service of the heart rate has no intervals.
+    assert heard["HR"] and all(not intervals for _, intervals in heard["HR"])
+
+
+def pulse_secs(light: list, rate_hz: float) -> float:
+    """The mean time between the waves of a pulse: where its autocorrelation is highest."""
+    smooth = [statistics.mean(light[at : at + 5]) for at in range(len(light) - 5)]
+    slope = [b - a for a, b in zip(smooth, smooth[1:])]
+    lags = range(round(0.45 * rate_hz), round(1.5 * rate_hz))
+    return max(lags, key=lambda lag: sum(a * b for a, b in zip(slope, slope[lag:]))) / rate_hz
 
 
 def test_dl_myo_reads_muscles_and_movement(stage):

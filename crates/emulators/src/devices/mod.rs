@@ -5,7 +5,9 @@
 
 mod peripheral;
 mod body_wearer;
+mod pmd;
 mod h10;
+mod verity;
 mod strap;
 mod heart_rate;
 mod battery;
@@ -22,6 +24,7 @@ pub use peripheral::{
 };
 pub use shimmer::{Shimmer, ShimmerFault, ShimmerIncident, ShimmerSettings};
 pub use strap::{Strap, StrapFault, StrapIncident, StrapSettings};
+pub use verity::{Verity, VerityFault, VerityIncident, VerityModel, VeritySettings};
 
 /// Who wears a device: what its sensors meet at any time. By default that is air, and nobody.
 pub trait Wearer {

@@ -15,7 +15,7 @@ use std::pin::Pin;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_emulators::body::Sensor;
-use teampulse_emulators::devices::{H10Settings, StrapSettings};
+use teampulse_emulators::devices::{H10Settings, StrapSettings, VeritySettings};
 
 pub use bluetooth::{EmulatedRadio, MyoSettings};
 pub use empatica_e4::EmulatedE4;
@@ -32,6 +32,10 @@ pub enum EmulatedWearable {
     Shimmer3(EmulatedShimmer),
     /// A Polar H10, behind a BlueZ on a private D-Bus.
     PolarH10(EmulatedRadio<H10Settings>),
+    /// A Polar Verity Sense, behind a BlueZ on a private D-Bus.
+    PolarVeritySense(EmulatedRadio<VeritySettings>),
+    /// A Polar OH1, behind a BlueZ on a private D-Bus.
+    PolarOh1(EmulatedRadio<VeritySettings>),
     /// A heart rate strap of any maker, behind a BlueZ on a private D-Bus.
     HeartRate(EmulatedRadio<StrapSettings>),
     /// A Myo armband, behind a BlueZ on a private D-Bus.
@@ -45,6 +49,9 @@ impl EmulatedWearable {
             EmulatedWearable::EmpaticaE4(e4) => &e4.person,
             EmulatedWearable::Shimmer3(shimmer) => &shimmer.person,
             EmulatedWearable::PolarH10(radio) => &radio.person,
+            EmulatedWearable::PolarVeritySense(radio) | EmulatedWearable::PolarOh1(radio) => {
+                &radio.person
+            }
             EmulatedWearable::HeartRate(radio) => &radio.person,
             EmulatedWearable::Myo(radio) => &radio.person,
         }
@@ -52,8 +59,8 @@ impl EmulatedWearable {
 
     /// Whether it is reached over Bluetooth; [`bluetooth::open`] puts several on one bus.
     pub const fn is_bluetooth(&self) -> bool {
-        use EmulatedWearable::{HeartRate, Myo, PolarH10};
-        matches!(self, PolarH10(_) | HeartRate(_) | Myo(_))
+        use EmulatedWearable::{HeartRate, Myo, PolarH10, PolarOh1, PolarVeritySense};
+        matches!(self, PolarH10(_) | PolarVeritySense(_) | PolarOh1(_) | HeartRate(_) | Myo(_))
     }
 
     /// What it measures of the body, of what people may wear on ROS, too.
@@ -64,6 +71,7 @@ impl EmulatedWearable {
             }
             EmulatedWearable::Shimmer3(_) => &[Sensor::EdaFingers],
             EmulatedWearable::PolarH10(_) => &[Sensor::Ecg],
+            EmulatedWearable::PolarVeritySense(_) | EmulatedWearable::PolarOh1(_) => &[Sensor::Ppg],
             EmulatedWearable::HeartRate(_) => &[],
             EmulatedWearable::Myo(_) => &[Sensor::Emg],
         }
@@ -76,6 +84,8 @@ impl EmulatedWearable {
             EmulatedWearable::EmpaticaE4(e4) => e4.open(worn).await,
             EmulatedWearable::Shimmer3(shimmer) => shimmer.open(worn),
             EmulatedWearable::PolarH10(_)
+            | EmulatedWearable::PolarVeritySense(_)
+            | EmulatedWearable::PolarOh1(_)
             | EmulatedWearable::HeartRate(_)
             | EmulatedWearable::Myo(_) => bluetooth::open(&[self], wardrobe, None).await,
         }

@@ -250,7 +250,13 @@ mod tests {
         };
         let team = SimulatedTeam { people: 1, ..SimulatedTeam::default() };
         let mut bare = SimulatedPerson::new(&team, 1, &[]);
-        for (type_name, gone) in [("polar_h10", Sensor::Ecg), ("myo", Sensor::Emg)] {
+        let worn = [
+            ("polar_h10", Sensor::Ecg),
+            ("polar_verity_sense", Sensor::Ppg),
+            ("polar_oh1", Sensor::Ppg),
+            ("myo", Sensor::Emg),
+        ];
+        for (type_name, gone) in worn {
             let mut worn = SimulatedPerson::new(&team, 1, &wearables(type_name));
             let left = Sensor::ALL.into_iter().filter(|sensor| worn.rates.of(*sensor) > 0.0);
             assert!(left.eq(Sensor::ALL.into_iter().filter(|sensor| *sensor != gone)));

@@ -1,3 +1,8 @@
+use crate::devices::pmd::{
+    INVALID_COMMAND, INVALID_LENGTH, INVALID_MEASUREMENT, INVALID_PARAMETER, RANGE, RATE,
+    RESOLUTION, refusal,
+};
+
 /// A measurement of the control point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -10,21 +15,9 @@ pub(super) const FEATURES: [u8; 17] = [0x0f, 0x05, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
 
 /// What is offered: kind of the setting, and its values of 16 bits.
 type Offer = &'static [(u8, &'static [u16])];
-const RATE: u8 = 0;
-const RESOLUTION: u8 = 1;
-const RANGE: u8 = 2;
 const ECG: Offer = &[(RATE, &[130]), (RESOLUTION, &[14])];
 const ACCELERATION: Offer =
     &[(RATE, &[25, 50, 100, 200]), (RESOLUTION, &[16]), (RANGE, &[2, 4, 8])];
-
-/// Status codes of answers.
-pub(super) const SUCCESS: u8 = 0;
-const INVALID_COMMAND: u8 = 1;
-const INVALID_MEASUREMENT: u8 = 2;
-const INVALID_LENGTH: u8 = 4;
-const INVALID_PARAMETER: u8 = 5;
-pub(super) const ALREADY_IN_STATE: u8 = 6;
-pub(super) const INVALID_MTU: u8 = 10;
 
 /// What a command asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,13 +78,4 @@ fn rate(kind: Kind, settings: &[u8]) -> Result<u16, u8> {
         }
     }
     rate_hz.ok_or(INVALID_PARAMETER)
-}
-
-/// Resolution, rate and range have a status each.
-const fn refusal(setting: u8) -> u8 {
-    match setting {
-        RESOLUTION => 7,
-        RATE => 8,
-        _ => 9,
-    }
 }

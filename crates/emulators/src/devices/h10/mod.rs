@@ -11,5 +11,6 @@ mod strap;
 mod peripheral;
 
 pub use characteristic::Characteristic;
+pub(super) use peripheral::SERVICES;
 pub use settings::{Fault, H10Settings, Incident};
 pub use strap::{H10, Sent};

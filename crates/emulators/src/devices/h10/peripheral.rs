@@ -1,15 +1,13 @@
 use super::characteristic::{Characteristic, measurement_data};
 use super::{H10, Sent};
 use crate::devices::peripheral::Property::{Indicate, Notify, Read, Write};
+use crate::devices::pmd::POLAR;
 use crate::devices::{
     Advertisement, AttError, Entry, Notice, Peripheral, Property, Service, Wearer, assigned,
 };
 
-/// The company number of Polar Electro (assigned numbers, 7.1).
-const POLAR: u16 = 0x006b;
-
 /// In the order of an H10; the handles are ours.
-const SERVICES: &[Service] = &[
+pub(in crate::devices) const SERVICES: &[Service] = &[
     Service {
         handle: 0x000e,
         uuid: assigned(0x180d),

@@ -1,8 +1,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// The least MTU with which it streams: a frame is one packet.
-pub(super) const LEAST_MTU: u16 = 232;
+use crate::devices::pmd::MTU;
 
 /// What an H10 is like.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -33,7 +32,7 @@ impl Default for H10Settings {
         Self {
             clock_fast: 0.0,
             start_delay_secs: 0.0,
-            mtu: LEAST_MTU,
+            mtu: MTU,
             incidents: Vec::new(),
             seed: 1,
             serial: "A1B2C3D4".into(),

@@ -1,9 +1,10 @@
 use super::characteristic::Characteristic;
-use super::control::{self, ALREADY_IN_STATE, Asked, FEATURES, INVALID_MTU, Kind, SUCCESS};
-use super::settings::{Fault, H10Settings, Incident, LEAST_MTU};
+use super::control::{self, Asked, FEATURES, Kind};
+use super::settings::{Fault, H10Settings, Incident};
 use super::stream::Stream;
 use crate::devices::battery::Battery;
 use crate::devices::heart_rate::BeatDetector;
+use crate::devices::pmd::{self, ALREADY_IN_STATE, INVALID_MTU};
 use crate::devices::{AttError, Wearer};
 use crate::noise::Noise;
 
@@ -119,15 +120,7 @@ impl H10 {
         } else {
             asked.and_then(|asked| self.carry_out(asked))
         };
-        let mut answer = vec![0xf0];
-        answer.extend(value.iter().chain(&[0, 0]).take(2));
-        match result {
-            Ok(parameters) => {
-                answer.extend([SUCCESS, 0]);
-                answer.extend(parameters);
-            }
-            Err(status) => answer.push(status),
-        }
+        let answer = pmd::answer(value, result);
         let at_secs = self.now_secs + ANSWER_SECS + self.delay_secs();
         self.answers.push((at_secs, answer));
         Ok(())
@@ -145,7 +138,7 @@ impl H10 {
     fn carry_out(&mut self, asked: Asked) -> Result<Vec<u8>, u8> {
         match asked {
             Asked::Settings(kind) => Ok(kind.offered()),
-            Asked::Start(..) if self.settings.mtu < LEAST_MTU => Err(INVALID_MTU),
+            Asked::Start(..) if self.settings.mtu < pmd::MTU => Err(INVALID_MTU),
             Asked::Start(kind, _) if self.has(kind) => Err(ALREADY_IN_STATE),
             Asked::Start(kind, rate_hz) => {
                 let began_secs = self.now_secs + self.settings.start_delay_secs;

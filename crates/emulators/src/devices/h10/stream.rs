@@ -1,8 +1,6 @@
 use super::control::Kind;
 use crate::devices::Wearer;
-
-/// The clock of an H10 that was never set, at power-on \[ns\] since 2000-01-01: 2019-01-01.
-pub(super) const POWER_ON_NS: u64 = 599_616_000_000_000_000;
+use crate::devices::pmd::POWER_ON_NS;
 
 /// A measurement that is on.
 #[derive(Clone, Copy, Debug)]

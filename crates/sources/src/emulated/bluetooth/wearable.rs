@@ -5,7 +5,9 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use teampulse_emulators::devices::{H10, H10Settings, Myo, MyoIncident, Peripheral, Strap};
+use teampulse_emulators::devices::{
+    H10, H10Settings, Myo, MyoIncident, Peripheral, Strap, Verity, VerityModel, VeritySettings,
+};
 
 use super::{EmulatedBluetooth, EmulatedDevice, LinkIncident};
 use crate::emulated::{EmulatedWearable, Emulation, Wardrobe, check_clock};
@@ -101,11 +103,15 @@ fn part(wearable: &EmulatedWearable, place: usize) -> io::Result<Option<Part>> {
     match wearable {
         EmulatedWearable::PolarH10(radio) => of(radio, place, |address| {
             check_clock(radio.device.clock_fast)?;
-            // The maker prints the end of the address on it.
-            let serial = address.replace(':', "").chars().skip(4).collect();
-            let settings = H10Settings { serial, ..radio.device.clone() };
+            let settings = H10Settings { serial: serial(address), ..radio.device.clone() };
             Ok(("polar", Box::new(H10::new(settings))))
         }),
+        EmulatedWearable::PolarVeritySense(radio) => {
+            of(radio, place, |address| optical(radio, VerityModel::VeritySense, address))
+        }
+        EmulatedWearable::PolarOh1(radio) => {
+            of(radio, place, |address| optical(radio, VerityModel::Oh1, address))
+        }
         EmulatedWearable::HeartRate(radio) => of(radio, place, |_| {
             check_clock(radio.device.clock_fast)?;
             Ok(("heart_rate", Box::new(Strap::new(radio.device.clone()))))
@@ -115,6 +121,22 @@ fn part(wearable: &EmulatedWearable, place: usize) -> io::Result<Option<Part>> {
         }
         EmulatedWearable::EmpaticaE4(_) | EmulatedWearable::Shimmer3(_) => Ok(None),
     }
+}
+
+/// An optical sensor of Polar, with the source that reads it.
+fn optical(
+    radio: &EmulatedRadio<VeritySettings>,
+    model: VerityModel,
+    address: &str,
+) -> io::Result<(&'static str, Box<dyn Peripheral>)> {
+    check_clock(radio.device.clock_fast)?;
+    let settings = VeritySettings { model, serial: serial(address), ..radio.device.clone() };
+    Ok(("polar", Box::new(Verity::new(settings))))
+}
+
+/// Of a Polar: the maker prints the end of the address on it.
+fn serial(address: &str) -> String {
+    address.replace(':', "").chars().skip(4).collect()
 }
 
 /// The address of a device without one.

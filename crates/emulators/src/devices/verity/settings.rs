@@ -1,0 +1,104 @@
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Which sensor it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum VerityModel {
+    /// A Verity Sense: frames are compressed; its PPG has 55 Hz.
+    #[default]
+    VeritySense,
+    /// An OH1: frames are not compressed; its PPG has 135 Hz, which it reports as 130 Hz (known issues of Polar's SDK).
+    Oh1,
+}
+
+impl VerityModel {
+    /// As it is advertised, without its number.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::VeritySense => "Polar Sense",
+            Self::Oh1 => "Polar OH1",
+        }
+    }
+
+    /// Its Model Number.
+    pub(super) const fn number(self) -> &'static [u8] {
+        match self {
+            Self::VeritySense => b"Polar Sense\0",
+            Self::Oh1 => b"OH1\0",
+        }
+    }
+}
+
+/// What a Verity Sense or OH1 is like.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct VeritySettings {
+    /// How much faster than true its clock runs: 0.02 for 2 %.
+    pub clock_fast: f64,
+    /// Whether a Verity Sense reports 135 Hz for its PPG of 55 Hz, as before firmware 2.1.0.
+    pub reports_false_rate: bool,
+    /// Of its battery, when it is switched on.
+    pub battery_percent: f64,
+    /// How fast that falls: by default 20 hours last, by the maker's word of a Verity Sense.
+    pub drain_percent_per_hour: f64,
+    /// What goes wrong, in the order of time.
+    #[serde(rename = "faults")]
+    pub incidents: Vec<VerityIncident>,
+    /// Of the noise off the skin.
+    pub seed: u64,
+    /// Which sensor it is.
+    #[serde(skip)]
+    pub model: VerityModel,
+    /// Printed on it, and part of its name.
+    #[serde(skip)]
+    pub serial: String,
+}
+
+impl Default for VeritySettings {
+    fn default() -> Self {
+        Self {
+            clock_fast: 0.0,
+            reports_false_rate: false,
+            battery_percent: 80.0,
+            drain_percent_per_hour: 5.0,
+            incidents: Vec::new(),
+            seed: 1,
+            model: VerityModel::default(),
+            serial: "B1C2D3E4".into(),
+        }
+    }
+}
+
+/// Something that goes wrong at a moment.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VerityIncident {
+    /// From when on \[s\].
+    pub at_secs: f64,
+    /// What.
+    pub fault: VerityFault,
+}
+
+/// What may go wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum VerityFault {
+    /// The next frame is not sent.
+    LostFrame,
+    /// A bit of this byte of the next frame is flipped.
+    CorruptByte(usize),
+    /// No frame is sent until a stream is started again.
+    Stall,
+    /// The next answer is not sent.
+    LostAnswer,
+    /// It stops all streams by itself, and reports it, as when its button is pressed.
+    Stopped,
+    /// The arm moves: intervals between pulses are marked as useless.
+    Moving,
+    /// The arm is still again.
+    Still,
+    /// It is taken off: it measures noise and no pulses.
+    Off,
+    /// It is put on again.
+    On,
+}
