@@ -427,9 +427,10 @@ fn pulse_intervals_are_dated_back_from_the_last() {
     band.receive(DATA, &hex(&format!("03 0000000000000000 00 {pulses}")), secs(2));
     let read = readings(&drain(&mut band), "pp_interval");
     let dated: Vec<_> = read.iter().map(|reading| reading.device_time_ns).collect();
-    assert_eq!(dated, [Some(1_000_000_000 - 802_000_000), None]);
-    assert_eq!(read[0].values, [800.0, 10.0, 75.0, 0.0, 0.0, 802.0, 10.0, 75.0, 0.0, 1.0]);
-    assert_eq!(read[1].index, 2);
+    assert_eq!(dated, [Some(1_000_000_000 - 802_000_000), Some(1_000_000_000), None]);
+    assert_eq!(read[0].values, [800.0, 10.0, 75.0, 0.0, 0.0]);
+    assert_eq!(read[2].values, [800.0, 10.0, 75.0, 0.0, 0.0, 802.0, 10.0, 75.0, 0.0, 1.0]);
+    assert_eq!(read.iter().map(|reading| reading.index).collect::<Vec<_>>(), [0, 1, 2]);
 }
 
 #[test]

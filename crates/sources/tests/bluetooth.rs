@@ -22,7 +22,7 @@ use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::Signal;
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
-use teampulse_emulators::devices::{Fault, Incident};
+use teampulse_emulators::devices::{Fault, Incident, VerityFault, VerityIncident};
 use teampulse_messages::convert::encode;
 use teampulse_ros::buses::Buses;
 use teampulse_sources::SourceContext;
@@ -34,7 +34,9 @@ use teampulse_sources::wearables::myo::Myo;
 use teampulse_sources::wearables::polar::Polar;
 
 use keeper::Keeper;
-use observed::{COUNTS_HZ, SharedCourse, armband, beats, h10, intervals, strap};
+use observed::{
+    COUNTS_HZ, LIGHT_OF_SECS, SharedCourse, armband, beats, h10, intervals, strap, verity,
+};
 
 const ADDRESS: &str = "A0:9E:1A:00:00:01";
 
@@ -72,7 +74,7 @@ async fn session(
 ) -> Vec<Record> {
     let kept = Kept::default();
     let latency = || ClockSettings { latency_secs: Some(0.0), ..ClockSettings::default() };
-    let devices = ["heart_rate_strap", "polar_h10", "myo"];
+    let devices = ["heart_rate_strap", "polar_h10", "polar_verity_sense", "myo"];
     let settings = devices.map(|device| (device.to_owned(), latency()));
     let session = Session {
         clock,
@@ -325,6 +327,111 @@ async fn a_bluetoothd_that_vanishes_and_returns_is_reached_again_on_the_same_tim
     let back = measured.filter(|secs| *secs > returned.as_secs_f64()).reduce(f64::min);
     let back_secs = back.expect("it came back") - returned.as_secs_f64();
     eprintln!("the ECG is back {back_secs:.1} s of the device after bluetoothd (bar 30)");
+}
+
+/// When the samples of a wave of a Verity Sense were measured, by what they say, and where they were placed [s].
+fn light_secs(record: &Record, began: Time) -> Vec<(f64, f64)> {
+    // Of the first light: counts without any, and of all of it.
+    const COUNTS: [f64; 2] = [430_000.0, 40_000.0];
+    let Data::Wave(wave) = &record.sample.data else { panic!("{record:?}") };
+    let first_secs = record.sample.measured.secs_since(began);
+    let samples = wave.samples.chunks(wave.channels as usize).enumerate();
+    let secs = |(place, counts): (usize, &[f64])| {
+        let measured_secs = (counts[0] - COUNTS[0]) / COUNTS[1] / LIGHT_OF_SECS;
+        (measured_secs, first_secs + place as f64 * record.sample.period_ns / 1e9)
+    };
+    samples.map(secs).collect()
+}
+
+/// That light was placed where it was measured, and was back soon after what failed.
+fn light_is_where_it_was(ppg: &[&Record], began: Time) {
+    let late_secs = |wave: &&Record| {
+        let last_secs = light_secs(wave, began).last().map_or(f64::NAN, |(measured, _)| *measured);
+        wave.sample.log_time.secs_since(began) - last_secs
+    };
+    // A machine that is busy is late with each.
+    let least_late = |waves: &[&Record]| waves.iter().map(late_secs).fold(f64::INFINITY, f64::min);
+    let late_secs = ppg.chunks(4).map(least_late).fold(0.0, f64::max);
+    // The first seconds show how late the others are.
+    let placed: Vec<(f64, f64)> =
+        ppg[10..].iter().flat_map(|wave| light_secs(wave, began)).collect();
+    let errors_secs = placed.iter().map(|(measured, placed)| placed - measured);
+    let (least_secs, most_secs) = errors_secs
+        .fold((0.0_f64, 0.0_f64), |(least, most), error| (least.min(error), most.max(error)));
+    eprintln!(
+        "Verity Sense: {} samples of light within {:.1} to {:.1} ms of when they were measured (bar 5); \
+         this machine was late with each by up to {:.1} ms",
+        placed.len(),
+        1e3 * least_secs,
+        1e3 * most_secs,
+        1e3 * late_secs
+    );
+    assert!(least_secs > -0.005 && most_secs < 0.005 + late_secs);
+    let gap_secs = placed.windows(2).map(|pair| pair[1].0 - pair[0].0).fold(0.0, f64::max);
+    eprintln!(
+        "Verity Sense lost frame, stall, lost link: back {gap_secs:.1} s of it after each (bar 5)"
+    );
+    assert!(gap_secs < 5.0, "{gap_secs}");
+}
+
+/// That pulses are those of the heart, and placed where they were, as nearly as is stated.
+fn pulses_are_where_they_were(records: &[Record], began: Time) {
+    // Each comes 0.2 s after its beat; the sensor does not say when, so it is placed by when its span ended.
+    let next = beats().skip(1);
+    let truth = beats().zip(next).map(|(one, next)| (((next - one) * 1e3).round(), next + 0.2));
+    let truth: Vec<(f64, f64)> = truth.take(200).collect();
+    let pulses = of(records, "pp_interval");
+    let placed = pulses.iter().map(|pulse| pulse.sample.measured.secs_since(began));
+    let pulses: Vec<(f64, f64)> = values(&pulses).into_iter().zip(placed).take(5).collect();
+    let is_run = |all: &[(f64, f64)]| all.iter().zip(&pulses).all(|(one, other)| one.0 == other.0);
+    let place = truth.windows(pulses.len()).position(is_run);
+    let place = place.expect("are those of the heart, in their order");
+    let stated = statuses(records, "pp_interval");
+    let stated_secs = stated.last().map_or(f64::NAN, |(_, status)| status.uncertainty_secs());
+    for (pulse, truth) in pulses.iter().zip(&truth[place..]) {
+        assert!((pulse.1 - truth.1).abs() < stated_secs, "{pulse:?} {truth:?} {stated_secs}");
+    }
+    // They are as far apart as they were.
+    let span_secs = |all: &[(f64, f64)]| all[pulses.len() - 1].1 - all[0].1;
+    assert!((span_secs(&pulses) - span_secs(&truth[place..])).abs() < 0.05, "{pulses:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_light_and_the_pulses_of_a_verity_sense_are_where_they_were_whatever_fails() {
+    let incident = |at_secs, fault| VerityIncident { at_secs, fault };
+    let incidents = vec![
+        incident(0.0, VerityFault::LostAnswer),
+        incident(16.0, VerityFault::LostFrame),
+        incident(18.0, VerityFault::Stall),
+    ];
+    let (device, course) = verity(ADDRESS, incidents);
+    let (bluez, clock) = bluez(vec![device]).await;
+    let context = context(bluez.bus_address());
+    let began = context.clock.now() - clock.elapsed();
+    let source = source::<Polar>(r#"person = "p001""#, &context);
+    let records = session(vec![source], context.clock.clone(), |records| {
+        let mut course = course.lock();
+        course.drop |= of(records, "pp_interval").len() >= 5 && course.connections == 1;
+        let last = of(records, "ppg").last().map(|wave| wave.sample.measured.secs_since(began));
+        let returned = course.connections == 2 && of(records, "link").len() >= 3;
+        returned && last.is_some_and(|secs| secs > 45.0)
+    })
+    .await;
+    let ppg = of(&records, "ppg");
+    let stream = &ppg[0].stream;
+    assert_eq!((stream.signal, stream.rate_hz), (Signal::Ppg, 55.0));
+    assert_eq!(stream.device, "polar_verity_sense");
+    light_is_where_it_was(&ppg, began);
+    assert_eq!(epochs(&records, "ppg"), 0);
+    pulses_are_where_they_were(&records, began);
+    let told = faults(&records);
+    for what in ["ppg was silent", "link is lost"] {
+        assert!(told.iter().any(|label| label.contains(what)), "no `{what}` in {told:?}");
+    }
+    let course = course.lock();
+    let stops: Vec<&[u8]> = course.written.iter().rev().take(2).map(Vec::as_slice).collect();
+    assert!(stops.iter().all(|stop| stop[0] == 3), "it still streams: {stops:?}");
+    assert!(course.disconnections >= 1, "it is left connected");
 }
 
 /// Asks for a vibration once a device is connected.

@@ -41,6 +41,8 @@ pub(super) struct Feed {
     described: Option<(Layout, f64, f64)>,
     timeline: Timeline,
     intervals: u64,
+    /// Whether the last intervals had times.
+    stamps_intervals: Option<bool>,
     /// While it runs.
     watchdog: Option<Watchdog>,
 }
@@ -61,6 +63,7 @@ impl Feed {
             described: None,
             timeline: Timeline::new(DEFAULT_RATE_HZ, nominal_is_true),
             intervals: 0,
+            stamps_intervals: None,
             watchdog: None,
         }
     }
@@ -191,26 +194,44 @@ impl Feed {
         if frame.compressed || frame.kind != 0 || intervals.is_empty() {
             return None;
         }
-        if self.intervals == 0 {
-            let pulses = Stream::irregular(stream, interval_channels());
-            out.stream(Stream { has_clock: true, ..pulses });
-        }
-        let after_first =
-            intervals.iter().skip(1).map(|pulse| i64::from(pulse.interval_ms)).sum::<i64>();
         let last_ns = i64::try_from(frame.timestamp_ns).ok().filter(|last_ns| *last_ns != 0);
-        let device_time_ns = last_ns.map(|last_ns| last_ns.saturating_sub(after_first * 1_000_000));
-        let count = intervals.len() as u64;
-        let values = intervals.into_iter().flat_map(interval_values).collect();
-        out.reading(Reading {
-            stream,
-            index: self.intervals,
-            device_time_ns,
-            period_ns: None,
-            values,
-        });
-        self.intervals += count;
+        let has_clock = last_ns.is_some();
+        if self.stamps_intervals.replace(has_clock) != Some(has_clock) {
+            let pulses = Stream::irregular(stream, interval_channels());
+            out.stream(Stream { has_clock, ..pulses });
+        }
+        if let Some(last_ns) = last_ns {
+            for (device_time_ns, pulse) in dated(last_ns, &intervals) {
+                self.read_intervals(Some(device_time_ns), &[pulse], out);
+            }
+        } else {
+            self.read_intervals(None, &intervals, out);
+        }
         Some(())
     }
+
+    fn read_intervals(
+        &mut self,
+        device_time_ns: Option<i64>,
+        pulses: &[PpInterval],
+        out: &mut Outbox<Request>,
+    ) {
+        let (stream, index) = (Measurement::PpInterval.stream(), self.intervals);
+        let values = pulses.iter().copied().flat_map(interval_values).collect();
+        self.intervals += pulses.len() as u64;
+        out.reading(Reading { stream, index, device_time_ns, period_ns: None, values });
+    }
+}
+
+/// Each pulse with its time, of which the frame has that of the last.
+fn dated(last_ns: i64, pulses: &[PpInterval]) -> impl Iterator<Item = (i64, PpInterval)> {
+    let after = |pulse: &PpInterval| i64::from(pulse.interval_ms) * 1_000_000;
+    let after_first: i64 = pulses.iter().skip(1).map(after).sum();
+    let first_ns = last_ns.saturating_sub(after_first);
+    pulses.iter().enumerate().scan(first_ns, move |at_ns, (place, pulse)| {
+        *at_ns = at_ns.saturating_add(if place == 0 { 0 } else { after(pulse) });
+        Some((*at_ns, *pulse))
+    })
 }
 
 fn interval_channels() -> Vec<Channel> {

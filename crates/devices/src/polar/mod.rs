@@ -38,6 +38,7 @@
 //!   measured.
 //! - The first ECG after a connection may take 20 to 30 s. After ten seconds it is asked to start again: one that measures
 //!   answers *already in state*, and one that does not begins.
+//! - Intervals between pulses come five seconds at a time, the first after 25 s, and without a time (issue 484).
 //! - While ECG is on, a strap without skin contact keeps its link and sends noise (issue 383).
 //! - ECG and acceleration together have ended links: select what is needed.
 

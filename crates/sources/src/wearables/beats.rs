@@ -52,6 +52,14 @@ impl BeatClock {
         beats.into_iter().map(|beat_ms| self.nanos(beat_ms)).collect()
     }
 
+    /// The times of the beats of a notification by the clock of arrivals \[ms\].
+    pub fn arrived(&mut self, arrival_ms: f64, intervals_ms: &[f64]) -> Vec<f64> {
+        self.notified(arrival_ms);
+        let beats = self.beats(intervals_ms);
+        let now = self.nanos(arrival_ms - self.ahead_ms());
+        beats.into_iter().map(|beat| arrival_ms - (now - beat) as f64 / 1e6).collect()
+    }
+
     /// Intervals are missing before the next one.
     pub fn restart(&mut self) {
         let set_back = self.set_back - RESTART_MS;

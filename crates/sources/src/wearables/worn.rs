@@ -23,6 +23,10 @@ const INTERVALS: [&str; 2] = ["ibi", BEATS];
 /// The stream of intervals that come without times, and the one that each of their notifications has.
 const BEATS: &str = "rr_interval";
 const HEART_RATE: &str = "heart_rate";
+/// The stream of intervals between pulses, of which several seconds come at once.
+const PULSES: &str = "pp_interval";
+/// So much longer than the intervals that came, and some are missing \[ms\].
+const MISSING_MS: f64 = 2500.0;
 /// The clock of beats that a strap reports: it is late by as much as they are.
 const STRAP: &str = "heart_rate_strap";
 
@@ -43,6 +47,10 @@ pub(super) struct Worn {
     /// The clock of the beats, and that of their arrivals.
     beats: BeatClock,
     clock: Stopwatch,
+    /// The clock of pulses without times, and when the last ones came \[ms\]; where there are such, no beats are reported,
+    /// and the clock of beats is that of arrivals.
+    pulses: BeatClock,
+    pulses_ms: Option<f64>,
     /// Whether device times are of a clock in the device.
     has_clock: bool,
     /// What was reported already and may come often.
@@ -90,6 +98,8 @@ impl Worn {
             link: None,
             beats: BeatClock::default(),
             clock: Stopwatch::start(),
+            pulses: BeatClock::default(),
+            pulses_ms: None,
             has_clock: false,
             reported: BTreeSet::new(),
         }
@@ -143,6 +153,7 @@ impl Worn {
         let arrival_ms = self.clock.elapsed().as_secs_f64() * 1e3;
         match reading.stream {
             BEATS if stream.by_beats => self.offer_beats(stream, reading, outlet),
+            PULSES if stream.by_beats => self.offer_pulses(stream, reading, arrival_ms, outlet),
             _ if stream.by_beats => {
                 let device_time = Some(self.beats.notified(arrival_ms));
                 let data = Data::Sample(reading.values.as_slice().into());
@@ -171,10 +182,38 @@ impl Worn {
         outlet.offer_together(reading.values.iter().zip(times).map(beat).collect());
     }
 
+    /// Intervals between pulses, each with the time of the pulse at its end: the last was just before they were sent.
+    fn offer_pulses(
+        &mut self,
+        stream: WornStream,
+        reading: &devices::Reading,
+        arrival_ms: f64,
+        outlet: &Outlet,
+    ) {
+        let pulses = reading.values.chunks(stream.width);
+        let intervals_ms: Vec<f64> =
+            pulses.clone().filter_map(|pulse| pulse.first().copied()).collect();
+        let waited_ms =
+            self.pulses_ms.replace(arrival_ms).map_or(0.0, |before| arrival_ms - before);
+        if waited_ms > intervals_ms.iter().sum::<f64>() + MISSING_MS {
+            self.pulses.restart();
+        }
+        let times_ms = self.pulses.arrived(arrival_ms, &intervals_ms);
+        let pulse = |((place, values), time_ms): ((usize, &[f64]), f64)| Reading {
+            stream: stream.id,
+            index: Some(reading.index + place as u64),
+            device_time: Some((time_ms * 1e6).round() as i64),
+            source_time: None,
+            data: Data::Sample(values.into()),
+        };
+        outlet.offer_together(pulses.enumerate().zip(times_ms).map(pulse).collect());
+    }
+
     /// Whether a stream is timed by the beats: it comes from the Heart Rate service, which has no clock.
     fn is_by_beats(&self, described: &devices::Stream) -> bool {
         let is_of_service = described.name == HEART_RATE && self.device != empatica_e4::DEVICE;
-        !described.has_clock && (described.name == BEATS || is_of_service)
+        let is_interval = [BEATS, PULSES].contains(&described.name);
+        !described.has_clock && (is_interval || is_of_service)
     }
 
     fn offer_samples(&self, stream: WornStream, reading: &devices::Reading, outlet: &Outlet) {

@@ -5,12 +5,15 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use teampulse_emulators::devices::{
     Advertisement, AttError, H10, H10Settings, Incident, Myo, Notice, Peripheral, Service, Strap,
-    StrapSettings, Wearer,
+    StrapSettings, Verity, VerityIncident, VeritySettings, Wearer,
 };
 use teampulse_sources::emulated::bluetooth::EmulatedDevice;
 
 /// How often the ECG counts up [Hz].
 pub const COUNTS_HZ: f64 = 1000.0;
+
+/// How the light of a pulse wave counts up.
+pub const LIGHT_OF_SECS: f64 = 0.1;
 
 /// The intervals of a heart that beats unevenly, in steps of 1/1024 s, so that a strap reports them exactly.
 pub fn intervals() -> impl Iterator<Item = u32> {
@@ -37,6 +40,11 @@ impl Wearer for Heart {
     /// The time, within the range of an H10.
     fn ecg_uv(&mut self, secs: f64) -> f64 {
         (secs * COUNTS_HZ).rem_euclid(16_000.0)
+    }
+
+    /// The time, changing by little from sample to sample.
+    fn light(&mut self, secs: f64) -> f64 {
+        secs * LIGHT_OF_SECS
     }
 
     fn muscles(&mut self, secs: f64) -> [f64; 8] {
@@ -153,6 +161,11 @@ fn worn(address: &str, device: impl Peripheral + 'static) -> (EmulatedDevice, Sh
 /// An H10 with what goes wrong with it.
 pub fn h10(address: &str, incidents: Vec<Incident>) -> (EmulatedDevice, SharedCourse) {
     worn(address, H10::new(H10Settings { incidents, ..H10Settings::default() }))
+}
+
+/// A Verity Sense with what goes wrong with it.
+pub fn verity(address: &str, incidents: Vec<VerityIncident>) -> (EmulatedDevice, SharedCourse) {
+    worn(address, Verity::new(VeritySettings { incidents, ..VeritySettings::default() }))
 }
 
 /// A strap of any maker.
