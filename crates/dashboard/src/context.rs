@@ -10,6 +10,7 @@ use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::Stream;
 
 use crate::playhead::Playhead;
+use crate::tls::Tls;
 use crate::wire::{Marker, PhasePlan, RecordingStage, Unmet};
 
 /// The port of a dashboard, or the first of those after it that is free.
@@ -24,6 +25,8 @@ pub struct Settings {
     pub port: Option<u16>,
     /// The file with a right and a token on each line.
     pub tokens: Option<PathBuf>,
+    /// The certificate with which it is served as https; without one it is http.
+    pub tls: Option<Tls>,
     /// Names of this computer that a browser may use beside its addresses.
     pub names: Vec<String>,
     /// The markers of the study.
@@ -33,7 +36,8 @@ pub struct Settings {
 impl Settings {
     /// Whether it listens where every session does: without it the session goes on.
     pub fn is_default(&self) -> bool {
-        self.listen == IpAddr::V4(Ipv4Addr::LOCALHOST) && self.port.is_none()
+        let is_here = self.listen == IpAddr::V4(Ipv4Addr::LOCALHOST);
+        is_here && self.port.is_none() && self.tls.is_none()
     }
 }
 
@@ -41,7 +45,7 @@ impl Default for Settings {
     fn default() -> Settings {
         let listen = IpAddr::V4(Ipv4Addr::LOCALHOST);
         let (names, markers) = (Vec::new(), Vec::new());
-        Settings { listen, port: None, tokens: None, names, markers }
+        Settings { listen, port: None, tokens: None, tls: None, names, markers }
     }
 }
 

@@ -1,9 +1,8 @@
 //! The server: addresses, checks and routes.
 
 use std::io;
-use std::net::{IpAddr, SocketAddr};
+use std::net::IpAddr;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use axum::extract::connect_info::{ConnectInfo, Connected};
 use axum::extract::ws::WebSocketUpgrade;
@@ -13,28 +12,22 @@ use axum::http::header::{HeaderName, HeaderValue, LOCATION, SET_COOKIE};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get};
-use axum::serve::{IncomingStream, Listener};
+use axum::serve::IncomingStream;
 use axum::{Extension, Router};
-use rustix::net::sockopt::set_socket_send_buffer_size;
 use serde::Deserialize;
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::net::TcpListener;
 
 use crate::access::{Access, COOKIE_NAME, Denied, Grant};
 use crate::assets::Assets;
 use crate::client::{LARGEST_BYTES, serve};
 use crate::context::{PORT, Settings};
 use crate::hub::Hub;
+use crate::listener::Limited;
 use crate::rate::Allowance;
 use crate::{api, metrics};
 
 /// How many ports after the first are tried.
 const PORTS: u16 = 100;
-/// The most connections at once, of browsers and programs.
-const MOST_CONNECTIONS: usize = 256;
-/// What the kernel may hold for a slow client [bytes]: a marker waits behind it.
-const SEND_BUFFER_BYTES: usize = 64 << 10;
 
 /// The events that programs may post each second, and at once.
 const POSTS: (f64, f64) = (50.0, 200.0);
@@ -90,7 +83,7 @@ pub async fn bind(settings: &Settings) -> io::Result<TcpListener> {
 
 /// Serves until the listener fails.
 pub async fn run(listener: TcpListener, hub: Arc<Hub>, access: Access) -> io::Result<()> {
-    let listener = Limited { listener, room: Arc::new(Semaphore::new(MOST_CONNECTIONS)) };
+    let listener = Limited::new(listener, hub.settings.tls.as_ref());
     let service = routes(hub, access).into_make_service_with_connect_info::<Peer>();
     axum::serve(listener, service).await
 }
@@ -122,7 +115,7 @@ async fn check(
             request.extensions_mut().insert(grant);
             next.run(request).await
         }
-        Err(Denied::Token) if !asks => with_token(&shared.access, &request),
+        Err(Denied::Token) if !asks => with_token(&shared, &request),
         Err(denied) => refused(denied),
     };
     for (name, value) in HEADERS {
@@ -138,13 +131,14 @@ struct Asked {
 }
 
 /// Keeps the token of `/?token=…` in a cookie that scripts can't read, and takes it out of the address.
-fn with_token(access: &Access, request: &Request) -> Response {
+fn with_token(shared: &Shared, request: &Request) -> Response {
     let asked = Query::<Asked>::try_from_uri(request.uri());
     let Ok(Query(Asked { token })) = asked else { return refused(Denied::Token) };
-    if access.right_of(&token).is_none() {
+    if shared.access.right_of(&token).is_none() {
         return refused(Denied::Token);
     }
-    let cookie = format!("{COOKIE_NAME}={token}; HttpOnly; SameSite=Strict; Path=/");
+    let secure = if shared.hub.settings.tls.is_some() { "; Secure" } else { "" };
+    let cookie = format!("{COOKIE_NAME}={token}; HttpOnly; SameSite=Strict; Path=/{secure}");
     (StatusCode::SEE_OTHER, [(LOCATION, "/".to_owned()), (SET_COOKIE, cookie)]).into_response()
 }
 
@@ -179,85 +173,5 @@ pub struct Peer(pub IpAddr);
 impl Connected<IncomingStream<'_, Limited>> for Peer {
     fn connect_info(stream: IncomingStream<'_, Limited>) -> Peer {
         Peer(stream.remote_addr().ip())
-    }
-}
-
-/// A listener with a bound on its connections: one too many is closed at once.
-#[derive(Debug)]
-struct Limited {
-    listener: TcpListener,
-    room: Arc<Semaphore>,
-}
-
-impl Listener for Limited {
-    type Io = Counted;
-    type Addr = SocketAddr;
-
-    async fn accept(&mut self) -> (Counted, SocketAddr) {
-        loop {
-            match self.listener.accept().await {
-                Ok((stream, address)) => {
-                    let Ok(permit) = Arc::clone(&self.room).try_acquire_owned() else { continue };
-                    let prepared = stream.set_nodelay(true);
-                    let bounded = set_socket_send_buffer_size(&stream, SEND_BUFFER_BYTES);
-                    if prepared.is_ok() && bounded.is_ok() {
-                        return (Counted { stream, _permit: permit }, address);
-                    }
-                }
-                // No file is left, or the other end has gone: the next one may be fine.
-                Err(error) => {
-                    tracing::debug!("failed to accept a connection: {error}");
-                    tokio::time::sleep(Duration::from_millis(100)).await;
-                }
-            }
-        }
-    }
-
-    fn local_addr(&self) -> io::Result<SocketAddr> {
-        self.listener.local_addr()
-    }
-}
-
-/// A connection that is counted as long as it lives.
-#[derive(Debug)]
-struct Counted {
-    stream: TcpStream,
-    _permit: OwnedSemaphorePermit,
-}
-
-mod pass_through {
-    //! A counted connection reads and writes as its stream does.
-
-    use std::pin::Pin;
-    use std::task::{Context, Poll};
-
-    use super::{AsyncRead, AsyncWrite, Counted, ReadBuf, io};
-
-    impl AsyncRead for Counted {
-        fn poll_read(
-            mut self: Pin<&mut Self>,
-            cx: &mut Context<'_>,
-            buffer: &mut ReadBuf<'_>,
-        ) -> Poll<io::Result<()>> {
-            Pin::new(&mut self.stream).poll_read(cx, buffer)
-        }
-    }
-
-    impl AsyncWrite for Counted {
-        fn poll_write(
-            mut self: Pin<&mut Self>,
-            cx: &mut Context<'_>,
-            bytes: &[u8],
-        ) -> Poll<io::Result<usize>> {
-            Pin::new(&mut self.stream).poll_write(cx, bytes)
-        }
-
-        fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-            Pin::new(&mut self.stream).poll_flush(cx)
-        }
-
-        fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-            Pin::new(&mut self.stream).poll_shutdown(cx)
-        }
     }
 }

@@ -101,5 +101,6 @@ pub(crate) fn start(hub: &Arc<Hub>) -> Result<(Runtime, String), SinkError> {
             outlet.happen(teampulse_core::fault::lasting(label));
         }
     });
-    Ok((runtime, format!("http://{address}/")))
+    let scheme = if settings.tls.is_some() { "https" } else { "http" };
+    Ok((runtime, format!("{scheme}://{address}/")))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use schemars::JsonSchema;
@@ -11,7 +11,7 @@ use teampulse_bag::Stage;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
 use teampulse_dashboard::wire::{Marker, PhasePlan, RecordingStage};
-use teampulse_dashboard::{Context, Disk, FindUnmet, Settings};
+use teampulse_dashboard::{Context, Disk, FindUnmet, Settings, Tls};
 
 use crate::SinkContext;
 use crate::terminal::{Estimates, Kept};
@@ -32,6 +32,10 @@ pub struct Dashboard {
     /// A file with a line for each token: `watch`, `mark` or `control`, and 16 or more letters and digits. A viewer
     /// opens `/?token=…`; programs send it as `Authorization: Bearer …`.
     pub tokens: Option<PathBuf>,
+    /// A certificate in PEM, followed by those that sign it: with it the dashboard is https. Needs `key`.
+    pub certificate: Option<PathBuf>,
+    /// The private key of the `certificate` in PEM, without a passphrase.
+    pub key: Option<PathBuf>,
     /// Names of this computer by which browsers may open it, beside its addresses.
     pub names: Vec<String>,
     /// The markers of the study: buttons, and keys.
@@ -51,7 +55,9 @@ pub struct MarkerSettings {
 impl Default for Dashboard {
     fn default() -> Dashboard {
         let listen = IpAddr::V4(Ipv4Addr::LOCALHOST);
-        Dashboard { listen, port: None, tokens: None, names: Vec::new(), markers: Vec::new() }
+        let (names, markers) = (Vec::new(), Vec::new());
+        let (certificate, key) = (None, None);
+        Dashboard { listen, port: None, tokens: None, certificate, key, names, markers }
     }
 }
 
@@ -98,14 +104,38 @@ impl Component<dyn Sink, SinkContext> for Dashboard {
             key: marker.key.map(String::from).unwrap_or_default(),
             label: marker.label,
         };
+        let tls = tls(self.certificate.as_deref(), self.key.as_deref())?;
         let settings = Settings {
             listen: self.listen,
             port: self.port,
             tokens: self.tokens,
+            tls,
             names: self.names,
             markers: self.markers.into_iter().map(marker).collect(),
         };
         Ok(Box::new(teampulse_dashboard::Dashboard::new(session(context), settings)))
+    }
+}
+
+/// The certificate and its key.
+fn tls(certificate: Option<&Path>, key: Option<&Path>) -> Result<Option<Tls>, SettingsError> {
+    let alone = |setting, message: &str, hint: &str| {
+        Err(SettingsError::new(message).at(setting).with_hint(hint))
+    };
+    match (certificate, key) {
+        (None, None) => Ok(None),
+        (Some(certificate), Some(key)) => Tls::read(certificate, key).map(Some).map_err(|error| {
+            let setting = error.file().setting();
+            SettingsError::new(format!("failed to {error}")).at(setting).with_hint(error.hint())
+        }),
+        (Some(_), None) => {
+            let hint = "name its file: `key = \"key.pem\"`; it may be the same file";
+            alone("certificate", "a certificate needs its private key", hint)
+        }
+        (None, Some(_)) => {
+            let hint = "name its file: `certificate = \"certificate.pem\"`";
+            alone("key", "a key needs its certificate", hint)
+        }
     }
 }
 

@@ -1,0 +1,175 @@
+//! Connections: bounded in number, and as https where there is a certificate.
+
+use std::io;
+use std::net::SocketAddr;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use axum::serve::Listener;
+use rustix::net::sockopt::set_socket_send_buffer_size;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadBuf};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio_rustls::TlsAcceptor;
+
+use crate::tls::Tls;
+
+/// The most connections at once, of browsers and programs.
+const MOST_CONNECTIONS: usize = 256;
+/// What the kernel may hold for a slow client [bytes]: a marker waits behind it.
+const SEND_BUFFER_BYTES: usize = 64 << 10;
+/// The time for a handshake; who needs longer keeps no connection from others.
+const HANDSHAKE: Duration = Duration::from_secs(10);
+/// The first byte of a TLS connection: the type of a handshake's record.
+const HANDSHAKE_RECORD: u8 = 22;
+/// The answer to one who asks for http where there is https.
+const PLAIN: &str = "this dashboard is served as https: open the same address with https://\n";
+
+/// A listener with a bound on its connections: one too many is closed at once.
+pub struct Limited {
+    listener: TcpListener,
+    room: Arc<Semaphore>,
+    acceptor: Option<TlsAcceptor>,
+}
+
+impl Limited {
+    /// Accepts connections, of https where there is a certificate.
+    pub fn new(listener: TcpListener, tls: Option<&Tls>) -> Limited {
+        let room = Arc::new(Semaphore::new(MOST_CONNECTIONS));
+        Limited { listener, room, acceptor: tls.map(Tls::acceptor) }
+    }
+}
+
+impl Listener for Limited {
+    type Io = Connection;
+    type Addr = SocketAddr;
+
+    async fn accept(&mut self) -> (Connection, SocketAddr) {
+        loop {
+            match self.listener.accept().await {
+                Ok((stream, address)) => {
+                    let Ok(permit) = Arc::clone(&self.room).try_acquire_owned() else { continue };
+                    let prepared = stream.set_nodelay(true);
+                    let bounded = set_socket_send_buffer_size(&stream, SEND_BUFFER_BYTES);
+                    if prepared.is_ok() && bounded.is_ok() {
+                        return (Connection::new(stream, self.acceptor.clone(), permit), address);
+                    }
+                }
+                // No file is left, or the other end has gone: the next one may be fine.
+                Err(error) => {
+                    tracing::debug!("failed to accept a connection: {error}");
+                    tokio::time::sleep(Duration::from_millis(100)).await;
+                }
+            }
+        }
+    }
+
+    fn local_addr(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+}
+
+/// A connection that is counted as long as it lives.
+pub struct Connection {
+    stage: Stage,
+    _permit: OwnedSemaphorePermit,
+}
+
+type Handshake = dyn Future<Output = io::Result<Box<dyn Stream>>> + Send;
+
+enum Stage {
+    /// It is being secured, while it is first read or written: a slow one keeps nobody waiting.
+    Handshake(Pin<Box<Handshake>>),
+    Open(Box<dyn Stream>),
+    Failed,
+}
+
+/// What is read and written.
+trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
+
+impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
+
+impl Connection {
+    fn new(
+        stream: TcpStream,
+        tls: Option<TlsAcceptor>,
+        permit: OwnedSemaphorePermit,
+    ) -> Connection {
+        let stage = match tls {
+            None => Stage::Open(Box::new(stream)),
+            Some(acceptor) => Stage::Handshake(Box::pin(async move {
+                let secured = tokio::time::timeout(HANDSHAKE, secure(stream, acceptor));
+                secured.await.map_err(|_late| io::Error::from(io::ErrorKind::TimedOut))?
+            })),
+        };
+        Connection { stage, _permit: permit }
+    }
+
+    /// Waits until it can be read and written.
+    fn poll_open(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<Pin<&mut dyn Stream>>> {
+        if let Stage::Handshake(handshake) = &mut self.stage {
+            self.stage = match ready!(handshake.as_mut().poll(cx)) {
+                Ok(stream) => Stage::Open(stream),
+                Err(error) => {
+                    tracing::debug!("failed to secure a connection: {error}");
+                    Stage::Failed
+                }
+            };
+        }
+        match &mut self.stage {
+            Stage::Open(stream) => Poll::Ready(Ok(Pin::new(&mut **stream))),
+            _ => Poll::Ready(Err(io::ErrorKind::NotConnected.into())),
+        }
+    }
+}
+
+/// Makes a connection one of TLS; answers one that is not with the reason.
+async fn secure(mut stream: TcpStream, acceptor: TlsAcceptor) -> io::Result<Box<dyn Stream>> {
+    let mut first = [0];
+    if stream.peek(&mut first).await? == 0 {
+        return Err(io::ErrorKind::UnexpectedEof.into());
+    }
+    if first != [HANDSHAKE_RECORD] {
+        // What is left unread would reset the connection, and the answer with it.
+        let mut request = [0; 4096];
+        let _length = stream.read(&mut request).await?;
+        let answer = format!(
+            "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nContent-Length: {}\r\nConnection: close\r\n\r\n{PLAIN}",
+            PLAIN.len()
+        );
+        stream.write_all(answer.as_bytes()).await?;
+        stream.shutdown().await?;
+        return Err(io::Error::new(io::ErrorKind::InvalidData, "it is not TLS"));
+    }
+    Ok(Box::new(acceptor.accept(stream).await?))
+}
+
+impl AsyncRead for Connection {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        ready!(self.poll_open(cx))?.poll_read(cx, buffer)
+    }
+}
+
+impl AsyncWrite for Connection {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        ready!(self.poll_open(cx))?.poll_write(cx, bytes)
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        ready!(self.poll_open(cx))?.poll_flush(cx)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        ready!(self.poll_open(cx))?.poll_shutdown(cx)
+    }
+}
