@@ -1,10 +1,12 @@
-"""Recordings of the package ros2-foxy-wearable-biosensors: its plain numbers become signals of a person."""
+"""The package ros2-foxy-wearable-biosensors, recorded and live: its plain numbers become signals of a person."""
 
 import math
+import time
 from collections import Counter
 from pathlib import Path
 
 import bags
+import harness
 import numpy
 import pytest
 import tables
@@ -106,3 +108,68 @@ def test_the_packets_of_a_wristband_are_spread_over_their_time(stage, theirs):
     # Once the clock has settled, samples are a 64th of a second apart, not a packet.
     steps = numpy.diff(at[64 * 40 :])
     assert abs(steps - 1 / 64).max() < 2e-3
+
+
+LIVE = """
+[session]
+name = "live"
+[[sources]]
+type   = "biosensors"
+person = "p003"
+[[sinks]]
+type = "bag"
+tidy = false
+"""
+
+
+def cdr(content) -> str:
+    return STORE.serialize_cdr(content, content.__msgtype__).hex()
+
+
+def test_wearables_of_others_are_read_live(stage):
+    kinds = {
+        "shimmer3_gsr/gsr": "Float32",
+        "empatica_e4/acc": "Float32MultiArray",
+        "polar_h10/ibi": "Int32",
+        "polar_h10/dev": "Int32",
+        "empatica_e4/tag": "Empty",
+    }
+    out = stage.folder / "sessions"
+    monitor = stage.teampulse("run", stage.study(LIVE), "--out", out)
+    nodes = {
+        topic: stage.cyclone("send", f"/biosensors/{topic}", "--type", f"std_msgs/msg/{kind}")
+        for topic, kind in kinds.items()
+    }
+    for node in nodes.values():
+        node.answer("matched")
+    # A writer sees its reader before the reader sees it.
+    time.sleep(2)
+    count, intervals = 200, [850, 700]
+    for k in range(count):
+        nodes["shimmer3_gsr/gsr"].say(cdr(message("Float32", 1e3 / skin_us(k / 50))))
+        nodes["empatica_e4/acc"].say(cdr(array([0, 32, 64])))
+        if k % 50 == 0:
+            interval = intervals[k // 50 % 2]
+            nodes["polar_h10/ibi"].say(cdr(message("Int32", interval & 0xFF)))
+            nodes["polar_h10/ibi"].answer("sent")
+            time.sleep(0.05)
+            nodes["polar_h10/dev"].say(cdr(message("Int32", interval >> 8)))
+        time.sleep(0.02)
+    nodes["empatica_e4/tag"].say(cdr(message("Empty")))
+    for topic in ("shimmer3_gsr/gsr", "empatica_e4/acc"):
+        harness.eventually(lambda: nodes[topic].answer("sent")["sent"] == count)
+    monitor.wait_for("empatica_e4/events ok")
+    assert monitor.interrupt() in (0, 3), monitor.report()
+
+    bag = harness.the_bag(out)
+    skin = [each for (each,) in values(bag, "/shimmer3_gsr/eda")]
+    assert skin == pytest.approx([skin_us(k / 50) for k in range(count)], rel=1e-5)
+    assert set(map(tuple, values(bag, "/empatica_e4/acceleration"))) == {(0.0, 0.5, 1.0)}
+    read = [each for (each,) in values(bag, "/polar_h10/rr_interval")]
+    assert read == [each * 1000 / 1024 for each in intervals * 2]
+    [tag] = bags.messages(bag, "/humans/persons/p003/empatica_e4/events")
+    assert (tag.content.kind, tag.content.label) == ("marker", "tag")
+    described = tables.described(bag)
+    assert list(described["/humans/persons/p003/shimmer3_gsr/eda"].units) == ["uS"]
+    # What they had published is only in the streams of the person.
+    assert not any(topic.startswith("/biosensors") for topic in bags.counts(bag))

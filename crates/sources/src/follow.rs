@@ -37,7 +37,8 @@ use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::SourceError;
 use teampulse_core::stream::{Schema, Stream};
-use teampulse_ros::bus::{Bus, BusError};
+use teampulse_messages::convert::Decoded;
+use teampulse_ros::bus::{Arrival, Bus, BusError};
 use teampulse_ros::graph::{Endpoint, Graph};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::task::JoinSet;
@@ -76,20 +77,39 @@ pub(crate) async fn follow_ours(
     Following::new(bus, outlet, Kept::Decoded).run(choose, updates).await
 }
 
+/// The same for topics of foreign types whose messages have no stamps: `read` says how those of a publisher's topic become
+/// samples. They are placed by their arrival here, as neither they nor the bus know when they were measured.
+pub(crate) async fn follow_decoded(
+    bus: Arc<dyn Bus>,
+    outlet: &Outlet,
+    choose: impl Fn(&Endpoint) -> Option<Stream> + Send,
+    read: &DecoderOf<'_>,
+) -> Result<(), SourceError> {
+    Following::new(bus, outlet, Kept::Read(read)).run(choose, &Updates::default()).await
+}
+
+/// Reads a message as a sample; an error fits after "failed to".
+pub(crate) type Decoder = Arc<dyn Fn(&Arrival) -> Result<Decoded, String> + Send + Sync>;
+
+/// What reads the messages of a publisher's topic.
+pub(crate) type DecoderOf<'a> = dyn Fn(&Endpoint) -> Result<Decoder, String> + Sync + 'a;
+
 /// How messages are kept.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Kept {
+#[derive(Clone, Copy)]
+enum Kept<'a> {
     /// Byte for byte.
     AsTheyCame,
-    /// As samples of our own shapes.
+    /// As samples of our own shapes, which they are.
     Decoded,
+    /// As samples of our own shapes, read from types of others.
+    Read(&'a DecoderOf<'a>),
 }
 
 /// The topics of a bus that are followed.
 struct Following<'a> {
     bus: Arc<dyn Bus>,
     outlet: &'a Outlet,
-    kept: Kept,
+    kept: Kept<'a>,
     followed: BTreeMap<Key, Followed>,
     /// Problems that were reported: each once.
     reported: BTreeSet<String>,
@@ -104,7 +124,7 @@ struct Following<'a> {
 }
 
 impl<'a> Following<'a> {
-    fn new(bus: Arc<dyn Bus>, outlet: &'a Outlet, kept: Kept) -> Following<'a> {
+    fn new(bus: Arc<dyn Bus>, outlet: &'a Outlet, kept: Kept<'a>) -> Following<'a> {
         Following {
             bus,
             outlet,

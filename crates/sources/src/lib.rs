@@ -2,6 +2,7 @@
 
 pub mod robots;
 pub mod ros_people;
+pub mod biosensors;
 pub mod topics;
 pub mod wearables;
 pub mod lsl;
@@ -29,6 +30,7 @@ use crate::wearables::bluetooth::Bluetooth;
 pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<robots::Robots>("robots"),
     Entry::new::<ros_people::RosPeople>("people"),
+    Entry::new::<biosensors::Biosensors>("biosensors"),
     Entry::new::<topics::Topics>("topics"),
     Entry::new::<wearables::empatica_e4::EmpaticaE4>("empatica_e4"),
     Entry::new::<wearables::heart_rate::HeartRate>("heart_rate"),

@@ -1,4 +1,4 @@
-//! Messages of our own types, decoded to samples.
+//! Messages that are decoded to samples: those of our own types, and those that a source reads.
 
 use std::sync::{Arc, Mutex};
 
@@ -6,14 +6,14 @@ use teampulse_core::data::Data;
 use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::pattern::last_token;
-use teampulse_core::source::Reading;
+use teampulse_core::source;
 use teampulse_core::stream::{Channel, Shape, Stream, StreamId};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::{self, Decoded, type_name};
 use teampulse_ros::bus::{Arrival, Deliver};
 
-use super::lock;
 use super::loss_counter::LossCounter;
+use super::{Decoder, lock};
 
 /// The number of messages to wait for a description.
 const UNDESCRIBED: u64 = 20;
@@ -61,28 +61,47 @@ impl ObservedChannels {
     }
 }
 
+/// How the messages of a topic are read.
+#[derive(Clone)]
+pub(super) struct Reading {
+    pub(super) decoder: Decoder,
+    /// Whether a computer stamps them.
+    pub(super) is_stamped: bool,
+}
+
+impl Reading {
+    /// Of a topic of our own types.
+    pub(super) fn of_ours(stream: &Stream) -> Reading {
+        let shape = stream.shape.clone();
+        let decoder: Decoder = Arc::new(move |arrival: &Arrival| decode(&shape, &arrival.bytes));
+        Reading { decoder, is_stamped: true }
+    }
+}
+
 /// The callback that decodes a stream's messages and offers them, stamped by their header, with the device's
 /// own time. Undecodable messages are reported once, and counted as lost.
 pub(super) fn deliver(
     outlet: &Outlet,
-    id: StreamId,
-    stream: &Stream,
+    (id, stream): (StreamId, &Stream),
+    reading: &Reading,
     losses: &Arc<Mutex<LossCounter>>,
     observed: &Arc<Mutex<ObservedChannels>>,
 ) -> Deliver {
-    let (outlet, topic, shape) = (outlet.clone(), stream.name.clone(), stream.shape.clone());
+    let (outlet, topic) = (outlet.clone(), stream.name.clone());
+    let decoder = Arc::clone(&reading.decoder);
     let (losses, observed) = (Arc::clone(losses), Arc::clone(observed));
     Arc::new(move |arrival: Arrival| {
         let (mut losses, mut observed) = (lock(&losses), lock(&observed));
         losses.count(&arrival, &outlet);
-        match decode(&shape, &arrival.bytes) {
+        match decoder(&arrival) {
             Ok(decoded) => {
                 observed.hear(&decoded.data);
                 let stamp = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
                 let source_time = stamp.map(|stamp| outlet.clock().session_from_stamp(stamp));
                 let Decoded { device_time, index, data, .. } = decoded;
                 losses.number(index, &arrival, &outlet);
-                outlet.offer(Reading { stream: id, index, device_time, source_time, data });
+                let stream = id;
+                outlet.offer(source::Reading { stream, index, device_time, source_time, data });
             }
             Err(reason) => {
                 losses.refuse();

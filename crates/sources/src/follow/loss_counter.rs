@@ -16,7 +16,8 @@ use super::stamping::Stamping;
 #[derive(Debug)]
 pub(super) struct LossCounter {
     stream: StreamId,
-    stamping: Stamping,
+    /// `None` where no computer stamps them.
+    stamping: Option<Stamping>,
     losses: Losses,
     known: Option<bool>,
     unreported: u64,
@@ -29,8 +30,16 @@ impl LossCounter {
     /// A counter before the first message.
     pub(super) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> LossCounter {
         LossCounter {
+            stamping: Some(Stamping::new(stream, graph)),
+            ..LossCounter::of_unstamped(stream)
+        }
+    }
+
+    /// A counter of messages without stamps.
+    pub(super) fn of_unstamped(stream: StreamId) -> LossCounter {
+        LossCounter {
             stream,
-            stamping: Stamping::new(stream, graph),
+            stamping: None,
             losses: Losses::default(),
             known: None,
             unreported: 0,
@@ -42,7 +51,9 @@ impl LossCounter {
     /// A message arrived: reports whose clock stamps it, and counts the messages missing before it. Whether
     /// losses can be counted at all is reported at the first message and when it changes.
     pub(super) fn count(&mut self, arrival: &Arrival, outlet: &Outlet) {
-        self.stamping.hear(arrival.publisher, outlet);
+        if let Some(stamping) = &mut self.stamping {
+            stamping.hear(arrival.publisher, outlet);
+        }
         let known = arrival.sequence.is_some();
         if self.known != Some(known) {
             self.known = Some(known);

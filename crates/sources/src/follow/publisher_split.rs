@@ -12,7 +12,7 @@ use teampulse_ros::bus::{Arrival, Deliver};
 use teampulse_ros::graph::{Gid, Graph};
 use tokio::sync::watch;
 
-use super::decoding::{self, ObservedChannels};
+use super::decoding::{self, ObservedChannels, Reading};
 use super::lock;
 use super::loss_counter::LossCounter;
 use super::publishers::{Change, MOST_BESIDE, Place, Publishers};
@@ -31,6 +31,7 @@ pub(super) struct PublisherSplit {
     host: Clock,
     id: StreamId,
     stream: Stream,
+    reading: Reading,
     publishers: Publishers,
     waiting: VecDeque<Arrival>,
     primary: StreamReceiver,
@@ -61,11 +62,17 @@ impl StreamReceiver {
         outlet: &Outlet,
         graph: &watch::Receiver<Arc<Graph>>,
         (id, stream): (StreamId, &Stream),
+        reading: &Reading,
     ) -> StreamReceiver {
-        let losses = Arc::new(Mutex::new(LossCounter::new(id, graph.clone())));
+        let losses = if reading.is_stamped {
+            LossCounter::new(id, graph.clone())
+        } else {
+            LossCounter::of_unstamped(id)
+        };
+        let losses = Arc::new(Mutex::new(losses));
         let observed = Arc::<Mutex<ObservedChannels>>::default();
         StreamReceiver {
-            deliver: decoding::deliver(outlet, id, stream, &losses, &observed),
+            deliver: decoding::deliver(outlet, (id, stream), reading, &losses, &observed),
             losses,
             observed,
         }
@@ -78,14 +85,16 @@ impl PublisherSplit {
         outlet: &Outlet,
         graph: watch::Receiver<Arc<Graph>>,
         (id, stream): (StreamId, &Stream),
+        reading: Reading,
     ) -> PublisherSplit {
         PublisherSplit {
-            primary: StreamReceiver::of(outlet, &graph, (id, stream)),
+            primary: StreamReceiver::of(outlet, &graph, (id, stream), &reading),
             outlet: outlet.clone(),
             graph,
             host: Clock::host(),
             id,
             stream: stream.clone(),
+            reading,
             publishers: Publishers::default(),
             waiting: VecDeque::new(),
             beside: Vec::new(),
@@ -194,7 +203,8 @@ impl PublisherSplit {
             let publisher = who(&self.graph.borrow(), publisher);
             let stream = self.stream_beside(place, publisher.clone());
             let id = self.outlet.declare(stream.clone());
-            let receiver = StreamReceiver::of(&self.outlet, &self.graph, (id, &stream));
+            let receiver =
+                StreamReceiver::of(&self.outlet, &self.graph, (id, &stream), &self.reading);
             self.beside.push(Beside { receiver, publisher });
         }
         self.stream.beside(place + 2).name

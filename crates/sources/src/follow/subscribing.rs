@@ -6,6 +6,7 @@ use teampulse_core::stream::{Shape, Stream};
 use teampulse_ros::bus::{Asked, Deliver, Subscription};
 use teampulse_ros::graph::{Endpoint, Graph};
 
+use super::decoding::Reading;
 use super::followed::{Followed, Receivers};
 use super::loss_counter::LossCounter;
 use super::publisher_split::PublisherSplit;
@@ -41,7 +42,16 @@ impl Following<'_> {
         self.report_second_type(endpoint);
         let followed = match self.kept {
             Kept::AsTheyCame => self.begin_verbatim(&key, endpoint, stream, graph),
-            Kept::Decoded => self.begin_decoded(endpoint, stream),
+            Kept::Decoded => {
+                let reading = Reading::of_ours(&stream);
+                self.begin_decoded(endpoint, stream, reading)
+            }
+            Kept::Read(reader) => match reader(endpoint) {
+                Ok(decoder) => {
+                    self.begin_decoded(endpoint, stream, Reading { decoder, is_stamped: false })
+                }
+                Err(reason) => return self.fault(format!("failed to {reason}")),
+            },
         };
         self.followed.insert(key, followed);
     }
@@ -87,9 +97,9 @@ impl Following<'_> {
     }
 
     /// Follows a topic whose messages are decoded. Which of its publishers is heard first is not known yet.
-    fn begin_decoded(&self, endpoint: &Endpoint, stream: Stream) -> Followed {
+    fn begin_decoded(&self, endpoint: &Endpoint, stream: Stream, reading: Reading) -> Followed {
         let id = self.outlet.declare(stream.clone());
-        let split = PublisherSplit::new(self.outlet, self.bus.graph(), (id, &stream));
+        let split = PublisherSplit::new(self.outlet, self.bus.graph(), (id, &stream), reading);
         let split = Arc::new(Mutex::new(split));
         let taking = Arc::clone(&split);
         let deliver: Deliver = Arc::new(move |arrival| lock(&taking).take(arrival));
