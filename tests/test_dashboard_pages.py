@@ -255,6 +255,49 @@ def test_ending_the_session_takes_a_second_click_and_leaves_a_valid_bag(stage, s
     assert info.returncode == 0, info.stderr
 
 
+def test_a_span_is_labelled_on_the_signals_and_seen_again_in_the_recording(stage, screens):
+    monitor, simulator, address, out = watched(stage)
+    page = screens(address).page
+    page.click("text=Signals")
+    page.click("text='10 s'")
+    page.wait_for_selector(".pad >> text=/[1-9][0-9]* beats/")
+    strip = page.locator(".rows .cv").first.bounding_box()
+    across = lambda share: (strip["x"] + strip["width"] * share, strip["y"] + strip["height"] / 2)
+    page.mouse.move(*across(0.6))
+    page.mouse.down()
+    page.mouse.move(*across(0.85), steps=4)
+    page.mouse.up()
+    page.keyboard.press("Enter")
+    sync_api.expect(page.locator("#span-label")).to_be_focused()
+    page.keyboard.type("talks <b>aloud</b>")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("[data-testid=span-echo] >> text=/in the bag, ± /")
+    seen = ".selection >> text=/markers?: .*talks <b>aloud<.b>/"
+    page.wait_for_selector(seen)
+    SHOTS.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=SHOTS / "span.png")
+    page.click("text=Session")
+    page.wait_for_selector(".timeline canvas")
+    page.screenshot(path=SHOTS / "span-session.png")
+    assert simulator.interrupt() == 0, simulator.report()
+    assert monitor.interrupt() == 0, monitor.report()
+    bag = harness.the_bag(out)
+    marked = [each.content for each in bags.messages(bag, "/session/events") if each.content.kind == "marker"]
+    [(label, duration)] = [(each.label, each.duration_secs) for each in marked]
+    assert label == "talks <b>aloud</b>" and 1 < duration < 10
+
+    player = stage.teampulse("play", bag, "--no-ros")
+    page = screens(address_of(player), linked="linked").page
+    page.click("text=Signals")
+    page.wait_for_selector("[data-testid=player] >> text='click or drag to go there'")
+    page.keyboard.press("Space")
+    page.click("text='5 min'")
+    page.keyboard.press("End")
+    page.wait_for_selector(seen)
+    page.screenshot(path=SHOTS / "span-replay.png")
+    assert page.locator("#span-label").count() == 0
+
+
 # How many points of the strips' pixels differ much after all of them are drawn anew, and how many there are.
 DRAWN_ANEW = """
 async () => {

@@ -129,6 +129,44 @@ def test_what_is_done_in_a_browser_is_in_the_bag_at_its_moment(stage):
     assert [label for _, label in events(bag, "phase")] == ["baseline"]
 
 
+def test_a_span_is_a_marker_from_its_begin_to_its_end_in_the_bag_and_the_tables(stage):
+    out = stage.folder / "sessions"
+    study = stage.study(STUDY.replace("tidy = false", "tidy = true"))
+    monitor = stage.teampulse("run", study, "--out", out)
+    address = monitor.wait_for(r"the dashboard is at (http://\S+)/")[1]
+
+    async def act():
+        async with websockets.connect(f"{address.replace('http', 'ws')}/ws") as socket:
+            browser = Browser(socket)
+            hello = await browser.hear("hello")
+            await browser.hear("ready")
+            now, _ = await browser.session_time(hello["began_unix_ms"])
+            await browser.say("annotate", reference="a", text="talks aloud", **{"from": now / 2, "to": 0.75 * now})
+            echo = await browser.hear("echo", reference="a", on_disk=True)
+            assert echo["label"] == "talks aloud" and abs(echo["off_secs"]) < 1e-3
+            wrong = {"backwards": (now - 1, now - 2), "ahead": (now, now + 60), "of old": (now - 700, now - 650)}
+            for text, (begin, end) in wrong.items():
+                await browser.say("annotate", reference=text, text=text, **{"from": begin, "to": end})
+                try:
+                    await browser.hear("echo", reference=text)
+                    raise RuntimeError(f"{text} was recorded")
+                except AssertionError as refused:
+                    assert "the span" in str(refused), refused
+            return hello["began_unix_ms"] / 1e3, now
+
+    began, now = asyncio.run(act())
+    assert monitor.interrupt() == 0, monitor.report()
+    bag = harness.the_bag(out)
+    marked = [each.content for each in bags.messages(bag, "/session/events") if each.content.kind == "marker"]
+    [span] = marked
+    begin = span.header.stamp.sec + span.header.stamp.nanosec * 1e-9
+    assert abs(begin - began - now / 2) < 1e-3 and abs(span.duration_secs - now / 4) < 1e-3
+    rows = [line.split("\t") for line in (bag / "events.tsv").read_text().splitlines()]
+    head, *rows = rows
+    [row] = [dict(zip(head, each)) for each in rows if "talks aloud" in each]
+    assert row["trial_type"] == "marker" and abs(float(row["duration"]) - now / 4) < 1e-3
+
+
 def test_a_session_is_stopped_from_a_browser_where_the_study_allows_it(stage):
     monitor, address, out = started(stage, '[commands]\ndashboard = ["stop"]\n')
 

@@ -781,7 +781,23 @@ text: string,
 /**
  * What it is about: when its writing began, or the moment that was chosen [s]; `null` for now.
  */
-at: number | null, } | { "type": "acknowledge", 
+at: number | null, } | { "type": "annotate", 
+/**
+ * Comes back in `echo` or `refused`.
+ */
+reference: string, 
+/**
+ * The label.
+ */
+text: string, 
+/**
+ * The begin of the span: at most ten minutes ago [s].
+ */
+from: number, 
+/**
+ * Its end [s].
+ */
+to: number, } | { "type": "acknowledge", 
 /**
  * Comes back in `echo` or `refused`.
  */

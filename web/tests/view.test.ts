@@ -9,6 +9,8 @@ import { baselineOf, people } from "../src/view/people";
 import { phases, present } from "../src/view/phases";
 import { recordingWords } from "../src/view/recording";
 import { robots } from "../src/view/robots";
+import { markers, spans } from "../src/view/strips";
+import { timeline } from "../src/view/timeline";
 import type { Event, Recording } from "../src/wire";
 
 function session(count = 5): { model: Model; now: number; feed: Feed } {
@@ -138,4 +140,21 @@ test("events come in any order on joining, and some again, but each is there onc
   model.apply({ type: "events", events: [event(902), event(900), event(902)] });
   model.apply({ type: "events", events: [event(901), event(900)] });
   expect(model.events.slice(before).map((each) => each.number)).toEqual([900, 901, 902]);
+});
+
+test("an annotated span is one from its begin to its end, in a recording also before it was annotated", () => {
+  const { model, now } = session();
+  const id = model.byName.get("/session/events")?.id ?? -1;
+  const span: Event = { number: 9000, stream: id, t: now - 20, kind: "marker", label: "talks", value: null, duration: 8, request: null, alert: null };
+  model.apply({ type: "events", events: [span] });
+  const labels = (from: number, to: number) => spans(model, from, to).map((each) => each.label);
+  expect([labels(now - 15, now), labels(now - 11, now), labels(now - 30, now - 21)]).toEqual([["talks"], [], []]);
+  expect(markers(model, now - 30, now).map((each) => each.label)).toEqual(["stimulus"]);
+  const lane = timeline(model, now).lanes.find((each) => each.name === "markers");
+  expect(lane?.spans).toEqual([{ from: now - 20, to: now - 12, kind: "span" }]);
+  expect(lane?.ticks).not.toContain(span.t);
+  expect(log(model, 9).find((each) => each.what.startsWith("talks"))?.what).toBe("talks, 8.0 s");
+  const later = { ...span, number: 3, t: now + 100, label: "later" };
+  model.apply({ type: "timeline", events: [later], left_out: 0, absences: [] });
+  expect(labels(now + 99, now + 120)).toEqual(["later"]);
 });

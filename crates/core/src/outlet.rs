@@ -169,7 +169,7 @@ impl Outlet {
     }
 
     /// The same, of an event that happened at a known time of the session's clock, such as a click in a browser:
-    /// up to a minute ago, as far as it waited for a connection.
+    /// up to eleven minutes ago, where it was annotated afterwards or waited for a connection.
     pub fn happen_at(&self, event: Event, at: Option<Time>) {
         let stream = self.declare(session_events());
         let data = Data::Event(Arc::new(event));
@@ -194,6 +194,28 @@ impl Outlet {
         command: Command,
         at: Option<Time>,
     ) -> Result<(), Refused> {
+        self.carry_out(sender, command, at, 0.0)
+    }
+
+    /// Labels a span [s] that began at a known time of the session's clock: a marker that lasts, for which a sender needs
+    /// to be allowed to `mark`.
+    pub fn annotate(
+        &self,
+        sender: &Sender,
+        label: String,
+        begin: Time,
+        duration_secs: f64,
+    ) -> Result<(), Refused> {
+        self.carry_out(sender, Command::Mark(label), Some(begin), duration_secs)
+    }
+
+    fn carry_out(
+        &self,
+        sender: &Sender,
+        command: Command,
+        at: Option<Time>,
+        duration_secs: f64,
+    ) -> Result<(), Refused> {
         let commands = self.queue.commands();
         if let Err(refused) = commands.check(sender, &command) {
             let label = format!("the command `{command}` of {sender} was refused: {refused}");
@@ -207,7 +229,7 @@ impl Outlet {
         let Accepted { sender, command } = accepted;
         if let Command::Mark(label) = &command {
             let (kind, label) = (EventKind::Marker, label.clone());
-            self.happen_at(Event { kind, label, value: f64::NAN, duration_secs: 0.0 }, at);
+            self.happen_at(Event { kind, label, value: f64::NAN, duration_secs }, at);
         }
         let at = at.unwrap_or_else(|| self.clock.now());
         commands.dispatch(&Instruction { sender, command, at });

@@ -8,6 +8,7 @@ use teampulse_core::outlet::Outlet;
 use teampulse_core::time::Time;
 
 use crate::client::Client;
+use crate::history::STORED_SECS;
 use crate::hub::{Awaited, Hub};
 use crate::joining::show;
 use crate::wire::{FromBrowser, FromServer, HistoryReply, HistoryRequest, MOST_WANTED, Right};
@@ -43,6 +44,7 @@ pub fn reference(asked: &FromBrowser) -> Option<&str> {
         FromBrowser::History(HistoryRequest { reference, .. })
         | FromBrowser::Command { reference, .. }
         | FromBrowser::Note { reference, .. }
+        | FromBrowser::Annotate { reference, .. }
         | FromBrowser::Acknowledge { reference, .. }
         | FromBrowser::Report { reference, .. }
         | FromBrowser::ShowEstimates { reference }
@@ -82,6 +84,9 @@ pub fn act(
         }
         FromBrowser::Command { reference, text, at } => doer.command(&text, at, reference)?,
         FromBrowser::Note { reference, text, at } => doer.note(&text, at, reference)?,
+        FromBrowser::Annotate { reference, text, from, to } => {
+            doer.annotate(&text, (from, to), reference)?;
+        }
         FromBrowser::Acknowledge { reference, alert, at } => {
             doer.acknowledge(&alert, at, reference)?;
         }
@@ -188,6 +193,33 @@ impl Doer<'_> {
         self.write("note", text, at, reference)
     }
 
+    /// Labels a span of the signals [s]: a marker that lasts.
+    pub fn annotate(
+        &self,
+        text: &str,
+        (from, to): (f64, f64),
+        reference: String,
+    ) -> Result<(), Refusal> {
+        let text = recordable(text)?;
+        let outlet = self.allowed(Right::Mark)?;
+        let (now, from) = (self.hub.now(), from.max(0.0));
+        if !(from >= now - STORED_SECS && to <= now + AGES_SECS.1) {
+            let hint = "choose a span of the last ten minutes";
+            return Err(Refusal::new("the span is not of what is stored here", hint));
+        }
+        if to <= from {
+            let hint = "drag over the signals, or use [ and ] at the cursor";
+            return Err(Refusal::new("the span has no length", hint));
+        }
+        let begin = self.hub.moment(Some(from));
+        let duration_secs = to - self.hub.secs(begin);
+        self.await_echo(EventKind::Marker, begin, true, reference);
+        outlet.annotate(&self.sender, text.to_owned(), begin, duration_secs).map_err(|refused| {
+            self.hub.forget_awaited(begin);
+            Refusal::new(format!("the label was refused: {refused}"), "")
+        })
+    }
+
     /// States that an alert or a fault was seen.
     pub fn acknowledge(
         &self,
@@ -230,11 +262,7 @@ impl Doer<'_> {
         at: Option<f64>,
         reference: String,
     ) -> Result<(), Refusal> {
-        let text = text.trim();
-        if text.is_empty() || text.len() > LONGEST_TEXT {
-            let reason = format!("{} bytes are no text to record", text.len());
-            return Err(Refusal::new(reason, "write 1 to 1000 bytes"));
-        }
+        let text = recordable(text)?;
         self.happen(
             format!("{} {verb} {text}", self.sender),
             f64::NAN,
@@ -278,9 +306,23 @@ impl Doer<'_> {
             return Err(Refusal::new("its time is not of the last minute", hint));
         }
         let (is_timed, at) = (at.is_some(), self.hub.moment(at));
+        self.await_echo(kind, at, is_timed, reference);
+        Ok(at)
+    }
+
+    fn await_echo(&self, kind: EventKind, at: Time, is_timed: bool, reference: String) {
         if let Some(client) = self.client {
             self.hub.expect(Awaited { client, reference, kind, at, is_timed });
         }
-        Ok(at)
     }
+}
+
+/// A text without what surrounds it, if it is short enough to be recorded.
+fn recordable(text: &str) -> Result<&str, Refusal> {
+    let text = text.trim();
+    if text.is_empty() || text.len() > LONGEST_TEXT {
+        let reason = format!("{} bytes are no text to record", text.len());
+        return Err(Refusal::new(reason, "write 1 to 1000 bytes"));
+    }
+    Ok(text)
 }

@@ -10,6 +10,7 @@ use std::sync::mpsc::sync_channel;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use teampulse_core::data::Data;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::SinkError;
 use teampulse_core::stream::Stream;
@@ -17,6 +18,7 @@ use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
 use crate::context::{Context, Settings};
+use crate::convert::is_minor;
 use crate::hub::{Hub, message};
 use crate::pictures::has_pictures;
 use crate::playhead::Playhead;
@@ -154,6 +156,8 @@ struct Showing<'a> {
     jumps: Option<u64>,
     reported: Option<(f64, bool, u64)>,
     has_timeline: bool,
+    /// Events that happened before this are sent from the timeline, however late they were recorded.
+    known_until: Option<Time>,
 }
 
 impl<'a> Showing<'a> {
@@ -169,6 +173,7 @@ impl<'a> Showing<'a> {
             jumps: None,
             reported: None,
             has_timeline: false,
+            known_until: None,
         }
     }
 
@@ -205,9 +210,12 @@ impl<'a> Showing<'a> {
         let timeline = self.hub.timeline();
         let events = timeline.as_deref().map_or(&[][..], |timeline: &Timeline| &timeline.events);
         let before = events.iter().filter(|event: &&Event| event.t < t);
+        self.known_until = timeline.is_some().then_some(from);
+        let known_until = self.known_until;
         let (ahead, pictures) = (&mut self.ahead, &mut self.pictures);
         let until = || due(ahead, now).or_else(|| due(pictures, now));
-        self.relay.restart(before, std::iter::from_fn(until));
+        let records = std::iter::from_fn(until).filter(|record| !is_known(record, known_until));
+        self.relay.restart(before, records);
     }
 
     /// Hands on what is due; returns whether more is.
@@ -222,11 +230,13 @@ impl<'a> Showing<'a> {
             batch.push(record);
         }
         let is_behind = batch.len() == BATCH;
+        let last = batch.last().map(|record| record.sample.log_time).filter(|_| is_behind);
+        batch.retain(|record| !is_known(record, self.known_until));
         if !batch.is_empty() {
             self.relay.take(&batch);
         }
-        if let Some(last) = batch.last().filter(|_| is_behind) {
-            self.playhead.wait_for(last.sample.log_time, BEHIND_SECS);
+        if let Some(last) = last {
+            self.playhead.wait_for(last, BEHIND_SECS);
         }
         is_behind
     }
@@ -243,4 +253,11 @@ impl<'a> Showing<'a> {
             client.outbox.urgent(text.clone());
         }
     }
+}
+
+/// Whether an event is among those of the timeline that were sent: it was recorded long after it happened, as a span
+/// that was annotated.
+fn is_known(record: &Record, known_until: Option<Time>) -> bool {
+    let Data::Event(event) = &record.sample.data else { return false };
+    !is_minor(event) && known_until.is_some_and(|until| record.sample.measured < until)
 }

@@ -5,6 +5,34 @@ import { GUTTER } from "./strip";
 export interface Tag {
   t: number;
   label: string;
+  /** How long it lasts [s]. */
+  duration?: number | null;
+}
+
+/** Draws the labels of annotated spans above the strips, each over its span. */
+export function drawSpans(canvas: HTMLCanvasElement, spans: readonly Tag[], from: number, to: number): void {
+  const x = canvas.getContext("2d");
+  if (!x) return;
+  const [w, h] = [canvas.clientWidth, canvas.clientHeight];
+  const colours = ink();
+  const at = (t: number) => GUTTER + ((t - from) / (to - from)) * (w - GUTTER);
+  for (const { t, label, duration } of spans) {
+    const [left, right] = [Math.max(GUTTER, at(t)), Math.min(w, at(t + (duration ?? 0)))];
+    x.save();
+    x.beginPath();
+    x.rect(left, 0, Math.max(2, right - left), h);
+    x.clip();
+    x.fillStyle = colours.of("panel");
+    x.fillRect(left, 0, right - left, h);
+    x.fillStyle = colours.of("accent");
+    x.globalAlpha = 0.18;
+    x.fillRect(left, 0, right - left, h);
+    x.globalAlpha = 1;
+    x.fillRect(left, h - 2, Math.max(2, right - left), 2);
+    x.fillStyle = colours.of("ink");
+    x.fillText(label, left + 5, h / 2);
+    x.restore();
+  }
 }
 
 /** Draws the names of markers above the strips; those that would collide are left out, their ticks never. */

@@ -6,7 +6,7 @@ import { ink, prepared } from "./canvas";
 export interface LaneSpan {
   from: number;
   to: number;
-  kind: "act" | "soon" | "here" | "gap";
+  kind: "act" | "soon" | "here" | "gap" | "span";
 }
 
 /** A row of the timeline. */
@@ -92,6 +92,12 @@ function drawSpan(x: CanvasRenderingContext2D, span: LaneSpan, at: (t: number) =
     x.fillStyle = colours.of(colour);
     x.fillRect(left, top, right - left, bottom - top);
     x.globalAlpha = 1;
+  } else if (span.kind === "span") {
+    x.fillStyle = colours.of("accent");
+    x.globalAlpha = 0.3;
+    x.fillRect(left, top, right - left, bottom - top);
+    x.globalAlpha = 1;
+    x.fillRect(left, bottom - 2, right - left, 2);
   } else if (span.kind === "gap") {
     x.fillStyle = colours.of("panel");
     x.fillRect(left, top, right - left, bottom - top);

@@ -26,6 +26,8 @@ export interface Strip {
   ticks: readonly Tick[];
   /** The times of markers and phases. */
   markers: readonly number[];
+  /** Spans that were annotated. */
+  spans: readonly Pick<Tick, "t" | "duration">[];
   cursor?: number | undefined;
   selection?: readonly [number, number] | undefined;
   /** How far back the newest point may be before that is a gap [s]. */
@@ -62,7 +64,7 @@ export class StripCanvas {
     const key = [w, h, scale, secs, strip.low, strip.high, strip.track.revision, this.isDense, strip.selection, ink().theme].join(" ");
     const frame = { width, height: Math.round(h * scale), secs, end, key, y: (v: number) => scale * y(v) };
     const isNew = this.roll.update(strip, frame, (onto, whole, place, level, from, to) => this.paint(onto, whole, { at: place, y: level, left: from, right: to, scale }, frame.height));
-    const over = [key, strip.cursor, strip.ticks.length, strip.ticks.at(-1)?.t, strip.markers.join(), strip.poor?.from, strip.poor?.word].join(" ");
+    const over = [key, strip.cursor, strip.ticks.length, strip.ticks.at(-1)?.t, strip.markers.join(), strip.spans.map((each) => [each.t, each.duration]).join(), strip.poor?.from, strip.poor?.word].join(" ");
     if (!isNew && over === this.shown) return;
     x.setTransform(1, 0, 0, 1, 0, 0);
     this.roll.show(x, left, frame);
@@ -95,6 +97,7 @@ export class StripCanvas {
     x.beginPath();
     x.rect(GUTTER, 0, w - GUTTER, h);
     x.clip();
+    annotated(x, strip.spans, at, h);
     lines(x, strip.markers.map(at), h);
     farthest(x, strip, w);
     if (strip.poor) {
@@ -133,6 +136,20 @@ function gutter(x: CanvasRenderingContext2D, strip: Strip, y: (v: number) => num
   const span = strip.high - strip.low;
   for (const level of levels(strip)) x.fillText(decimal(level, span < 0.5 ? 2 : span < 5 ? 1 : 0), GUTTER - 5, Math.max(8, Math.round(y(level)) + 0.5));
   x.textAlign = "left";
+}
+
+/** Annotated spans: their ground is tinted, with a bar above and an edge at either end. */
+function annotated(x: CanvasRenderingContext2D, spans: Strip["spans"], at: (t: number) => number, h: number): void {
+  x.fillStyle = ink().of("accent");
+  for (const { t, duration } of spans) {
+    const [left, right] = [Math.round(at(t)), Math.round(at(t + (duration ?? 0)))];
+    x.globalAlpha = 0.1;
+    x.fillRect(left, 0, right - left, h);
+    x.globalAlpha = 1;
+    x.fillRect(left, 0, Math.max(2, right - left), 2);
+    x.fillRect(left, 0, 1, h);
+    x.fillRect(right - 1, 0, 1, h);
+  }
 }
 
 function lines(x: CanvasRenderingContext2D, places: number[], h: number): void {

@@ -9,7 +9,7 @@ const KEPT = 50;
 /** Something that was done on this page, and what became of it. */
 export interface Done {
   reference: string;
-  /** `mark`, `note`, `acknowledge`, `report` or the verb of another command. */
+  /** `mark`, `span`, `note`, `acknowledge`, `report` or the verb of another command. */
   verb: string;
   /** The marker's label, the note, … */
   text: string;
@@ -49,6 +49,11 @@ export class Actions {
 
   note(text: string, browserMs: number): void {
     this.send("note", text, browserMs, (reference, at) => ({ type: "note", reference, text, at }));
+  }
+
+  /** Labels a span of the signals [s]. */
+  annotate(text: string, [from, to]: readonly [number, number], browserMs: number): void {
+    this.send("span", text, browserMs, (reference) => ({ type: "annotate", reference, text, from, to }));
   }
 
   acknowledge(alert: string, browserMs: number): void {

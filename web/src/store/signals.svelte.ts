@@ -82,6 +82,10 @@ class Signals {
       case "Home": this.pausedAt = Math.max(this.windowSecs, live.now() - (live.model.hello?.stored_secs ?? 600) + this.windowSecs); return true;
       case "[": this.edge(true); return true;
       case "]": this.edge(false); return true;
+      case "Enter":
+        if (!this.selection || event.target instanceof HTMLButtonElement) return false;
+        document.querySelector<HTMLElement>("#span-label")?.focus();
+        return true;
       case "F":
         if (!event.shiftKey) return false;
         this.fit += 1;

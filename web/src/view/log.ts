@@ -1,6 +1,7 @@
 import type { Model } from "../store/model";
 import type { Event, Stream } from "../wire";
 import { decimal } from "./format";
+import { isSpan } from "./strips";
 
 /** A line of the log. */
 export interface Line {
@@ -43,6 +44,7 @@ export function lineOf(event: Event, stream: Stream): Line | undefined {
     case "phase":
       return { ...base, glyph: "", who: stream.about === "person" ? `${stream.subject} phase` : "phase", what: event.label || "ended" };
     case "marker":
+      if (!stream.derived && isSpan(event)) return { ...base, glyph: "", who: who || "span", what: `${event.label}, ${decimal(event.duration ?? 0, 1)} s` };
       return stream.derived ? { ...base, glyph: "note", who, what: event.label } : { ...base, glyph: "", who: who || "marker", what: event.label };
     case "report":
       return { ...base, glyph: "", who: who || "report", what: `${event.label} ${event.value === null ? "?" : decimal(event.value)}` };

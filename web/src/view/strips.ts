@@ -1,6 +1,6 @@
 import type { Model } from "../store/model";
 import type { Track } from "../store/track";
-import type { Event, Stream } from "../wire";
+import type { Event, Stream, Timeline } from "../wire";
 import { age, significant, unit } from "./format";
 import { sensorName, STATE_WORDS, stateOf } from "./words";
 
@@ -55,19 +55,39 @@ export function bodyTicks(model: Model, stream: Stream, from: number, to: number
   return found.reverse();
 }
 
-let ofSession: { model: Model; version: number; events: Event[] } | undefined;
+let ofSession: { model: Model; version: number; whole: Timeline | undefined; events: Event[]; spans: Event[] } | undefined;
 
-/** Phases and markers of the session, sought once for each event that comes: strips ask with each frame. */
-function marksOf(model: Model): Event[] {
-  if (ofSession?.model === model && ofSession.version === model.eventsVersion) return ofSession.events;
-  const events = model.events.filter((event) => (event.kind === "phase" || (event.kind === "marker" && !event.request)) && model.streams.get(event.stream)?.about === "session");
-  ofSession = { model, version: model.eventsVersion, events };
-  return events;
+/** Phases, markers and annotated spans of the session, sought once for each event that comes: strips ask with each frame. */
+function marksOf(model: Model): { events: Event[]; spans: Event[] } {
+  const [version, whole] = [model.eventsVersion, model.timeline];
+  if (ofSession?.model === model && ofSession.version === version && ofSession.whole === whole) return ofSession;
+  const events = model.events.filter((event) => (event.kind === "phase" || (event.kind === "marker" && !event.request && !isSpan(event))) && ofTheSession(model, event));
+  ofSession = { model, version, whole, events, spans: spansOf({ streams: model.streams, events: whole?.events ?? model.events }) };
+  return ofSession;
+}
+
+/** Whether an event is a span that was annotated: a marker that lasts. */
+export function isSpan(event: Event): boolean {
+  return event.kind === "marker" && (event.duration ?? 0) > 0;
+}
+
+/** The annotated spans of the session. In a recording they are known before the time at which they were annotated. */
+export function spansOf(model: Pick<Model, "events" | "streams">): Event[] {
+  return model.events.filter((event) => isSpan(event) && ofTheSession(model, event));
+}
+
+function ofTheSession(model: Pick<Model, "streams">, event: Event): boolean {
+  return model.streams.get(event.stream)?.about === "session";
 }
 
 /** Events of the session that are drawn on every strip. */
 export function markers(model: Model, from: number, to: number): Event[] {
-  return marksOf(model).filter((event) => event.t >= from && event.t <= to);
+  return marksOf(model).events.filter((event) => event.t >= from && event.t <= to);
+}
+
+/** Annotated spans of which a part lies between two times. */
+export function spans(model: Model, from: number, to: number): Event[] {
+  return marksOf(model).spans.filter((event) => event.t <= to && event.t + (event.duration ?? 0) >= from);
 }
 
 export function markerTimes(model: Model, from: number, to: number): number[] {

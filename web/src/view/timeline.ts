@@ -2,6 +2,7 @@ import type { Lane, LaneSpan } from "../draw/lanes";
 import type { Model } from "../store/model";
 import { courses } from "./alerts";
 import { phases, type Phase } from "./phases";
+import { isSpan, spansOf } from "./strips";
 
 /** What happened, and what is known of the streams that it happened on. */
 export type Happened = Pick<Model, "events" | "streams" | "byName" | "hello">;
@@ -12,11 +13,11 @@ export function timeline(model: Happened, now: number, end = now): { lanes: Lane
   const planned = Math.max(0, ...all.map((each) => each.to ?? each.from));
   const about = (id: number) => model.streams.get(id)?.about;
   const times = (kinds: readonly string[]) => model.events.filter((each) => kinds.includes(each.kind) && about(each.stream) !== "team").map((each) => each.t);
-  const marks = model.events.filter((each) => (each.kind === "marker" && about(each.stream) === "session") || each.request?.verb === "mark").map((each) => each.t);
+  const marks = model.events.filter((each) => (each.kind === "marker" && !isSpan(each) && about(each.stream) === "session") || each.request?.verb === "mark").map((each) => each.t);
   const steps = model.events.filter((each) => each.kind === "intervention").map((each) => each.t);
   const lanes: Lane[] = [
     { name: "phases", phases: all },
-    { name: "markers", ticks: marks },
+    { name: "markers", ticks: marks, spans: spansOf(model).map(({ t, duration }) => ({ from: t, to: t + (duration ?? 0), kind: "span" })) },
     { name: "alerts", spans: alertSpans(model, end) },
     { name: "says", dots: times(["report"]) },
     { name: "commands", ticks: steps },

@@ -5,9 +5,9 @@ use teampulse_timefilter::clock::Stamps;
 use crate::session_streams::session_events;
 use crate::stream::Stream;
 
-/// How long an act may be under way, and how far it may be ahead, as the clock of a browser is known from probes
-/// only [ns].
-const UNDER_WAY_NANOS: i64 = 60_000_000_000;
+/// How long ago an act may have been, and how far it may be ahead, as the clock of a browser is known from probes
+/// only [ns]. What is annotated began up to ten minutes before, and may be under way for another.
+const UNDER_WAY_NANOS: i64 = 660_000_000_000;
 const AHEAD_NANOS: i64 = 1_000_000_000;
 
 /// When an event of the session was done by its own clock; `None` for any other reading.

@@ -145,18 +145,20 @@ fn what_was_done_keeps_its_time_though_it_arrives_later_and_another_computer_sta
     };
     // Another computer's event first, 300 s ahead of this one.
     assert_eq!(placed(&events, None, Some(NOW + 300 * SEC), NOW), NOW);
-    for late_secs in [0, 5, 59] {
+    for late_secs in [0, 5, 59, 659] {
         let at = NOW + 100 * SEC - late_secs * SEC;
         assert_eq!(placed(&events, Some(at), Some(at), NOW + 100 * SEC), at, "{late_secs}");
     }
     // Done at the very time of arrival: no other stamp is kept.
     assert_eq!(placed(&events, Some(NOW + 101 * SEC), None, NOW + 101 * SEC), NOW + 101 * SEC);
-    // Neither minutes ago, nor ahead of time, nor elsewhere.
+    // Neither longer ago, nor ahead of time, nor elsewhere.
     let arrival = NOW + 200 * SEC;
     let others = Stream { name: "/humans/persons/p1/events".into(), ..events.clone() };
-    for (stream, at) in
-        [(&events, arrival - 61 * SEC), (&events, arrival + 2 * SEC), (&others, arrival - 30 * SEC)]
-    {
+    for (stream, at) in [
+        (&events, arrival - 661 * SEC),
+        (&events, arrival + 2 * SEC),
+        (&others, arrival - 30 * SEC),
+    ] {
         assert_ne!(placed(stream, Some(at), Some(at), arrival), at);
     }
 }

@@ -45,6 +45,17 @@ pub enum FromBrowser {
         /// What it is about: when its writing began, or the moment that was chosen [s]; `null` for now.
         at: Option<f64>,
     },
+    /// A label for a span of the signals, up to 1000 bytes: a marker that lasts, recorded at the span's begin.
+    Annotate {
+        /// Comes back in `echo` or `refused`.
+        reference: String,
+        /// The label.
+        text: String,
+        /// The begin of the span: at most ten minutes ago [s].
+        from: f64,
+        /// Its end [s].
+        to: f64,
+    },
     /// Someone has seen an alert or a fault.
     Acknowledge {
         /// Comes back in `echo` or `refused`.

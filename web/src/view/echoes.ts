@@ -1,0 +1,20 @@
+import type { Done } from "../store/actions.svelte";
+
+/** What became of something that was done on this page, in words. */
+export function inWords(done: Done): string {
+  switch (done.state) {
+    case "sent":
+      return "sent";
+    case "recorded":
+      return "recorded, not yet on disk";
+    case "on disk":
+      return `in the bag, ± ${Math.ceil(done.offMs ?? 1)} ms`;
+    default:
+      return done.reason;
+  }
+}
+
+/** Whether it is not, or not known to be, in the bag. */
+export function isLost(done: Done | undefined): boolean {
+  return done?.state === "refused" || done?.state === "unanswered";
+}
