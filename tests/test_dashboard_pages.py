@@ -224,6 +224,29 @@ def test_an_alert_of_the_study_is_listed_with_its_tier_and_can_be_acknowledged(s
     assert any(label.startswith("dashboard acknowledge robot2 is worth a look: robot2 is linked") for label in events)
 
 
+def test_clocks_of_computers_and_buses_are_listed_on_the_health_page(stage, screens):
+    monitor, simulator, address, _ = watched(stage)
+    screen = screens(address)
+    screen.go("health")
+    page = screen.page
+    # The simulator answers probes of its clock, which is this machine's.
+    row = page.locator(".computers tr[data-computer]", has_text="there and back").first
+    sync_api.expect(row.locator(".why")).to_have_text(re.compile("^probed, "))
+    ahead_ms = row.locator("td").nth(1).inner_text().removesuffix(" ms").replace("−", "-")
+    assert abs(float(ahead_ms)) < 200
+    bus = page.locator(".buses tbody tr").first
+    sync_api.expect(bus.locator("td").nth(0)).to_have_text(f"ROS domain {stage.domain}")
+    assert int(bus.locator("td").nth(1).inner_text()) >= 1
+    sync_api.expect(bus.locator("td").nth(4)).not_to_have_text("0")
+    sync_api.expect(bus.locator("td").nth(5)).to_have_text(re.compile("^0"))
+    SHOTS.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=SHOTS / "network.png")
+    if AXE.exists():
+        assert serious(page) == []
+    assert simulator.interrupt() == 0, simulator.report()
+    assert monitor.interrupt() == 0, monitor.report()
+
+
 def test_what_the_study_requires_is_a_no_go_until_it_comes(stage, screens):
     study, out = stage.study(STUDY), stage.folder / "sessions"
     monitor = stage.teampulse("run", study, "--out", out)

@@ -35,7 +35,15 @@ stream: number,
 /**
  * Why.
  */
-reason: string, } | { "type": "machine" } & Machine | { "type": "missed" } & Missed | { "type": "pong" } & Pong | { "type": "echo" } & Echo | { "type": "history" } & HistoryReply | { "type": "refused" } & Refused | { "type": "ended" } & Ended | { "type": "playback" } & Playback | { "type": "moved" } & Playback | { "type": "timeline" } & Timeline;
+reason: string, } | { "type": "network", 
+/**
+ * In the order of their names.
+ */
+computers: Array<Computer>, 
+/**
+ * Of a recording none.
+ */
+buses: Array<Bus>, } | { "type": "machine" } & Machine | { "type": "missed" } & Missed | { "type": "pong" } & Pong | { "type": "echo" } & Echo | { "type": "history" } & HistoryReply | { "type": "refused" } & Refused | { "type": "ended" } & Ended | { "type": "playback" } & Playback | { "type": "moved" } & Playback | { "type": "timeline" } & Timeline;
 
 /**
  * The session, and what this viewer may do there.
@@ -529,6 +537,80 @@ viewers: number,
  * What waits for this client [bytes].
  */
 waiting_bytes: number, };
+
+/**
+ * Another computer, and its clock.
+ */
+export type Computer = { 
+/**
+ * Its host and process where they are announced, otherwise its node; different for each participant.
+ */
+name: string, 
+/**
+ * How its clock is known: `probes` there and back, `stamps` of what arrives, or not yet: `unknown`.
+ */
+known_by: string, 
+/**
+ * How far its clock is ahead of the session's [s].
+ */
+offset_secs: number | null, 
+/**
+ * How much faster it runs [ppm].
+ */
+skew_ppm: number | null, 
+/**
+ * Half the interval that holds the true time of what it stamps with a probability of 95 % [s].
+ */
+uncertainty_secs: number | null, 
+/**
+ * The shortest way there and back of the last minute's probes [s].
+ */
+round_trip_secs: number | null, 
+/**
+ * Since its clock last answered a probe [s].
+ */
+probe_age_secs: number | null, 
+/**
+ * How many streams it stamps.
+ */
+streams: number, };
+
+/**
+ * A bus on which streams come.
+ */
+export type Bus = { 
+/**
+ * Its name: `ROS domain 0`.
+ */
+name: string, 
+/**
+ * Our node there.
+ */
+node: string, 
+/**
+ * The others that were discovered: processes, as a rule.
+ */
+participants: number, 
+/**
+ * Their topics.
+ */
+topics: number, 
+/**
+ * How many of the session's streams come on it.
+ */
+streams: number, 
+/**
+ * What comes on it: messages, and samples of waves [1/s].
+ */
+rate_hz: number, 
+/**
+ * What was lost on the way here, of the streams whose losses can be counted; `null` where there is none.
+ */
+lost: number | null, 
+/**
+ * How many of its streams number nothing, so that losses can't be counted.
+ */
+uncounted: number, };
 
 /**
  * What a client did not get as it was too slow, since it connected.

@@ -40,11 +40,23 @@ pub const SIMULATED: &str =
 
 /// A report on another computer's clock.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum ClockReport {
+pub enum ClockReport {
     /// The stamps of a stream are by the clock of this computer.
-    StampedBy { stream: String, computer: String },
+    StampedBy {
+        /// The stream's topic.
+        stream: String,
+        /// The computer.
+        computer: String,
+    },
     /// A probe of the clock of this computer has ended.
-    Probed { computer: String, offset_secs: f64, round_trip_secs: f64 },
+    Probed {
+        /// The computer.
+        computer: String,
+        /// How far its clock is ahead [s].
+        offset_secs: f64,
+        /// The way there and back [s].
+        round_trip_secs: f64,
+    },
 }
 
 impl ClockReport {
@@ -81,7 +93,7 @@ impl ClockReport {
     }
 
     /// The report in a sample of the stream of this name; `None` for any other stream.
-    pub(crate) fn read(stream: &Stream, data: &Data) -> Option<ClockReport> {
+    pub fn read(stream: &Stream, data: &Data) -> Option<ClockReport> {
         let Data::Event(event) = data else { return None };
         match stream.name.as_str() {
             STAMPED_BY => {

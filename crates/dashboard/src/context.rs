@@ -1,5 +1,6 @@
 //! What a dashboard knows of its session from the start, and its settings.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -62,6 +63,19 @@ pub struct Disk {
     pub reason: String,
 }
 
+/// A bus that was joined, as it is now.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BusView {
+    /// Its name: `ROS domain 0`.
+    pub name: String,
+    /// Our node there.
+    pub node: String,
+    /// How many others were discovered.
+    pub participants: u32,
+    /// The topics that they publish.
+    pub topics: BTreeSet<String>,
+}
+
 /// Returns what a study requires and is not there, of the raw streams that were received with their status.
 pub type FindUnmet = Arc<dyn Fn(&[(Arc<Stream>, StreamStatus)]) -> Vec<Unmet> + Send + Sync>;
 
@@ -86,6 +100,8 @@ pub struct Context {
     pub disk: Arc<dyn Fn() -> Disk + Send + Sync>,
     /// Returns the name of the next phase.
     pub next_phase: Arc<dyn Fn() -> Option<String> + Send + Sync>,
+    /// Returns the buses that were joined.
+    pub buses: Arc<dyn Fn() -> Vec<BusView> + Send + Sync>,
     /// Whether there are viewers who shall stay blind.
     pub is_blinding: bool,
     /// Returns whether a stream is hidden from those who shall stay blind.
@@ -113,6 +129,7 @@ impl Context {
             required: None,
             disk: Arc::new(nothing),
             next_phase: Arc::new(|| None),
+            buses: Arc::new(Vec::new),
             is_blinding: false,
             hides: Arc::new(|_| false),
             announce: Arc::new(|_| {}),

@@ -12,6 +12,7 @@ mod recording;
 mod playhead;
 mod replay;
 mod machine;
+mod network;
 mod echo;
 mod hub;
 mod server;
@@ -28,7 +29,7 @@ mod api;
 mod metrics;
 
 pub use client::receive_any;
-pub use context::{Context, Disk, FindUnmet, PORT, Settings};
+pub use context::{BusView, Context, Disk, FindUnmet, PORT, Settings};
 pub use playhead::Playhead;
 pub use replay::{Recording, Shown, show};
 pub use sink::Dashboard;

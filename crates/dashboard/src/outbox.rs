@@ -46,6 +46,8 @@ pub enum Slot {
     Required,
     /// The machine.
     Machine,
+    /// Computers and buses.
+    Network,
 }
 
 /// The queue of one client.

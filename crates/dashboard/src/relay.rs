@@ -6,6 +6,7 @@ use std::sync::Arc;
 use axum::body::Bytes;
 use serde::Serialize;
 use teampulse_core::clock::Stopwatch;
+use teampulse_core::computers::{ClockReport, UNTOLD};
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::sample::{Record, Turn};
 use teampulse_core::session_streams::session_events;
@@ -19,6 +20,7 @@ use crate::convert;
 use crate::echo::Echoes;
 use crate::hub::{Hub, Known, json, message};
 use crate::machine::{Usage, memory_bytes};
+use crate::network::Network;
 use crate::outbox::{Fragment, Slot, StateKind};
 use crate::pictures::{Picture, has_pictures};
 use crate::recording::Observed;
@@ -46,6 +48,7 @@ pub struct Relay {
     events: u64,
     usage: Usage,
     ticked: Option<Stopwatch>,
+    network: Network,
     recording: Observed,
     echoes: Echoes,
     next_phase: Option<String>,
@@ -99,6 +102,7 @@ impl Relay {
             events: 0,
             usage: Usage::start(),
             ticked: None,
+            network: Network::default(),
             recording: Observed::default(),
             echoes: Echoes::default(),
             next_phase: None,
@@ -178,8 +182,10 @@ impl Relay {
         let recording = message(&FromServer::Recording(recording));
         let (cpu_cores, memory_bytes) = (self.usage.take(), memory_bytes());
         let next = (self.hub.context.next_phase)();
+        let network = message(&self.network());
         for client in &clients {
             client.outbox.replace(Slot::Recording, recording.clone());
+            client.outbox.replace(Slot::Network, network.clone());
             let machine = Machine {
                 cpu_cores,
                 memory_bytes,
@@ -197,6 +203,15 @@ impl Relay {
             }
         }
         self.next_phase = next;
+    }
+
+    /// Other computers and the buses, as they are now.
+    fn network(&mut self) -> FromServer {
+        let now = self.hub.now();
+        let statuses = || self.statuses.values().map(|status| &**status);
+        let computers = self.network.computers(now, statuses());
+        let buses = self.network.buses(&(self.hub.context.buses)(), statuses());
+        FromServer::Network { computers, buses }
     }
 
     /// Looks at what the study requires, once there was time to receive it.
@@ -335,8 +350,14 @@ impl Relay {
     }
 
     fn take_event(&mut self, record: &Record, event: &Event, known: &mut Known, fresh: &mut Fresh) {
-        self.events += 1;
         let (id, t) = (record.sample.stream.0, self.hub.secs(record.sample.measured));
+        if UNTOLD.contains(&record.stream.name.as_str()) {
+            if let Some(report) = ClockReport::read(&record.stream, &record.sample.data) {
+                self.network.take(t, report);
+            }
+            return;
+        }
+        self.events += 1;
         let is_minor = convert::is_minor(event);
         let event = convert::event(self.events, id, t, &record.stream, event);
         let text: Fragment = json(&event).into();

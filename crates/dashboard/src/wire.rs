@@ -8,6 +8,7 @@
 mod from_browser;
 mod from_server;
 mod machine;
+mod network;
 pub mod pictures;
 mod replay;
 mod stream;
@@ -19,6 +20,7 @@ pub use from_server::{
     PhasePlan, Pong, Refused, Request, Right, Sample, Status, StreamHealth, Viewer,
 };
 pub use machine::{Machine, Missed, Recording, RecordingStage, Unmet};
+pub use network::{Bus, Computer};
 pub use replay::{Absence, Gap, Playback, Timeline};
 pub use stream::{Channel, Span, Stream};
 

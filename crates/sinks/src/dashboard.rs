@@ -1,5 +1,6 @@
 //! The dashboard of a session, in a browser.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
@@ -11,7 +12,9 @@ use teampulse_bag::Stage;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
 use teampulse_dashboard::wire::{Marker, PhasePlan, RecordingStage};
-use teampulse_dashboard::{Context, Disk, FindUnmet, Settings, Tls};
+use teampulse_dashboard::{BusView, Context, Disk, FindUnmet, Settings, Tls};
+use teampulse_ros::bus::Bus;
+use teampulse_ros::graph::EndpointKind;
 
 use crate::SinkContext;
 use crate::terminal::{Estimates, Kept};
@@ -145,6 +148,7 @@ fn session(context: &SinkContext) -> Context {
     let kept = context.terminal.kept.clone();
     let next = context.terminal.next.clone();
     let announce = context.dashboard.announce.clone();
+    let buses = Arc::clone(&context.ros.buses);
     let shown = Arc::clone(&context.terminal.address);
     let path = matches!(kept, Kept::Bag(_)).then(|| context.bag.display().to_string());
     Context {
@@ -153,6 +157,7 @@ fn session(context: &SinkContext) -> Context {
         commands: context.dashboard.commands.clone(),
         required: context.dashboard.required.clone(),
         disk: Arc::new(move || disk(&kept)),
+        buses: Arc::new(move || buses.joined().iter().map(|bus| seen(&**bus)).collect()),
         next_phase: Arc::new(move || next.as_ref().and_then(|next| next())),
         is_blinding: estimates == Estimates::Hidden,
         hides: Arc::new(move |stream| estimates.hide(stream)),
@@ -164,6 +169,22 @@ fn session(context: &SinkContext) -> Context {
             }
         }),
         ..Context::new(context.session.clone(), context.clock.clone())
+    }
+}
+
+/// A bus as it is now, without what is ours.
+fn seen(bus: &dyn Bus) -> BusView {
+    let graph = bus.graph().borrow().clone();
+    let others = || graph.endpoints().filter(|each| !each.own);
+    let services = graph.services().filter(|each| !each.own).map(|each| each.gid.participant());
+    let participants: BTreeSet<_> =
+        others().map(|each| each.gid.participant()).chain(services).collect();
+    let published = others().filter(|each| each.kind == EndpointKind::Publisher);
+    BusView {
+        name: bus.name(),
+        node: bus.node(),
+        participants: participants.len() as u32,
+        topics: published.map(|each| each.topic.clone()).collect(),
     }
 }
 

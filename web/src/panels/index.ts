@@ -7,6 +7,7 @@ export { default as Keys } from "./Keys.svelte";
 export { default as LogPanel } from "./LogPanel.svelte";
 export { default as MapPanel } from "./MapPanel.svelte";
 export { default as Markers } from "./Markers.svelte";
+export { default as Network } from "./Network.svelte";
 export { default as Notes } from "./Notes.svelte";
 export { default as Origin } from "./Origin.svelte";
 export { default as People } from "./People.svelte";

@@ -1,4 +1,4 @@
-import type { Event, Feature, FromServer, Hello, Machine, Missed, Playback, Recording, Stream, StreamHealth, Timeline, Unmet } from "../wire";
+import type { Bus, Computer, Event, Feature, FromServer, Hello, Machine, Missed, Playback, Recording, Stream, StreamHealth, Timeline, Unmet } from "../wire";
 import { Track } from "./track";
 import type { Wave } from "./wave";
 
@@ -47,6 +47,9 @@ export class Model {
   /** The bytes written in each of the last seconds. */
   growth: number[] = [];
   machine: Machine | undefined;
+  /** Other computers and their clocks, and the buses that were joined. */
+  computers: Computer[] = [];
+  buses: Bus[] = [];
   missed: Missed = { events: 0, states: 0, signals: 0, pictures: 0 };
   /** When many signals were missed last, by the browser's clock [ms]. */
   missedAt = Number.NEGATIVE_INFINITY;
@@ -92,6 +95,9 @@ export class Model {
         break;
       case "recording":
         this.takeRecording(message);
+        break;
+      case "network":
+        [this.computers, this.buses] = [message.computers, message.buses];
         break;
       case "machine":
         this.machine = message;
@@ -172,6 +178,7 @@ export class Model {
     for (const known of [this.streams, this.byName, this.health, this.features, this.readings, this.lasts, this.unshown]) known.clear();
     this.tracks.clear();
     this.growth = [];
+    [this.computers, this.buses] = [[], []];
     this.recording = undefined;
     this.ended = undefined;
   }

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use teampulse_core::data::Data;
+use teampulse_core::computers::UNTOLD;
+use teampulse_core::data::{Data, Event};
 use teampulse_core::sample::Record;
 use teampulse_core::status::State;
 use teampulse_core::stream::{About, Origin, Shape, Stream};
@@ -40,6 +41,11 @@ pub(super) fn read(recording: &dyn Recording, hub: &Hub, is_over: &AtomicBool) {
 /// Whether a stream has events or the health of others.
 fn is_notable(stream: &Stream) -> bool {
     matches!(stream.shape, Shape::Event | Shape::Status)
+}
+
+/// Whether an event is shown on a timeline: not those of a body, nor reports on clocks, which come every second.
+fn is_shown(stream: &Stream, event: &Event) -> bool {
+    !convert::is_minor(event) && !UNTOLD.contains(&stream.name.as_str())
 }
 
 /// Whom a stream is about.
@@ -106,7 +112,7 @@ impl<'a> Scan<'a> {
     fn take(&mut self, record: &Record) {
         let t = self.hub.secs(record.sample.measured);
         match &record.sample.data {
-            Data::Event(event) if !convert::is_minor(event) => {
+            Data::Event(event) if is_shown(&record.stream, event) => {
                 if self.timeline.events.len() == MOST_EVENTS {
                     self.timeline.left_out += 1;
                     return;

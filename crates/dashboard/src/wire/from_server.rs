@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::Stream;
 use super::machine::{Machine, Missed, Recording, Unmet};
+use super::network::{Bus, Computer};
 use super::replay::{Playback, Timeline};
 
 /// A message of the server.
@@ -56,6 +57,13 @@ pub enum FromServer {
         stream: u32,
         /// Why.
         reason: String,
+    },
+    /// Other computers with their clocks, and the buses on which streams come; once a second.
+    Network {
+        /// In the order of their names.
+        computers: Vec<Computer>,
+        /// Of a recording none.
+        buses: Vec<Bus>,
     },
     /// This program and its machine, once a second.
     Machine(Machine),

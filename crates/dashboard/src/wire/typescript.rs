@@ -8,6 +8,7 @@ use super::from_server::{
     PhasePlan, Pong, Refused, Request, Right, Sample, Status, StreamHealth, Viewer,
 };
 use super::machine::{Machine, Missed, Recording, RecordingStage, Unmet};
+use super::network::{Bus, Computer};
 use super::replay::{Absence, Gap, Playback, Timeline};
 use super::stream::{Channel, Span, Stream};
 use super::{MOST_WANTED, PROTOCOL};
@@ -59,6 +60,8 @@ fn written() -> String {
         Recording,
         RecordingStage,
         Machine,
+        Computer,
+        Bus,
         Missed,
         Unmet,
         Pong,
