@@ -8,6 +8,10 @@ let last = 0;
  * together take a bounded part of a processor: each at least 12 times. */
 const [SHORTEST_MS, LONGEST_MS] = [33, 80];
 const MS_FOR_EACH = 3.3;
+/** Samples that come at a steady pace may each wait for nearly a whole step: where they wait for more than this share of it,
+ * the next drawing is one frame later, until they come just before it. */
+const LONG = 0.6;
+const [FRAME_MS, JUDGED_MS] = [1000 / 60, 1000];
 /** With reduced motion strips step. */
 const REDUCED_MS = 200;
 
@@ -40,6 +44,28 @@ export function drawSoon(): void {
   last = Number.NEGATIVE_INFINITY;
 }
 
+/** When what waits to be drawn came [ms], in sum, and how many; and how long what was drawn had waited. */
+const waiting = { sum: 0, count: 0 };
+const waited = { sum: 0, count: 0, since: 0 };
+
+/** Samples came that will be drawn. */
+export function arrived(): void {
+  waiting.sum += performance.now();
+  waiting.count += 1;
+}
+
+/** By how much the next drawing is to be later than usual [ms], once a second. */
+function shift(now: number): number {
+  waited.sum += waiting.count * now - waiting.sum;
+  waited.count += waiting.count;
+  waiting.sum = waiting.count = 0;
+  if (now - waited.since < JUDGED_MS) return 0;
+  const isLong = waited.sum > waited.count * LONG * step();
+  waited.sum = waited.count = 0;
+  waited.since = now;
+  return isLong ? FRAME_MS : 0;
+}
+
 /** From one drawing to the next [ms]. */
 function step(): number {
   if (reduced.matches) return REDUCED_MS;
@@ -53,6 +79,6 @@ function frame(now: number): void {
   }
   requestAnimationFrame(frame);
   if (now - last < step() - 1) return;
-  last = now;
+  last = now + shift(now);
   for (const { draw, canvas } of drawn) if (visible.has(canvas)) draw();
 }

@@ -1,5 +1,6 @@
 import type { FromBrowser, FromServer, HistoryReply, Playback } from "../wire";
 import { PROTOCOL } from "../wire";
+import { arrived } from "../draw/frames";
 import { Actions } from "./actions.svelte";
 import { SessionClock } from "./clock";
 import { Connection } from "./connection";
@@ -46,7 +47,10 @@ export class Live {
       text: (message) => this.take(message),
       frame: (frame) => {
         const wave = readWave(frame);
-        if (wave) return this.model.takeWave(wave);
+        if (wave) {
+          arrived();
+          return this.model.takeWave(wave);
+        }
         const picture = readPicture(frame);
         if (picture) void this.pictures.take(picture);
       },
