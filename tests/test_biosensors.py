@@ -135,7 +135,11 @@ def test_wearables_of_others_are_read_live(stage):
         "empatica_e4/tag": "Empty",
     }
     out = stage.folder / "sessions"
-    monitor = stage.teampulse("run", stage.study(LIVE), "--out", out)
+    study = stage.study(LIVE)
+    checked = stage.ask("check", study, "--out", out)
+    assert checked.returncode != 0
+    assert "no topic /biosensors/<sensor>/<data> is published" in checked.stdout + checked.stderr
+    monitor = stage.teampulse("run", study, "--out", out)
     nodes = {
         topic: stage.cyclone("send", f"/biosensors/{topic}", "--type", f"std_msgs/msg/{kind}")
         for topic, kind in kinds.items()

@@ -8,7 +8,7 @@ use teampulse_core::stream::{About, Signal, Stream};
 use teampulse_sinks::Unmet;
 use teampulse_sources::robots::{Robot, Robots, conformity};
 use teampulse_sources::ros_people::{RosPeople, second_publishers};
-use teampulse_sources::wearables;
+use teampulse_sources::{biosensors, wearables};
 
 use crate::study::{Study, StudyError};
 
@@ -66,6 +66,7 @@ impl Requirements {
         let away = away.into_iter().filter(|_| is_nobody);
         missing.extend(away.map(|each| lacking(no_person(each), ABSENT)));
         missing.extend(nothing(&self.kinds, received));
+        missing.extend(unpublished(&self.kinds, received));
         missing.extend(unworn(&self.kinds, received));
         missing.extend(missing_fields(&self.robots, received));
         let twice = second_publishers(received.iter().map(|(stream, _)| &**stream));
@@ -105,6 +106,16 @@ fn nothing(kinds: &[String], received: &Received) -> Option<Unmet> {
     is_nothing.then(|| {
         let what = "any topic: no topic of the study is published";
         lacking(what, "Start what publishes them, and check the ROS domain.")
+    })
+}
+
+/// The error that no sensor is published although the study reads those of other nodes.
+fn unpublished(kinds: &[String], received: &Received) -> Option<Unmet> {
+    let is_wanted = kinds.iter().any(|kind| kind == "biosensors");
+    let is_nobody = !received.iter().any(|(stream, _)| biosensors::is_published(stream));
+    (is_wanted && is_nobody).then(|| {
+        let what = "any wearable: no topic /biosensors/<sensor>/<data> is published";
+        lacking(what, "Start the nodes that publish them, and check the ROS domain.")
     })
 }
 
@@ -184,6 +195,7 @@ fn missing_of_robots(wanted: &[Robots], robots: &[Robot]) -> Vec<Unmet> {
 mod tests {
     use std::path::Path;
 
+    use teampulse_core::qos::Qos;
     use teampulse_core::status::State;
     use teampulse_core::stream::{Shape, Subject};
 
@@ -233,6 +245,19 @@ mod tests {
         assert_eq!(whats(&[battery(1.0)]), ["link of robot robot1"]);
         let silent = "battery of robot robot1: advertised, but nothing is published";
         assert_eq!(whats(&[battery(0.0)]), ["link of robot robot1", silent]);
+    }
+
+    #[test]
+    fn wearables_that_other_nodes_are_to_publish_are_missed() {
+        let required = requirements("[[sources]]\ntype = \"biosensors\"\nperson = \"p001\"\n");
+        let of = |qos: Vec<Qos>| {
+            let (stream, status) = battery(1.0);
+            let stream = Stream { device: "empatica_e4".into(), qos, ..Stream::clone(&stream) };
+            [(Arc::new(stream), status)]
+        };
+        assert_eq!(required.missing(&[]).len(), 1);
+        assert_eq!(required.missing(&of(Vec::new())).len(), 1, "it is read by this computer");
+        assert_eq!(required.missing(&of(vec![Qos::reliable(1)])), []);
     }
 
     #[test]

@@ -70,6 +70,12 @@ impl Component<dyn Source, SourceContext> for Biosensors {
     }
 }
 
+/// Whether a stream is of a sensor that one of these nodes publishes.
+pub fn is_published(stream: &Stream) -> bool {
+    // What this computer reads itself has no publisher that offers it.
+    topic::is_sensor(&stream.device) && !stream.qos.is_empty()
+}
+
 /// Sensors being read.
 struct BiosensorsSource {
     bus: Arc<dyn Bus>,

@@ -12,6 +12,11 @@ use teampulse_messages::fields::Fields;
 
 use crate::ros_people::NAMESPACE;
 
+/// Whether a device is one of the package's sensors.
+pub(super) fn is_sensor(device: &str) -> bool {
+    ROWS.iter().any(|row| row.topic.0 == device)
+}
+
 /// How far apart the two bytes of an interval may be published [s].
 const BYTES_APART_SECS: f64 = 0.25;
 /// The rate of a Shimmer3 that is asked for 50 Hz [Hz].
