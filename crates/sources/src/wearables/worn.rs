@@ -290,6 +290,8 @@ impl Worn {
     }
 
     /// The link to the device is up, with the signal strength at its beginning \[dBm\], or it is down.
+    ///
+    /// `BlueZ` knows the strength of advertisements only (`Device1.RSSI`), which a device that is connected does not send.
     pub(super) fn link(&mut self, connected: bool, rssi_dbm: Option<i16>, outlet: &Outlet) {
         let stream = self.link.unwrap_or_else(|| {
             let link = self.stream("link", Shape::Sample);
