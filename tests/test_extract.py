@@ -404,3 +404,65 @@ def test_what_comes_in_live_is_printed_as_it_becomes_known(stage, events):
     assert program.is_running()
     program.say_no_more()
     assert program.ended() == 0
+
+
+def around(extracted) -> dict[float, dict]:
+    """The values around each event, by name."""
+    events = {}
+    for row in extracted["around"]:
+        assert (row["value"] is None) == (row["reason"] is not None) and row["method"], row
+        events.setdefault(row["event_secs"], {})[row["name"]] = row
+    return events
+
+
+def test_the_heart_rate_around_events_is_that_of_the_beats(stage, recording):
+    # 60 a minute; from 30 s on, 75.
+    intervals = [1000] * 30 + [800] * 50
+    path = table(stage.folder / "rr.txt", intervals)
+    events = table(stage.folder / "events.csv", ["20,a", "30,b", "500,c"], "time_secs,name")
+    found = around(extract(stage, path, "--signal", "interval", "--around", events))
+    value = lambda event, name: found[event][name]["value"]
+    assert value(20, "Rate_Change_Mean") == pytest.approx(0, abs=1e-6)
+    assert value(30, "Rate_Baseline") == pytest.approx(60) and value(30, "Rate_Change_6") == pytest.approx(15)
+    assert found[500]["Rate_Baseline"]["reason"] == "data missing in the window"
+    # Of an ECG, by the number of a sample; a baseline and a time after the event of other lengths.
+    samples = table(stage.folder / "samples.csv", [60 * RATE_HZ], "sample")
+    options = ("--signal", "ecg", "--rate", RATE_HZ, "--around", samples, "--baseline", 10, "--after", 3)
+    [(event, values)] = around(extract(stage, recording, *options)).items()
+    assert event == 60 and values["ECG_Rate_Baseline"]["value"] == pytest.approx(75, abs=1)
+    assert [name for name in values if name[-1].isdigit()] == [f"ECG_Rate_Change_{k}" for k in (1, 2, 3)]
+    printed = stage.ask("extract", recording, *options).stdout
+    assert "event at 60 s" in printed and "Graham 1978" in printed
+
+
+def test_responses_of_the_skin_belong_to_the_events_before_them(stage):
+    rate_hz, onsets = 8, [22.0, 62.0]
+
+    def skin(at: float) -> float:
+        rises = [at - onset for onset in onsets if at > onset]
+        return 5 + sum(0.8 * (math.exp(-rise / 3) - math.exp(-rise / 0.75)) / 0.47 for rise in rises)
+
+    path = table(stage.folder / "eda.csv", [f"{skin(k / rate_hz):.5f}" for k in range(100 * rate_hz)], "eda_us")
+    events = table(stage.folder / "events.csv", [20, 40, 60, 99], "time_secs")
+    found = around(extract(stage, path, "--signal", "eda", "--rate", rate_hz, "--around", events))
+    for event, responds in ((20, 1), (40, 0), (60, 1)):
+        assert found[event]["SCR_Event"]["value"] == responds, event
+    assert found[20]["SCR_Event_Latency"]["value"] == pytest.approx(2, abs=0.5)
+    assert found[20]["SCR_Event_Amplitude"]["value"] == pytest.approx(0.8, rel=0.25)
+    assert found[40]["SCR_Event_Amplitude"]["value"] == 0 and found[40]["SCR_Event_Latency"]["reason"]
+    assert found[99]["SCR_Event"]["reason"] == "data missing in the window"
+
+
+@pytest.mark.parametrize(
+    "options,message",
+    [
+        (["--signal", "eeg"], "eeg has no values around events"),
+        (["--signal", "ecg", "--method", "causal"], "--around needs what follows each event"),
+        (["--signal", "ecg", "--after", "500"], "between 1 and 120 s"),
+        (["--signal", "ecg"], "time_secs"),
+    ],
+)
+def test_values_around_events_that_can_not_be_are_refused(stage, recording, options, message):
+    events = table(stage.folder / "events.csv", [20], "onset")
+    done = stage.ask("extract", recording, "--rate", RATE_HZ, *options, "--around", events)
+    assert done.returncode == 2 and message in done.stderr, done.stderr

@@ -1,6 +1,7 @@
 //! `teampulse extract`: the features of any table of samples.
 
 mod analyses;
+mod around;
 mod asked;
 mod found;
 mod options;
@@ -30,6 +31,7 @@ pub use asked::TableArgs;
 pub use rows::Rows;
 pub use table::{Row, Table};
 
+use around::{Analysed, AroundArgs};
 use found::{Found, Purpose};
 use options::{failure, mains, seconds, warn};
 use progress::Progress;
@@ -87,6 +89,8 @@ pub struct Extract {
     /// A table of true events (column `sample`, or `time_secs`) to score the detected ones against
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
+    #[command(flatten)]
+    around: AroundArgs,
     /// Prints the events as comma-separated values, instead of the features
     #[arg(long, conflicts_with = "json")]
     events: bool,
@@ -142,7 +146,9 @@ impl Extract {
                 score.iter().flatten().for_each(|each| output::note(each.shown()));
             }
             Purpose::Windows => {
+                printed::around(&found.around);
                 printed::recipes(&found.values, method);
+                printed::recipes(&found.around.values, "around events");
                 output::line(format!("\n{}", printed::counts(&found.counts)));
                 output::lines(score.iter().flatten().map(Score::shown));
             }
@@ -170,6 +176,7 @@ impl Extract {
             let message = "--artefacts is for --signal interval".to_owned();
             return wrong(message, "those of an ECG or a PPG are corrected");
         }
+        self.around.check(self.signal, self.method == Method::Causal)?;
         if self.truth.is_some() && self.signal.main_event().is_none() {
             return wrong(format!("{word} has no events to score"), "remove --truth");
         }
@@ -267,8 +274,19 @@ impl Extract {
         let whole = (self.signal.whole)(&self.chosen(rows), &recording);
         let whole = whole.map_err(|error| analyses::failure(self.signal, error))?;
         found.values = whole.windows.values().to_vec();
+        let events = if self.around.are_given() { whole.events.clone() } else { Vec::new() };
         whole.events.into_iter().for_each(|event| progress.aside(|| found.event(event)));
         let end_ns = self.end_ns(rows, found.last_event_ns);
+        found.around = self.around.find(&Analysed {
+            signal: self.signal,
+            rate_hz: rows.table().rate_hz(),
+            begin_ns,
+            end_ns,
+            is_corrected: self.signal.is_even()
+                || self.artefacts == Some(analyses::Artefacts::Corrected),
+            events: &events,
+            windows: &*whole.windows,
+        })?;
         for span in Windows::new(begin_ns, Lengths::new(self.window, self.hop)).rest(end_ns) {
             progress.measuring((span.end_ns - begin_ns) as f64 / (end_ns - begin_ns) as f64);
             progress.aside(|| found.window(span, whole.windows.measure(span)));

@@ -2,6 +2,7 @@
 
 use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
+use super::around::Around;
 use super::printed::{self, Heading};
 use super::table::Oddity;
 use crate::output;
@@ -26,6 +27,8 @@ pub struct Found {
     pub events: Vec<Event>,
     /// Each window with its results, if they are kept.
     pub windows: Vec<(Span, Measured)>,
+    /// The values around events.
+    pub around: Around,
     heading: Heading,
     scored: Option<&'static str>,
     /// Places of the events of the scored kind [samples].
@@ -50,6 +53,7 @@ impl Found {
             values: Vec::new(),
             events: Vec::new(),
             windows: Vec::new(),
+            around: Around::default(),
             heading: Heading::default(),
             scored,
             places: Vec::new(),

@@ -3,6 +3,7 @@
 use teampulse_core::units;
 use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
+use super::around::Around;
 use super::report::{Score, secs};
 use crate::output;
 
@@ -40,6 +41,18 @@ pub fn window(values: &[Value], span: Span, measured: &Measured) {
         100.0 * measured.coverage,
         measured.quality
     ));
+    each(values, measured);
+}
+
+/// Prints the values around each event.
+pub fn around(around: &Around) {
+    for (event_secs, measured) in &around.events {
+        output::line(format!("event at {} s", shown_secs(*event_secs)));
+        each(&around.values, measured);
+    }
+}
+
+fn each(values: &[Value], measured: &Measured) {
     output::lines(values.iter().zip(&measured.values).map(|(value, found)| {
         let text = match found {
             Ok(number) => format!("{:>12} {}", shown(*number), units::shown(&value.unit)),
@@ -51,6 +64,9 @@ pub fn window(values: &[Value], span: Span, measured: &Measured) {
 
 /// Prints how each value was computed; what several recipes have in common is printed once.
 pub fn recipes(values: &[Value], method: &str) {
+    if values.is_empty() {
+        return;
+    }
     let mut groups: Vec<(&str, Vec<(&str, &str)>)> = Vec::new();
     for value in values {
         let (recipe, common) = value.method.split_once("; ").unwrap_or((&value.method, ""));

@@ -19,6 +19,9 @@ pub struct Report {
     notes: Vec<String>,
     events: Vec<Happened>,
     features: Vec<Row>,
+    /// The values around events.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    around: Vec<EventRow>,
     #[serde(skip_serializing_if = "Option::is_none")]
     score: Option<Vec<Score>>,
 }
@@ -32,6 +35,20 @@ struct Row {
     unit: String,
     start_secs: f64,
     end_secs: f64,
+    coverage: f64,
+    quality: f64,
+    method: String,
+    reason: Option<String>,
+}
+
+/// One value around one event.
+#[derive(Debug, Serialize)]
+struct EventRow {
+    name: String,
+    /// Null exactly when `reason` says why.
+    value: Option<f64>,
+    unit: String,
+    event_secs: f64,
     coverage: f64,
     quality: f64,
     method: String,
@@ -108,6 +125,12 @@ impl Report {
             notes: found.notes.clone(),
             events: events.into_iter().map(event).collect(),
             features: found.windows.iter().flat_map(|window| rows(&found.values, window)).collect(),
+            around: found
+                .around
+                .events
+                .iter()
+                .flat_map(|event| around(&found.around.values, event))
+                .collect(),
             score,
         }
     }
@@ -133,6 +156,22 @@ fn rows<'a>(
         unit: units::spelt(&value.unit),
         start_secs: secs(span.begin_ns),
         end_secs: secs(span.end_ns),
+        coverage: measured.coverage,
+        quality: measured.quality,
+        method: value.method.clone().into_owned(),
+        reason: found.err().map(|reason| reason.to_string()),
+    })
+}
+
+fn around<'a>(
+    values: &'a [Value],
+    (event_secs, measured): &'a (f64, Measured),
+) -> impl Iterator<Item = EventRow> + 'a {
+    values.iter().zip(&measured.values).map(|(value, found)| EventRow {
+        name: value.name.clone().into_owned(),
+        value: found.ok(),
+        unit: units::spelt(&value.unit),
+        event_secs: *event_secs,
         coverage: measured.coverage,
         quality: measured.quality,
         method: value.method.clone().into_owned(),

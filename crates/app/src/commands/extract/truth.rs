@@ -21,6 +21,21 @@ pub fn read(path: &Path, rate_hz: f64) -> Result<Vec<f64>, TableError> {
     }
 }
 
+/// Reads the times of events [s] from a table's column `time_secs`, or `sample` where samples have times.
+pub fn times_secs(
+    path: &Path,
+    of_sample: Option<&dyn Fn(f64) -> f64>,
+) -> Result<Vec<f64>, TableError> {
+    match (column(path, "time_secs"), of_sample) {
+        (Err(TableError::NoColumn { there, .. }), Some(of_sample))
+            if there.iter().any(|name| name == "sample") =>
+        {
+            Ok(column(path, "sample")?.into_iter().map(of_sample).collect())
+        }
+        (read, _) => read,
+    }
+}
+
 fn column(path: &Path, name: &str) -> Result<Vec<f64>, TableError> {
     let wanted = Wanted {
         signal: "true events",

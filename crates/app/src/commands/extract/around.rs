@@ -1,0 +1,301 @@
+//! What follows events: the heart rate, and responses of the skin, around each.
+
+use std::path::Path;
+
+use clap::Args;
+use teampulse_core::stream::Signal;
+use teampulse_features::analyses::Analysis;
+use teampulse_signal::analysis::{Event, Measured, Reason, Span, Value, Windows};
+use teampulse_signal::eda::{EventWindow, Response};
+use teampulse_signal::error::SignalError;
+use teampulse_signal::hrv::{EventRate, EventSpans};
+use teampulse_signal::intervals::{Beats, Correction};
+
+use super::options::{failure, seconds};
+use super::truth;
+use crate::exit::Exit;
+use crate::failure::Failure;
+
+/// A longer interval is a hole between beats, over which nothing is corrected [s].
+const LONGEST_INTERVAL_SECS: f64 = 2.5;
+/// With less of the span around an event than this, its values are missing.
+const LEAST_COVERAGE: f64 = 0.95;
+
+/// Around which events values are computed, and over which spans.
+#[derive(Debug, Args)]
+pub struct AroundArgs {
+    /// A table of events (column `time_secs`, on the time axis of the table, or `sample`): the heart rate around each
+    /// of an ECG, a PPG or intervals, or the response of the skin to each
+    #[arg(long, value_name = "FILE")]
+    around: Option<std::path::PathBuf>,
+    /// Length of the baseline before each event [s], for the heart rate
+    #[arg(long, value_name = "SECS", value_parser = seconds, requires = "around", default_value = "2")]
+    baseline: f64,
+    /// Time after each event [s]: by default 6 for the heart rate; 4 for the skin, the longest time to a response
+    #[arg(long, value_name = "SECS", value_parser = seconds, requires = "around")]
+    after: Option<f64>,
+}
+
+/// The values around each event.
+#[derive(Default)]
+pub struct Around {
+    /// What the values are.
+    pub values: Vec<Value>,
+    /// The time of each event [s], and its values.
+    pub events: Vec<(f64, Measured)>,
+}
+
+/// A recording with its beats or responses.
+pub struct Analysed<'a> {
+    /// What was measured.
+    pub signal: &'static Analysis,
+    /// Samples a second [Hz].
+    pub rate_hz: f64,
+    /// When it begins [ns].
+    pub begin_ns: i64,
+    /// When it ends [ns].
+    pub end_ns: i64,
+    /// Whether artefacts among the beats are corrected.
+    pub is_corrected: bool,
+    /// Its events.
+    pub events: &'a [Event],
+    /// The values of any span.
+    pub windows: &'a dyn Windows,
+}
+
+impl AroundArgs {
+    /// Whether values around events are wanted.
+    pub fn are_given(&self) -> bool {
+        self.around.is_some()
+    }
+
+    /// Checks that a signal has values around events.
+    pub fn check(&self, signal: &Analysis, is_causal: bool) -> Result<(), Failure> {
+        let wrong = |message: String, hint: &str| {
+            Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
+        };
+        if self.around.is_none() {
+            return Ok(());
+        }
+        if kind(signal).is_none() {
+            let message = format!("{} has no values around events", signal.word());
+            return wrong(message, "--around is for ecg, ppg, interval and eda");
+        }
+        if is_causal {
+            return wrong(
+                "--around needs what follows each event".to_owned(),
+                "leave out --method causal",
+            );
+        }
+        let after_secs = self.after.unwrap_or(1.0);
+        let (shortest, longest) =
+            if signal.signal == Signal::Eda { (1.0, 60.0) } else { (1.0, 120.0) };
+        if !(shortest..=longest).contains(&after_secs) || !(1.0..=120.0).contains(&self.baseline) {
+            let message =
+                format!("--baseline lies between 1 and 120 s, --after between 1 and {longest} s");
+            return wrong(message, "");
+        }
+        Ok(())
+    }
+
+    /// The values around the events of the table; nothing where no table is given.
+    pub fn find(&self, analysed: &Analysed<'_>) -> Result<Around, Failure> {
+        let Some(path) = &self.around else { return Ok(Around::default()) };
+        let events_secs = times_secs(path, analysed)?;
+        let failed = |error: SignalError| Failure::new(error.to_string()).exit(Exit::BadArguments);
+        match kind(analysed.signal) {
+            Some(Kind::Heart) => self.heart(analysed, events_secs).map_err(failed),
+            _ => self.skin(analysed, events_secs).map_err(failed),
+        }
+    }
+
+    fn heart(&self, analysed: &Analysed<'_>, events_secs: Vec<f64>) -> Result<Around, SignalError> {
+        let after_secs = self.after.unwrap_or(EventSpans::default().after_secs).floor();
+        let spans = EventSpans { baseline_secs: self.baseline, after_secs };
+        let of_beats = |event: &&Event| Some(event.kind) == analysed.signal.main_event();
+        let beats = analysed.events.iter().filter(of_beats);
+        let beats_secs: Vec<f64> = beats.map(|beat| analysed.secs(beat.at_ns)).collect();
+        let beats_secs = if analysed.is_corrected { corrected(&beats_secs) } else { beats_secs };
+        let begin_secs = analysed.begin_ns as f64 / 1e9;
+        let since_begin: Vec<f64> = events_secs.iter().map(|secs| secs - begin_secs).collect();
+        let rates = spans.around(&beats_secs, &since_begin)?;
+        let count = after_secs as usize;
+        let events = events_secs.into_iter().zip(rates).map(|(secs, rate)| {
+            let whole = analysed.measure(secs - self.baseline, secs + after_secs);
+            let rate = usable(&whole).and(rate);
+            let values = match rate {
+                Ok(rate) => of_rate(&rate),
+                Err(reason) => vec![Err(reason); 6 + count],
+            };
+            (secs, Measured { values, ..whole })
+        });
+        Ok(Around {
+            events: events.collect(),
+            values: heart_values(self.baseline, count, analysed),
+        })
+    }
+
+    fn skin(&self, analysed: &Analysed<'_>, events_secs: Vec<f64>) -> Result<Around, SignalError> {
+        let usual = EventWindow::default();
+        let window = EventWindow { to_secs: self.after.unwrap_or(usual.to_secs), ..usual };
+        let responses: Vec<Response> = analysed.events.iter().filter_map(response).collect();
+        let begin_secs = analysed.begin_ns as f64 / 1e9;
+        let samples: Vec<f64> =
+            events_secs.iter().map(|secs| (secs - begin_secs) * analysed.rate_hz).collect();
+        let related = window.of(&responses, &samples, analysed.rate_hz)?;
+        let events = events_secs.into_iter().zip(related).map(|(secs, related)| {
+            let whole = analysed.measure(secs, secs + window.to_secs);
+            let values = match usable(&whole) {
+                Ok(()) => vec![
+                    Ok(f64::from(u8::from(related.responded))),
+                    Ok(related.amplitude_us),
+                    related.latency_secs.ok_or(Reason::Undefined),
+                    related.response.map(|response| response.rise_secs).ok_or(Reason::Undefined),
+                ],
+                Err(reason) => vec![Err(reason); 4],
+            };
+            (secs, Measured { values, ..whole })
+        });
+        Ok(Around { events: events.collect(), values: skin_values(window) })
+    }
+}
+
+/// What is computed around events.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Heart,
+    Skin,
+}
+
+fn kind(signal: &Analysis) -> Option<Kind> {
+    match signal.signal {
+        Signal::Ecg | Signal::Ppg | Signal::Interval => Some(Kind::Heart),
+        Signal::Eda => Some(Kind::Skin),
+        _ => None,
+    }
+}
+
+impl Analysed<'_> {
+    /// A time since the beginning [s].
+    fn secs(&self, at_ns: i64) -> f64 {
+        at_ns.saturating_sub(self.begin_ns) as f64 / 1e9
+    }
+
+    /// What the recording has from one time to another [s]; nothing of what lies outside of it.
+    fn measure(&self, from_secs: f64, to_secs: f64) -> Measured {
+        let [begin_ns, end_ns] = [from_secs, to_secs].map(|secs| (secs * 1e9) as i64);
+        if begin_ns < self.begin_ns || end_ns > self.end_ns || end_ns <= begin_ns {
+            return Measured::nothing(0.0, 0.0, 0, Reason::Gap);
+        }
+        self.windows.measure(Span { begin_ns, end_ns })
+    }
+}
+
+/// Whether the data of a span say anything.
+fn usable(whole: &Measured) -> Result<(), Reason> {
+    if whole.coverage < LEAST_COVERAGE {
+        return Err(Reason::Gap);
+    }
+    let is_poor = |value: &Result<f64, Reason>| *value == Err(Reason::Quality);
+    let (is_any_known, is_any_poor) =
+        (whole.values.iter().any(Result::is_ok), whole.values.iter().any(is_poor));
+    if is_any_poor && !is_any_known { Err(Reason::Quality) } else { Ok(()) }
+}
+
+/// The times of the events on the axis of the recording [s].
+fn times_secs(path: &Path, analysed: &Analysed<'_>) -> Result<Vec<f64>, Failure> {
+    let samples = |sample: f64| analysed.begin_ns as f64 / 1e9 + sample / analysed.rate_hz;
+    let rate_hz = analysed.signal.is_even().then_some(analysed.rate_hz);
+    truth::times_secs(path, rate_hz.map(|_| &samples as &dyn Fn(f64) -> f64)).map_err(failure)
+}
+
+/// Beats without their artefacts, stretch by stretch.
+fn corrected(beats_secs: &[f64]) -> Vec<f64> {
+    let is_hole = |before: f64, after: f64| after - before > LONGEST_INTERVAL_SECS;
+    let stretches = Beats::detected(beats_secs).split(is_hole);
+    let correct = |beats: &Beats| Correction::default().correct(beats).beats.times_secs().to_vec();
+    stretches.iter().flat_map(correct).collect()
+}
+
+fn response(event: &Event) -> Option<Response> {
+    let detail =
+        |name: &str| event.details.iter().find(|(each, _)| *each == name).map(|(_, value)| *value);
+    Some(Response {
+        onset: detail("onset_sample")?,
+        peak: event.sample,
+        amplitude_us: detail("amplitude_us")?,
+        rise_secs: detail("rise_secs")?,
+        half_recovery_secs: detail("half_recovery_secs").filter(|secs| secs.is_finite()),
+    })
+}
+
+fn of_rate(rate: &EventRate) -> Vec<Result<f64, Reason>> {
+    let (most, most_secs) = rate.most_change();
+    let (least, least_secs) = rate.least_change();
+    let summary =
+        [rate.baseline_per_min, rate.mean_change_per_min(), most, most_secs, least, least_secs];
+    summary.into_iter().chain(rate.changes_per_min.iter().copied()).map(Ok).collect()
+}
+
+fn heart_values(baseline_secs: f64, count: usize, analysed: &Analysed<'_>) -> Vec<Value> {
+    let prefix = match analysed.signal.signal {
+        Signal::Ecg => "ECG_",
+        Signal::Ppg => "PPG_",
+        _ => "",
+    };
+    let beats = if analysed.is_corrected { "beats corrected" } else { "beats as they are" };
+    let common = format!("intervals weighted by their overlap (Graham 1978), {beats}");
+    let value = |name: String, unit: &'static str, recipe: String| Value {
+        name: format!("{prefix}{name}").into(),
+        unit: unit.into(),
+        method: format!("{recipe}; {common}").into(),
+    };
+    let baseline = format!("mean rate of the {baseline_secs} s before the event");
+    let mut values = vec![
+        value("Rate_Baseline".into(), "1/min", baseline),
+        value(
+            "Rate_Change_Mean".into(),
+            "1/min",
+            format!("mean of the {count} s after the event, less the baseline"),
+        ),
+        value(
+            "Rate_Change_Max".into(),
+            "1/min",
+            "second with the highest rate, less the baseline".into(),
+        ),
+        value("Rate_Change_Max_Time".into(), "s", "start of that second after the event".into()),
+        value(
+            "Rate_Change_Min".into(),
+            "1/min",
+            "second with the lowest rate, less the baseline".into(),
+        ),
+        value("Rate_Change_Min_Time".into(), "s", "start of that second after the event".into()),
+    ];
+    values.extend((1..=count).map(|second| {
+        let recipe = format!("second {second} after the event, less the baseline");
+        value(format!("Rate_Change_{second}"), "1/min", recipe)
+    }));
+    values
+}
+
+fn skin_values(window: EventWindow) -> Vec<Value> {
+    let common = format!(
+        "first response whose onset lies {} to {} s after the event (Boucsein et al. 2012)",
+        window.from_secs, window.to_secs
+    );
+    let value = |name: &'static str, unit: &'static str, recipe: &str| Value {
+        name: name.into(),
+        unit: unit.into(),
+        method: format!("{recipe}; {common}").into(),
+    };
+    vec![
+        value("SCR_Event", "1", "1 with a response, 0 without one"),
+        value(
+            "SCR_Event_Amplitude",
+            "uS",
+            "from its onset to its peak; 0 without one, so that means are magnitudes",
+        ),
+        value("SCR_Event_Latency", "s", "from the event to its onset"),
+        value("SCR_Event_RiseTime", "s", "from its onset to its peak"),
+    ]
+}
