@@ -466,3 +466,24 @@ def test_values_around_events_that_can_not_be_are_refused(stage, recording, opti
     events = table(stage.folder / "events.csv", [20], "onset")
     done = stage.ask("extract", recording, "--rate", RATE_HZ, *options, "--around", events)
     assert done.returncode == 2 and message in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("kind", ["pulses", "upside down", "noise"])
+def test_pulses_that_are_upside_down_are_named(stage, kind):
+    chance, rate_hz = random.Random(5), 64
+
+    def pulse(at: float) -> float:
+        phase = at * 75 / 60 % 1
+        return math.exp(-(((phase - 0.2) / 0.09) ** 2)) + 0.4 * math.exp(-(((phase - 0.45) / 0.12) ** 2))
+
+    sign = {"pulses": 1, "upside down": -1, "noise": 0}[kind]
+    samples = [sign * pulse(k / rate_hz) + chance.gauss(0, 0.04) for k in range(60 * rate_hz)]
+    path = table(stage.folder / "ppg.csv", [f"{each:.4f}" for each in samples], "ppg")
+    extracted = extract(stage, path, "--signal", "ppg", "--rate", rate_hz)
+    rate = next(row for row in extracted["features"] if row["name"] == "PPG_Rate_Mean")
+    assert any("upside down" in note for note in extracted["notes"]) == (kind == "upside down")
+    assert (rate["value"] is None) == (kind != "pulses"), rate
+    if kind == "upside down":
+        turned = extract(stage, path, "--signal", "ppg", "--rate", rate_hz, "--scale", -1)
+        rate = next(row for row in turned["features"] if row["name"] == "PPG_Rate_Mean")
+        assert rate["value"] == pytest.approx(75, abs=1) and turned["notes"] == []

@@ -4,6 +4,7 @@ mod analyses;
 mod around;
 mod asked;
 mod found;
+mod inverted;
 mod options;
 mod plausible;
 mod progress;
@@ -21,7 +22,7 @@ use clap::{Args, ValueEnum};
 use teampulse_core::stream::Signal;
 use teampulse_features::analyses::{Analysis, Chosen};
 use teampulse_signal::agreement::matched;
-use teampulse_signal::analysis::{Cadence, Live, LiveOutput, Recording};
+use teampulse_signal::analysis::{Cadence, Live, LiveOutput, Recording, Span};
 
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -274,6 +275,12 @@ impl Extract {
         let whole = (self.signal.whole)(&self.chosen(rows), &recording);
         let whole = whole.map_err(|error| analyses::failure(self.signal, error))?;
         found.values = whole.windows.values().to_vec();
+        let span = Span { begin_ns, end_ns: rows.times().end_ns() };
+        let upside_down =
+            inverted::note(self.signal, &self.chosen(rows), &recording, (&whole, span));
+        if let Some(note) = upside_down {
+            found.note(note);
+        }
         let events = if self.around.are_given() { whole.events.clone() } else { Vec::new() };
         whole.events.into_iter().for_each(|event| progress.aside(|| found.event(event)));
         let end_ns = self.end_ns(rows, found.last_event_ns);

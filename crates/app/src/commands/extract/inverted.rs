@@ -1,0 +1,37 @@
+//! Pulses that are upside down: some sensors' signals fall when blood comes.
+
+use teampulse_core::stream::Signal;
+use teampulse_features::analyses::{Analysis, Chosen};
+use teampulse_signal::analysis::{Reason, Recording, Span, Whole};
+
+/// From this quality of the inverted signal on, a signal that is too poor as it is counts as upside down: pulses reach it,
+/// noise does not.
+const LEAST_QUALITY: f64 = 0.7;
+
+/// The note on a signal that is too poor as it is, and fine upside down; `None` for any other.
+pub fn note(
+    signal: &Analysis,
+    chosen: &Chosen,
+    recording: &Recording<'_>,
+    (whole, span): (&Whole, Span),
+) -> Option<String> {
+    if signal.signal != Signal::Ppg || rate(whole, span) != Some(Err(Reason::Quality)) {
+        return None;
+    }
+    let mut channels = recording.channels.to_vec();
+    channels.first_mut()?.iter_mut().for_each(|value| *value = -*value);
+    let inverted = Recording { channels: &channels, ..*recording };
+    let inverted = (signal.whole)(chosen, &inverted).ok()?;
+    let is_fine = inverted.windows.measure(span).quality >= LEAST_QUALITY
+        && matches!(rate(&inverted, span), Some(Ok(_)));
+    is_fine.then(|| {
+        "the pulses look upside down, and are fine the other way round: --scale -1 turns them"
+            .to_owned()
+    })
+}
+
+/// The pulse rate of a span.
+fn rate(whole: &Whole, span: Span) -> Option<Result<f64, Reason>> {
+    let place = whole.windows.values().iter().position(|value| value.name == "PPG_Rate_Mean")?;
+    whole.windows.measure(span).values.get(place).copied()
+}
