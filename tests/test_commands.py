@@ -115,3 +115,36 @@ def test_a_key_is_a_command_with_its_sender_and_time(stage):
     assert [label for _, label in commands] == ["keys next_phase", "keys mark a", "keys stop"]
     assert [label for _, label in events(bag, "phase")] == ["baseline"]
     assert [label for _, label in events(bag, "marker")] == ["a"]
+
+
+def test_a_recording_that_begins_paused_begins_by_command_with_the_seconds_before(stage):
+    out = stage.folder / "sessions"
+    allowed = '[commands]\nros = ["mark", "start_recording", "stop_recording"]\n'
+    paused = STUDY.replace("tidy = false", "start_paused = true\nsnapshot_secs = 60")
+    monitor = stage.teampulse("run", stage.study(paused + allowed), "--out", out)
+    panel = stage.cyclone(
+        "send", "/session/commands", "--type", "std_msgs/msg/String", "--subscribers", 1
+    )
+    panel.answer("matched")
+    for words in ("mark before", "start_recording", "mark within", "stop_recording", "mark after"):
+        panel.say(string(words))
+        monitor.wait_for(f"marker: {words[5:]}" if words.startswith("mark") else f"command of ros:[^ ]+: {words}")
+    assert monitor.interrupt() == 0, monitor.report()
+    bag = harness.the_bag(out)
+    assert [label for _, label in events(bag, "marker")] == ["before", "within"]
+    asked = [label.split(" ", 1)[1] for _, label in events(bag, "command")]
+    assert asked == ["mark before", "start_recording", "mark within", "stop_recording"]
+    assert "the recording was stopped" not in monitor.report()
+    tidy = (bag / "events.tsv").read_text()
+    assert "before" in tidy and "within" in tidy and "after" not in tidy
+
+
+def test_a_session_that_never_recorded_leaves_nothing_and_says_so(stage):
+    out = stage.folder / "sessions"
+    study = STUDY.replace("tidy = false", "start_paused = true")
+    monitor = stage.teampulse("run", stage.study(study), "--out", out)
+    monitor.wait_for("the recording is paused: Ctrl-P")
+    monitor.wait_for("dashboard is at")
+    assert monitor.interrupt() == 0, monitor.report()
+    assert "nothing was recorded: no command started the recording" in monitor.report()
+    assert list(out.iterdir()) == []

@@ -41,7 +41,7 @@ required = ["battery", "link"]
 type = "people"
 namespace = "/humans/persons/*"
 [commands]
-dashboard = ["mark", "next_phase", "split", "stop"]
+dashboard = ["mark", "next_phase", "split", "stop", "start_recording", "stop_recording", "snapshot"]
 [[phases]]
 name = "baseline"
 [[phases]]
@@ -276,6 +276,51 @@ def test_ending_the_session_takes_a_second_click_and_leaves_a_valid_bag(stage, s
     assert bags.messages(bag, "/session/events"), "a bag that rosbags reads"
     info = stage.ask("info", bag)
     assert info.returncode == 0, info.stderr
+
+
+def test_a_recording_is_stopped_and_started_from_the_page_and_each_bag_is_whole(stage, screens):
+    monitor, simulator, address, out = watched(stage)
+    page = screens(address).page
+    page.click("text=Session")
+    page.wait_for_selector("[data-testid=recording].rec-on")
+    mark = page.locator(".mark", has_text="question")
+    mark.click()
+    page.wait_for_selector(".echoes li >> text=/in the bag, ± /")
+    stop = page.locator("[data-testid=stop]")
+    stop.click()
+    sync_api.expect(stop).to_have_text("Click again to stop")
+    stop.click()
+    page.wait_for_selector("[data-testid=recording] >> text=Not recording")
+    page.wait_for_selector("[data-testid=recording] >> text=/paused, last [1-9][0-9]* s kept/")
+    mark.click()
+    page.wait_for_selector(".echoes li >> text=not in a bag: nothing is recorded now")
+    SHOTS.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=SHOTS / "paused.png")
+    if AXE.exists():
+        assert serious(page) == []
+    page.click("[data-testid=snapshot]")
+    monitor.wait_for("the last [0-9.]+ s are in")
+    page.click("[data-testid=start]")
+    page.wait_for_selector("[data-testid=recording].rec-on")
+    mark.click()
+    page.wait_for_selector(".echoes li:first-child >> text=/in the bag, ± /")
+    assert simulator.interrupt() == 0, simulator.report()
+    assert monitor.interrupt() == 0, monitor.report()
+
+    recorded = sorted(out.iterdir(), key=lambda folder: (len(folder.name), folder.name))
+    events = [bags.messages(bag, "/session/events") for bag in recorded]
+    commands = [[each.content.label for each in bag if each.content.kind == "command"] for bag in events]
+    asked = [[label.split(" ")[1] for label in bag if " mark " not in label] for bag in commands]
+    marked = [sum(each.content.kind == "marker" for each in bag) for bag in events]
+    kept = ["snapshot", "start_recording"]
+    assert (asked, marked) == ([["stop_recording"], kept[:1], kept], [1, 1, 2])
+    # What was kept joins the bag before without a gap.
+    ecg = [[each.log_secs for each in bags.messages(bag, "/humans/persons/p001/simulated/ecg")] for bag in recorded]
+    assert 0 < ecg[2][0] - ecg[0][-1] < 1.0
+    assert max(later - earlier for earlier, later in zip(ecg[2], ecg[2][1:])) < 1.0
+    for bag in recorded:
+        info = stage.ask("info", bag)
+        assert info.returncode == 0 and "ended early" not in info.stdout, info.stdout + info.stderr
 
 
 def test_a_span_is_labelled_on_the_signals_and_seen_again_in_the_recording(stage, screens):

@@ -136,7 +136,7 @@ export class Feed {
     this.feature("/p/eda_fingers/skin/w30", [6.18, 9]);
     this.feature("/p/state/w30", [19, 5.1]);
     for (let k = 1; k <= this.robots; k += 1) this.secondOf(`robot${k}`, k, now);
-    this.send({ type: "recording", stage: "open", path: "sessions/demo", bytes: 2e6 * now, bytes_per_sec: 2.1e6, free_bytes: 212e9, sync_age_secs: 0.4, elapsed_secs: now, reason: "" });
+    this.send({ type: "recording", stage: "open", path: "sessions/demo", bytes: 2e6 * now, bytes_per_sec: 2.1e6, free_bytes: 212e9, sync_age_secs: 0.4, elapsed_secs: now, kept_secs: null, reason: "" });
     this.send({ type: "machine", cpu_cores: 0.3, memory_bytes: 9e7, skipped: 0, viewers: 1, waiting_bytes: 0 });
   }
 

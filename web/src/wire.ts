@@ -480,11 +480,11 @@ export type Recording = {
  */
 stage: RecordingStage, 
 /**
- * The bag's folder; empty where there is none.
+ * The folder of the bag, of several the newest; empty where there is none.
  */
 path: string, 
 /**
- * The bytes that are synced to the disk.
+ * The bytes that are synced to the disk, in all bags of the session.
  */
 bytes: number, 
 /**
@@ -500,9 +500,13 @@ free_bytes: number | null,
  */
 sync_age_secs: number | null, 
 /**
- * How long the session has run [s].
+ * How long this bag has been recorded; while there is none, how long the session has run [s].
  */
 elapsed_secs: number, 
+/**
+ * How many seconds are kept in memory while the recording is paused [s].
+ */
+kept_secs: number | null, 
 /**
  * Why it ended early; empty otherwise.
  */
@@ -511,7 +515,7 @@ reason: string, };
 /**
  * Where a recording stands.
  */
-export type RecordingStage = "nothing" | "tables" | "not_begun" | "open" | "finished" | "ended_early";
+export type RecordingStage = "nothing" | "tables" | "not_begun" | "open" | "paused" | "finished" | "ended_early";
 
 /**
  * This program and its machine.

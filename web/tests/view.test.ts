@@ -125,12 +125,14 @@ test("names are text, and the newest line of the log is first", () => {
 
 test("a recording is shown as one only while it truly grows", () => {
   const recording: Recording = {
-    stage: "open", path: "", bytes: 1, bytes_per_sec: 1, free_bytes: null, sync_age_secs: 0.4, elapsed_secs: 872, reason: "",
+    stage: "open", path: "", bytes: 1, bytes_per_sec: 1, free_bytes: null, sync_age_secs: 0.4, elapsed_secs: 872, kept_secs: null, reason: "",
   };
   expect(recordingWords(recording, undefined)).toEqual({ kind: "on", title: "0:14:32", detail: "on disk 0.4 s ago" });
   expect(recordingWords({ ...recording, sync_age_secs: 3.2 }, undefined)).toMatchObject({ kind: "fail", title: "Not growing" });
   expect(recordingWords(recording, 7)).toMatchObject({ kind: "unknown" });
   expect(recordingWords(undefined, undefined)).toMatchObject({ kind: "unknown" });
+  const paused: Recording = { ...recording, stage: "paused", kept_secs: 30 };
+  expect(recordingWords(paused, undefined)).toEqual({ kind: "none", title: "Not recording", detail: "paused, last 30 s kept" });
   expect(recordingWords({ ...recording, stage: "ended_early", reason: "disk full" }, undefined)).toMatchObject({ kind: "fail", detail: "disk full" });
 });
 

@@ -5,11 +5,19 @@ use std::io::IsTerminal;
 use teampulse_bag::{Growth, Stage};
 use teampulse_core::clock::Clock;
 use teampulse_core::command::Command;
+use teampulse_core::time::Time;
 use teampulse_sinks::{Scroll, View};
 use teampulse_sources::session::{Key, Keys, ScheduleHandle, marker};
 
 /// The question before a key ends a recording.
 const END: &str = "end the recording?  y ends it, any other key continues";
+
+/// The question before a key stops a recording.
+const STOP: &str = "stop the recording? the session goes on  y stops it, any other key continues";
+
+/// The message when nothing can be started or kept.
+const NOT_PAUSED: &str =
+    "nothing is paused: Ctrl-P pauses a recording, Ctrl-K keeps what came before it";
 
 /// The message when no phase can begin.
 const NO_PHASE: &str = "no phase follows: the study has no more [[phases]]";
@@ -20,14 +28,14 @@ pub struct Controls {
     phases: ScheduleHandle,
     growth: Growth,
     clock: Clock,
-    /// Whether the user was asked to confirm the end of the recording.
-    asks: bool,
+    /// The command that the user was asked to confirm.
+    asked: Option<Command>,
 }
 
 impl Controls {
     /// Controls that scroll a view and switch phases.
     pub fn new(view: View, phases: ScheduleHandle, growth: Growth) -> Controls {
-        Controls { view, phases, growth, clock: Clock::host(), asks: false }
+        Controls { view, phases, growth, clock: Clock::host(), asked: None }
     }
 
     /// Starts reading the keys; `None` where there is no terminal to read from.
@@ -39,18 +47,34 @@ impl Controls {
     fn press(&mut self, key: Key) -> Option<Command> {
         let now = self.clock.now();
         let stood = self.view.take_question(now);
-        if std::mem::take(&mut self.asks) && stood {
-            return matches!(key, Key::Char('y' | 'Y')).then_some(Command::Stop);
+        if let Some(asked) = self.asked.take().filter(|_| stood) {
+            return matches!(key, Key::Char('y' | 'Y')).then_some(asked);
         }
+        let stage = self.growth.on_disk().stage;
+        match (key, stage) {
+            (Key::Char('q'), Stage::Open) => self.ask(END, Command::Stop, now),
+            (Key::Char('q'), _) => return Some(Command::Stop),
+            (Key::Control('p'), Stage::Open) => self.ask(STOP, Command::StopRecording, now),
+            (Key::Control('p'), Stage::Paused { .. }) => return Some(Command::StartRecording),
+            (Key::Control('k'), Stage::Paused { .. }) => return Some(Command::Snapshot),
+            (Key::Control('p' | 'k'), _) => self.view.ask(NOT_PAUSED, now),
+            (key, _) => return self.press_other(key, now),
+        }
+        None
+    }
+
+    /// Asks for the key that confirms a command.
+    fn ask(&mut self, question: &str, command: Command, now: Time) {
+        self.asked = Some(command);
+        self.view.ask(question, now);
+        if !std::io::stderr().is_terminal() {
+            crate::output::say(question);
+        }
+    }
+
+    /// Performs the action of a key that is the same whether anything is recorded or not.
+    fn press_other(&mut self, key: Key, now: Time) -> Option<Command> {
         match key {
-            Key::Char('q') if self.growth.on_disk().stage == Stage::Open => {
-                self.asks = true;
-                self.view.ask(END, now);
-                if !std::io::stderr().is_terminal() {
-                    crate::output::say(END);
-                }
-            }
-            Key::Char('q') => return Some(Command::Stop),
             Key::Control('n') if self.phases.next().is_none() => self.view.ask(NO_PHASE, now),
             Key::Control('n') => return Some(Command::NextPhase),
             Key::Control('r') => return Some(Command::RepeatPhase),
@@ -69,6 +93,8 @@ impl Controls {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     fn controls(growth: &Growth) -> Controls {
@@ -92,7 +118,7 @@ mod tests {
     fn ending_a_recording_takes_two_keys_and_anything_else_one() {
         let growth = Growth::default();
         assert_eq!(press(&mut controls(&growth), "q"), (String::new(), true));
-        growth.begin();
+        growth.begin(Path::new("bag"));
         assert_eq!(press(&mut controls(&growth), "q"), (String::new(), false));
         assert_eq!(press(&mut controls(&growth), "qq"), (String::new(), false));
         assert_eq!(press(&mut controls(&growth), "qn"), (String::new(), false));
@@ -102,9 +128,26 @@ mod tests {
     }
 
     #[test]
+    fn a_recording_is_stopped_after_a_question_and_started_at_once() {
+        let growth = Growth::default();
+        let mut keys = controls(&growth);
+        let mut press = |key| keys.press(key);
+        let (toggle, keep) = (Key::Control('p'), Key::Control('k'));
+        assert_eq!((press(toggle), press(keep)), (None, None));
+        growth.begin(Path::new("bag"));
+        assert_eq!((press(toggle), press(Key::Char('n'))), (None, None));
+        assert_eq!(press(toggle), None);
+        assert_eq!(press(Key::Char('y')), Some(Command::StopRecording));
+        growth.pause(30.0);
+        assert_eq!(press(keep), Some(Command::Snapshot));
+        assert_eq!(press(toggle), Some(Command::StartRecording));
+        assert_eq!(press(Key::Char('q')), Some(Command::Stop));
+    }
+
+    #[test]
     fn the_key_that_answers_sets_no_marker() {
         let growth = Growth::default();
-        growth.begin();
+        growth.begin(Path::new("bag"));
         assert_eq!(press(&mut controls(&growth), "aqby"), ("ay".to_owned(), false));
     }
 

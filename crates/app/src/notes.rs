@@ -25,10 +25,17 @@ pub fn of_study(study: &Study) -> Vec<String> {
     let phases = &study.general.phases;
     let watches_people = study.kinds("sources").iter().any(|kind| kind == "people");
     let baseline = watches_people.then(|| of_phases(phases)).flatten();
-    let room = study.settings_of::<Bag>("sinks", "bag").into_iter().flatten();
-    let room = room.into_iter().find_map(|bag| of_room(&bag));
+    let bags = || study.settings_of::<Bag>("sinks", "bag").into_iter().flatten();
+    let room = bags().find_map(|bag| of_room(&bag));
+    let paused = bags().find_map(|bag| of_pause(&bag));
     let by_hand = of_hand(phases);
-    kept.into_iter().chain(baseline).chain(by_hand).chain(room).collect()
+    kept.into_iter().chain(baseline).chain(by_hand).chain(room).chain(paused).collect()
+}
+
+/// The remark that nothing is recorded until a command.
+fn of_pause(bag: &Bag) -> Option<String> {
+    let how = "Ctrl-P, the dashboard or the command `start_recording` begins it";
+    bag.start_paused.then(|| format!("the recording is paused: {how}"))
 }
 
 /// The remark that a recording needs more free space to begin than the study asks for.

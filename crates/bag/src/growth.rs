@@ -1,5 +1,6 @@
 //! The size of a recording on the disk, for display.
 
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The progress of a recording on the disk, shared between its writer and its displays by cloning.
@@ -11,6 +12,8 @@ pub struct Growth(Arc<Mutex<OnDisk>>);
 pub struct OnDisk {
     /// The stage of the recording.
     pub stage: Stage,
+    /// The folder of the newest bag; empty before the first.
+    pub folder: PathBuf,
     /// The bytes synced to the disk, in all files.
     pub synced_bytes: u64,
     /// The free space on the disk at the last sync [bytes]; `None` before the first.
@@ -25,6 +28,11 @@ pub enum Stage {
     NotBegun,
     /// It is being recorded.
     Open,
+    /// Nothing is recorded until a command begins a bag; the last seconds are kept in memory.
+    Paused {
+        /// How many seconds are kept.
+        kept_secs: f64,
+    },
     /// It ended with the session, and is complete.
     Finished,
     /// It ended before the session, for this reason.
@@ -37,9 +45,16 @@ impl Growth {
         self.lock().clone()
     }
 
-    /// Starts a recording; a second one of the same session adds to the first.
-    pub fn begin(&self) {
-        self.lock().stage = Stage::Open;
+    /// Starts a recording in a folder; a second one of the same session adds to the first.
+    pub fn begin(&self, folder: &Path) {
+        let mut on_disk = self.lock();
+        on_disk.stage = Stage::Open;
+        folder.clone_into(&mut on_disk.folder);
+    }
+
+    /// Marks the recording as paused, with so many seconds kept in memory.
+    pub fn pause(&self, kept_secs: f64) {
+        self.lock().stage = Stage::Paused { kept_secs };
     }
 
     /// Adds newly synced bytes, and records the free space on the disk [bytes].

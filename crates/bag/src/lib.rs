@@ -14,6 +14,7 @@ mod sink;
 mod pace;
 mod source;
 mod recorded;
+mod recording;
 
 pub use error::{BagError, Found};
 pub use growth::{Growth, OnDisk, Stage};
@@ -23,8 +24,9 @@ pub use read::index::Damage;
 pub use read::messages::{Message, Messages};
 pub use read::{Bag, BagStream, DAMAGE_NOTE};
 pub use recorded::Recorded;
+pub use recording::{Broken, Complete, Opening, Recording};
 pub use recover::{RecoveredFile, Report, recover};
-pub use sink::{BagSink, Broken, CONTINUES_NOTE, ENDED_NOTE, Recording, STUDY_NAME};
+pub use sink::{BagSink, CONTINUES_NOTE, ENDED_NOTE, STUDY_NAME};
 pub use source::{Adapter, BagSource, Selection, Unread};
 pub use spill::Spill;
 pub use write::chunk::Compression;

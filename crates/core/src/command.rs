@@ -27,6 +27,12 @@ pub enum Command {
     Stop,
     /// `split`: begins the next file of the bag.
     Split,
+    /// `start_recording`: begins a bag, with the seconds before it that were kept.
+    StartRecording,
+    /// `stop_recording`: ends the bag; the session goes on.
+    StopRecording,
+    /// `snapshot`: writes the seconds that are kept while nothing is recorded into a bag.
+    Snapshot,
     /// `next_phase`: begins the next phase of the study; those after it move with it.
     NextPhase,
     /// `repeat_phase`: begins the current phase, or the last one, anew.
@@ -52,9 +58,12 @@ pub enum Command {
 }
 
 /// Every verb with its arguments and what it does, as documentation shows them.
-pub const VERBS: [(&str, &str, &str); 8] = [
+pub const VERBS: [(&str, &str, &str); 11] = [
     ("stop", "", "ends the session"),
     ("split", "", "begins the next file of the bag"),
+    ("start_recording", "", "begins a bag, with the seconds before it that were kept"),
+    ("stop_recording", "", "ends the bag; the session goes on"),
+    ("snapshot", "", "writes the seconds that are kept while nothing is recorded into a bag"),
     ("next_phase", "", "begins the next phase of the study"),
     ("repeat_phase", "", "begins the current phase anew"),
     ("abort_phase", "", "ends the current phase"),
@@ -69,6 +78,9 @@ impl Command {
         match self {
             Command::Stop => "stop",
             Command::Split => "split",
+            Command::StartRecording => "start_recording",
+            Command::StopRecording => "stop_recording",
+            Command::Snapshot => "snapshot",
             Command::NextPhase => "next_phase",
             Command::RepeatPhase => "repeat_phase",
             Command::AbortPhase => "abort_phase",
@@ -105,6 +117,9 @@ impl FromStr for Command {
         let command = match verb {
             "stop" => Command::Stop,
             "split" => Command::Split,
+            "start_recording" => Command::StartRecording,
+            "stop_recording" => Command::StopRecording,
+            "snapshot" => Command::Snapshot,
             "next_phase" => Command::NextPhase,
             "repeat_phase" => Command::RepeatPhase,
             "abort_phase" => Command::AbortPhase,
@@ -157,8 +172,8 @@ fn is_token(text: &str) -> bool {
 pub enum CommandError {
     /// Its verb is not one of [`VERBS`].
     #[error(
-        "read a command: there is no `{verb}`; expected stop, split, next_phase, repeat_phase, \
-         abort_phase, mark, vibrate or do"
+        "read a command: there is no `{verb}`; expected stop, split, start_recording, stop_recording, \
+         snapshot, next_phase, repeat_phase, abort_phase, mark, vibrate or do"
     )]
     Unknown {
         /// The verb.
@@ -274,10 +289,13 @@ impl Accepted {
 mod tests {
     use super::*;
 
-    fn each() -> [Command; 8] {
+    fn each() -> [Command; 11] {
         [
             Command::Stop,
             Command::Split,
+            Command::StartRecording,
+            Command::StopRecording,
+            Command::Snapshot,
             Command::NextPhase,
             Command::RepeatPhase,
             Command::AbortPhase,

@@ -51,14 +51,18 @@ impl Default for Settings {
 }
 
 /// The part of a recording that is on the disk.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Disk {
     /// Where it stands.
     pub stage: RecordingStage,
+    /// The folder of the newest bag; empty before the first.
+    pub path: String,
     /// The bytes that are synced.
     pub bytes: u64,
     /// The free space [bytes].
     pub free_bytes: Option<u64>,
+    /// How many seconds are kept in memory while it is paused [s].
+    pub kept_secs: Option<f64>,
     /// Why it ended early; empty otherwise.
     pub reason: String,
 }
@@ -113,12 +117,6 @@ pub struct Context {
 impl Context {
     /// A live session that records nothing and hides nothing.
     pub fn new(session: impl Into<String>, clock: Clock) -> Context {
-        let nothing = || Disk {
-            stage: RecordingStage::Nothing,
-            bytes: 0,
-            free_bytes: None,
-            reason: String::new(),
-        };
         Context {
             session: session.into(),
             path: String::new(),
@@ -127,7 +125,7 @@ impl Context {
             phases: Vec::new(),
             commands: Vec::new(),
             required: None,
-            disk: Arc::new(nothing),
+            disk: Arc::new(Disk::default),
             next_phase: Arc::new(|| None),
             buses: Arc::new(Vec::new),
             is_blinding: false,

@@ -5,14 +5,19 @@ use std::collections::VecDeque;
 use teampulse_core::clock::Stopwatch;
 
 use crate::hub::Hub;
-use crate::wire::Recording;
+use crate::wire::{Recording, RecordingStage};
 
 /// Over how long its speed is measured [s]; it is looked at once a second.
 const SPEED_SECS: usize = 10;
 
+/// A bag that is seen so early began with the session [s].
+const FIRST_SECS: f64 = 5.0;
+
 /// What was seen of the recording.
 #[derive(Debug, Default)]
 pub struct Observed {
+    /// The folder of the newest bag, and when it was first seen [s of the session].
+    newest: Option<(String, f64)>,
     grown: Option<(u64, Stopwatch)>,
     seen: VecDeque<(Stopwatch, u64)>,
 }
@@ -32,15 +37,27 @@ impl Observed {
             let secs = since.elapsed().as_secs_f64();
             if secs > 0.5 { disk.bytes.saturating_sub(*bytes) as f64 / secs } else { 0.0 }
         });
+        let now = hub.now();
+        // The first bag begins with the session, unless that begins paused.
+        let began = if self.newest.is_none() && now < FIRST_SECS { 0.0 } else { now };
+        let is_new = |(path, _): &(String, f64)| *path != disk.path;
+        if !disk.path.is_empty() && self.newest.as_ref().is_none_or(is_new) {
+            self.newest = Some((disk.path.clone(), began));
+        }
+        let began = match disk.stage {
+            RecordingStage::Paused => 0.0,
+            _ => self.newest.as_ref().map_or(0.0, |(_, began)| *began),
+        };
         let grown_secs = self.grown.map(|(_, since)| since.elapsed().as_secs_f64());
         Recording {
             stage: disk.stage,
-            path: hub.context.path.clone(),
+            path: if disk.path.is_empty() { hub.context.path.clone() } else { disk.path },
             bytes: disk.bytes,
             bytes_per_sec: speed.unwrap_or(0.0),
             free_bytes: disk.free_bytes,
             sync_age_secs: grown_secs.filter(|_| disk.bytes > 0),
-            elapsed_secs: hub.now(),
+            elapsed_secs: now - began,
+            kept_secs: disk.kept_secs,
             reason: disk.reason,
         }
     }

@@ -1,6 +1,10 @@
 //! The bag: everything, in rosbag2's MCAP layout.
 
+mod commanded;
 mod continuing;
+mod kept;
+#[cfg(test)]
+mod testing;
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +14,9 @@ use teampulse_bag::{BagSink, Compression, Options, Place, Version};
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
 
+use commanded::CommandedBag;
 pub use continuing::{Continuation, ContinuingBag};
+use kept::Limits;
 
 use crate::SinkContext;
 
@@ -34,10 +40,22 @@ pub struct Bag {
     pub on_failure: OnFailure,
     /// Another folder, best on another disk, in which the recording goes on when it fails in its own.
     pub fallback: Option<PathBuf>,
+    /// Whether the recording begins paused, as `ros2 bag record --start-paused`: nothing is recorded until the
+    /// command `start_recording`.
+    pub start_paused: bool,
+    /// How much is kept in memory while the recording is paused, before it begins or after `stop_recording` [s]:
+    /// the next recording begins with it, and the command `snapshot` writes it into a bag of its own. 0 for
+    /// nothing.
+    pub snapshot_secs: f64,
+    /// The largest size of what is kept [MiB]: where `snapshot_secs` need more, fewer are kept.
+    pub snapshot_mib: usize,
     /// Whether tidy files stand in its folder: events, features, heart intervals and a summary, as
     /// the sink `tidy` writes them.
     pub tidy: bool,
 }
+
+/// The most that can be kept while a recording is paused [s].
+const MOST_KEPT_SECS: f64 = 3600.0;
 
 /// How a bag is compressed.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
@@ -71,6 +89,9 @@ impl Default for Bag {
             keep_free_mib: 64,
             on_failure: OnFailure::Retry,
             fallback: None,
+            start_paused: false,
+            snapshot_secs: 30.0,
+            snapshot_mib: 256,
             tidy: true,
         }
     }
@@ -94,6 +115,10 @@ split_mib   = 4096"#;
                 return Err(SettingsError::new(message));
             }
         };
+        if !(0.0..=MOST_KEPT_SECS).contains(&self.snapshot_secs) {
+            let message = format!("snapshot_secs is {}, expected 0 to 3600", self.snapshot_secs);
+            return Err(SettingsError::new(message).at("snapshot_secs"));
+        }
         let (split_bytes, split_secs) = self.splits();
         let options = Options {
             session: context.session.clone(),
@@ -116,7 +141,13 @@ split_mib   = 4096"#;
             OnFailure::Retry => Continuation::Beside { fallback: self.fallback },
             OnFailure::End => Continuation::Never,
         };
-        Ok(Box::new(ContinuingBag { bag, ended: context.bag_ended.clone(), again }))
+        let ended = context.bag_ended.clone();
+        if self.start_paused {
+            ended.begins_later();
+        }
+        let limits = Limits { secs: self.snapshot_secs, bytes: self.snapshot_mib << 20 };
+        let bag = ContinuingBag { bag, ended, again, ends_by_command: true };
+        Ok(Box::new(CommandedBag { bag, is_paused: self.start_paused, limits }))
     }
 }
 

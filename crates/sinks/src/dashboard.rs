@@ -21,7 +21,8 @@ use crate::terminal::{Estimates, Kept};
 
 /// The commands that a dashboard may send unless `[commands]` says otherwise: on loopback everyone who reaches it has
 /// an account on this computer, and none of these loses data.
-pub const ALLOWED: [&str; 4] = ["mark", "next_phase", "repeat_phase", "abort_phase"];
+pub const ALLOWED: [&str; 6] =
+    ["mark", "next_phase", "repeat_phase", "abort_phase", "start_recording", "snapshot"];
 
 /// Shows the team in a browser, and takes markers, notes and commands from there. Every session that is run has it at
 /// <http://127.0.0.1:8742> unless `dashboard = false`.
@@ -190,17 +191,26 @@ fn seen(bus: &dyn Bus) -> BusView {
 
 /// The part of a recording that is on the disk.
 fn disk(kept: &Kept) -> Disk {
-    let empty = |stage| Disk { stage, bytes: 0, free_bytes: None, reason: String::new() };
+    let empty = |stage| Disk { stage, ..Disk::default() };
     let growth = match kept {
         Kept::Nothing => return empty(RecordingStage::Nothing),
         Kept::Tables => return empty(RecordingStage::Tables),
         Kept::Bag(growth) => growth.on_disk(),
     };
-    let (stage, reason) = match growth.stage {
-        Stage::NotBegun => (RecordingStage::NotBegun, String::new()),
-        Stage::Open => (RecordingStage::Open, String::new()),
-        Stage::Finished => (RecordingStage::Finished, String::new()),
-        Stage::EndedEarly(why) => (RecordingStage::EndedEarly, why),
+    let (mut reason, mut kept_secs) = (String::new(), None);
+    let stage = match growth.stage {
+        Stage::NotBegun => RecordingStage::NotBegun,
+        Stage::Open => RecordingStage::Open,
+        Stage::Paused { kept_secs: secs } => {
+            kept_secs = Some(secs);
+            RecordingStage::Paused
+        }
+        Stage::Finished => RecordingStage::Finished,
+        Stage::EndedEarly(why) => {
+            reason = why;
+            RecordingStage::EndedEarly
+        }
     };
-    Disk { stage, bytes: growth.synced_bytes, free_bytes: growth.free_bytes, reason }
+    let (path, bytes) = (growth.folder.display().to_string(), growth.synced_bytes);
+    Disk { stage, path, bytes, free_bytes: growth.free_bytes, kept_secs, reason }
 }

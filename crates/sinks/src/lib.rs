@@ -99,11 +99,22 @@ pub struct Ended(Arc<Mutex<Ending>>);
 
 #[derive(Debug, Default)]
 struct Ending {
+    begins_later: bool,
     why: Option<String>,
     goes_on_in: Vec<PathBuf>,
 }
 
 impl Ended {
+    /// Reports that it begins later than the session, by command.
+    pub fn begins_later(&self) {
+        self.lock().begins_later = true;
+    }
+
+    /// Whether it begins later than the session.
+    pub fn is_later(&self) -> bool {
+        self.lock().begins_later
+    }
+
     /// Reports that it has ended; the reason is a sentence about the failure.
     pub fn report(&self, why: impl Into<String>) {
         self.lock().why.get_or_insert_with(|| why.into());

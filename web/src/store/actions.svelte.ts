@@ -16,7 +16,7 @@ export interface Done {
   /** When it was done [s]. */
   at: number | undefined;
   sentMs: number;
-  state: "sent" | "recorded" | "on disk" | "refused" | "unanswered";
+  state: "sent" | "recorded" | "on disk" | "unrecorded" | "refused" | "unanswered";
   /** How far the time in the bag may be from the truth [ms]. */
   offMs: number | undefined;
   /** Why it was refused, and what helps. */
@@ -73,7 +73,7 @@ export class Actions {
   echo(echo: Echo): void {
     const half = this.live.clock.uncertaintyMs ?? 0;
     this.change(echo.reference, {
-      state: echo.on_disk ? "on disk" : "recorded",
+      state: echo.on_disk === null ? "unrecorded" : echo.on_disk ? "on disk" : "recorded",
       offMs: Math.max(1, half) + Math.abs(echo.off_secs ?? 0) * 1000,
     });
   }

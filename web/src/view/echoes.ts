@@ -9,6 +9,8 @@ export function inWords(done: Done): string {
       return "recorded, not yet on disk";
     case "on disk":
       return `in the bag, ± ${Math.ceil(done.offMs ?? 1)} ms`;
+    case "unrecorded":
+      return "not in a bag: nothing is recorded now";
     default:
       return done.reason;
   }
@@ -16,5 +18,5 @@ export function inWords(done: Done): string {
 
 /** Whether it is not, or not known to be, in the bag. */
 export function isLost(done: Done | undefined): boolean {
-  return done?.state === "refused" || done?.state === "unanswered";
+  return done?.state === "refused" || done?.state === "unanswered" || done?.state === "unrecorded";
 }

@@ -24,6 +24,10 @@ export function recordingWords(recording: Recording | undefined, lostSecs: numbe
       return { kind: "none", title: "No bag", detail: "tables only" };
     case "not_begun":
       return { kind: "none", title: elapsed, detail: "begins" };
+    case "paused": {
+      const kept = recording.kept_secs ?? 0;
+      return { kind: "none", title: "Not recording", detail: kept > 0 ? `paused, last ${kept.toFixed(0)} s kept` : "paused" };
+    }
     case "ended_early":
       return { kind: "fail", title: "Recording ended", detail: recording.reason };
     case "finished":

@@ -215,7 +215,8 @@ impl Import {
         let options = Options { session, notes, place: Place::Claimed, ..Options::default() };
         let bag = BagSink { folder: folder.clone(), study: study.text().to_owned(), options };
         let (ended, again) = (context.bag_ended.clone(), Continuation::Never);
-        let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(ContinuingBag { bag, ended, again })];
+        let mut sinks: Vec<Box<dyn Sink>> =
+            vec![Box::new(ContinuingBag { bag, ended, again, ends_by_command: false })];
         sinks.extend(tidy(study, &context)?);
         let session = Session {
             clock,

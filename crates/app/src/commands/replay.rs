@@ -88,6 +88,8 @@ pub async fn replayed_from(
         bag: bag_sink,
         ended: context.bag_ended.clone(),
         again: Continuation::Never,
+        // The commands in a recording were for that recording.
+        ends_by_command: false,
     })];
     sinks.extend(tidy(study, &context)?);
     let unread = source.unread();

@@ -18,8 +18,9 @@ use crate::tidied::{SUMMARY, write_tidy_files};
 /// Monitors and records a real team.
 ///
 /// While it runs: a letter or digit sets a marker, the space bar one named `mark`, `q` ends the session;
-/// Ctrl-N begins the next phase, Ctrl-R repeats a phase, Ctrl-X aborts it; the arrow keys scroll the team,
-/// Page Up and Page Down the log.
+/// Ctrl-N begins the next phase, Ctrl-R repeats a phase, Ctrl-X aborts it; Ctrl-P stops or starts the recording,
+/// and Ctrl-K keeps the last seconds before one began; the arrow keys scroll the team, Page Up and Page Down the
+/// log.
 #[derive(Debug, Args)]
 pub struct Run {
     /// The study: what to watch, what to compute, what to keep
@@ -85,9 +86,15 @@ pub async fn watch(
             failure.show();
         }
     }
-    let folders = [bag].into_iter().chain(ended.folders());
-    for folder in folders.filter(|folder| holds_something(folder)) {
-        say_where(&folder);
+    // A recording that begins by command is among those that came later.
+    let first = [bag].into_iter().filter(|bag| !ended.folders().contains(bag));
+    let folders: Vec<PathBuf> =
+        first.chain(ended.folders()).filter(|folder| holds_something(folder)).collect();
+    if folders.is_empty() && ended.is_later() {
+        say("nothing was recorded: no command started the recording");
+    }
+    for folder in &folders {
+        say_where(folder);
     }
     Ok(exit)
 }

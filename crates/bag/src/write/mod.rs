@@ -122,7 +122,7 @@ impl BagWriter {
             custom,
             unsynced: 0,
         };
-        writer.options.growth.begin();
+        writer.options.growth.begin(&writer.folder);
         writer.flush()?;
         writer.save_metadata()?;
         Ok(writer)

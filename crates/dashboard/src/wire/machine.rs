@@ -8,9 +8,9 @@ use serde::Serialize;
 pub struct Recording {
     /// Where it stands.
     pub stage: RecordingStage,
-    /// The bag's folder; empty where there is none.
+    /// The folder of the bag, of several the newest; empty where there is none.
     pub path: String,
-    /// The bytes that are synced to the disk.
+    /// The bytes that are synced to the disk, in all bags of the session.
     pub bytes: u64,
     /// How fast it grew over the last ten seconds [bytes/s].
     pub bytes_per_sec: f64,
@@ -18,18 +18,21 @@ pub struct Recording {
     pub free_bytes: Option<u64>,
     /// Since it last grew [s].
     pub sync_age_secs: Option<f64>,
-    /// How long the session has run [s].
+    /// How long this bag has been recorded; while there is none, how long the session has run [s].
     pub elapsed_secs: f64,
+    /// How many seconds are kept in memory while the recording is paused [s].
+    pub kept_secs: Option<f64>,
     /// Why it ended early; empty otherwise.
     pub reason: String,
 }
 
 /// Where a recording stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
 pub enum RecordingStage {
     /// No sink stores data.
+    #[default]
     Nothing,
     /// Tables are written, and no bag.
     Tables,
@@ -37,6 +40,8 @@ pub enum RecordingStage {
     NotBegun,
     /// It is being recorded: look at `sync_age_secs`.
     Open,
+    /// Nothing is recorded until a command begins a bag: look at `kept_secs`.
+    Paused,
     /// It ended with the session, and is complete.
     Finished,
     /// It ended before the session.

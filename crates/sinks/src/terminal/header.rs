@@ -32,6 +32,8 @@ pub(super) struct Recording {
     on_disk: OnDisk,
     began: Option<Time>,
     grown: Time,
+    /// When a bag began after the session [host time].
+    later: Option<Time>,
     now: Time,
 }
 
@@ -49,6 +51,10 @@ impl Recording {
         let on_disk = growth.on_disk();
         if on_disk.synced_bytes > self.on_disk.synced_bytes || self.grown == Time::EPOCH {
             self.grown = now.max(began);
+        }
+        let was_begun = self.on_disk.stage != Stage::NotBegun;
+        if was_begun && on_disk.folder != self.on_disk.folder {
+            self.later = Some(now);
         }
         self.on_disk = on_disk;
     }
@@ -71,6 +77,12 @@ impl Recording {
             (_, Stage::EndedEarly(why)) => StyledLine::of(Style::Alarm, "■ NOT RECORDING")
                 .with(Style::Plain, &format!("  {elapsed}  "))
                 .with(Style::Alarm, why),
+            (_, Stage::Paused { kept_secs }) => {
+                let line = StyledLine::of(Style::Warning, "○ NOT RECORDING")
+                    .with(Style::Plain, &format!("  {elapsed}  paused"));
+                let kept = format!(", the last {kept_secs:.0} s are kept");
+                if *kept_secs > 0.0 { line.with(Style::Plain, &kept) } else { line }
+            }
             (_, Stage::NotBegun) => StyledLine::of(Style::Strong, "○ REC")
                 .with(Style::Plain, &format!(" {elapsed}  begins")),
             (_, Stage::Open) if still_secs >= STILL_SECS => {
@@ -80,8 +92,9 @@ impl Recording {
                     .with(Style::Plain, &format!("  {}", size(self.on_disk.synced_bytes)))
             }
             (_, Stage::Open | Stage::Finished) => {
+                let recorded = self.later.map(|began| clock(self.now.secs_since(began)));
                 let line = StyledLine::of(Style::Strong, "● REC")
-                    .with(Style::Strong, &format!(" {elapsed}"))
+                    .with(Style::Strong, &format!(" {}", recorded.unwrap_or(elapsed)))
                     .with(Style::Plain, &format!("  {}  ", size(self.on_disk.synced_bytes)));
                 self.with_room(line)
             }
@@ -107,6 +120,8 @@ impl Recording {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     fn at(secs: i32) -> Time {
@@ -123,7 +138,7 @@ mod tests {
         let mut recording = recording(&growth);
         recording.look(at(0));
         assert_eq!(recording.line(0.0).text(), "○ REC 0:00  begins");
-        growth.begin();
+        growth.begin(Path::new("bag"));
         growth.synced(1_200_000, 212_000_000_000);
         recording.look(at(1));
         assert_eq!(recording.line(1.0).text(), "● REC 0:01  1.2 MB  212 GB left");
@@ -139,7 +154,7 @@ mod tests {
     fn one_that_ended_early_says_so_for_good_and_why() {
         let growth = Growth::default();
         let mut recording = recording(&growth);
-        growth.begin();
+        growth.begin(Path::new("bag"));
         growth.synced(10, 20);
         growth.end_early("record to /d: the disk is full");
         recording.look(at(1));
@@ -153,7 +168,7 @@ mod tests {
         let growth = Growth::default();
         let mut recording = recording(&growth);
         recording.look(at(0));
-        growth.begin();
+        growth.begin(Path::new("bag"));
         growth.synced(100_000_000, 3_600_000_000);
         recording.look(at(100));
         assert!(recording.line(100.0).text().ends_with("3.6 GB left, 60 min"));

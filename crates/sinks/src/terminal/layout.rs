@@ -139,8 +139,7 @@ fn log(shown: Shown<'_>, rows: usize, columns: usize) -> Vec<StyledLine> {
 
 /// The open question, or the explanation of the keys.
 fn foot(shown: Shown<'_>, columns: usize) -> StyledLine {
-    let long =
-        " a–z space marker   ^N next ^R repeat ^X abort phase   ↑↓ PgUp PgDn   ^A seen   q end";
+    let long = " a–z space marker   ^N next ^R repeat ^X abort phase   ^P record   ↑↓ PgUp PgDn   ^A seen   q end";
     let short = "a–z marker  ^N next ^R repeat ^X abort  ↑↓ PgUp  q end";
     match shown.question {
         Some(question) => StyledLine::of(Style::Question, &format!(" {question} ")),

@@ -101,6 +101,10 @@ impl Sink for Files {
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
         let Files { settings, folder, session, bag_ended, damage } = *self;
+        if bag_ended.is_later() {
+            // Its tidy files are written when it is complete.
+            return Ok(());
+        }
         wait_for(&folder)?;
         let lost = |error: &Unwritten| SinkError::Lost {
             message: error.to_string(),

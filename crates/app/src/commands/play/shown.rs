@@ -29,7 +29,7 @@ pub(super) fn show(
         RecordingStage::Finished
     };
     let bytes = bytes_of(bag.path());
-    let disk = move || Disk { stage, bytes, free_bytes: None, reason: String::new() };
+    let disk = move || Disk { stage, bytes, ..Disk::default() };
     let context = Context {
         path: bag.path().display().to_string(),
         disk: Arc::new(disk),

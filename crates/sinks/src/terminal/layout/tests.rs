@@ -1,5 +1,7 @@
 //! The screen at the sizes that people have, from made-up states.
 
+use std::path::Path;
+
 use teampulse_bag::Growth;
 use teampulse_core::alerts::{ALERTS, Alert, Stage, Why};
 use teampulse_core::data::EventKind;
@@ -71,7 +73,7 @@ fn recording() -> Recording {
     let growth = Growth::default();
     let mut recording = Recording::of(Kept::Bag(growth.clone()));
     recording.look(Time::from_stamp(1000, 0));
-    growth.begin();
+    growth.begin(Path::new("bag"));
     growth.synced(48_200_000, 212_000_000_000);
     recording.look(Time::from_stamp(1754, 0));
     recording

@@ -1,0 +1,254 @@
+//! A bag that commands start and stop.
+
+use std::path::Path;
+use std::time::Duration;
+
+use teampulse_bag::{BagSink, Complete, Growth, Opening, Options, Place, Recording};
+use teampulse_core::command::{Command, Sender};
+use teampulse_core::data::{Event, EventKind};
+use teampulse_core::sample::Record;
+use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
+
+use super::continuing::{ContinuingBag, and, command_of, next_folder};
+use super::kept::{Kept, Limits};
+
+/// How often the number of kept seconds is stated.
+const STATE_EVERY: Duration = Duration::from_secs(1);
+
+/// A recording that begins and ends by command, as often as wanted, each time in a bag of its own. While it is
+/// paused, the last seconds are kept in memory.
+#[derive(Debug)]
+pub struct CommandedBag {
+    /// The bag, by which each of its recordings is made.
+    pub bag: ContinuingBag,
+    /// Whether it begins paused.
+    pub is_paused: bool,
+    /// How much is kept while it is paused.
+    pub limits: Limits,
+}
+
+impl Sink for CommandedBag {
+    fn name(&self) -> &'static str {
+        self.bag.name()
+    }
+
+    fn delivery(&self) -> Delivery {
+        self.bag.delivery()
+    }
+
+    fn carries_out(&self) -> &'static [&'static str] {
+        &["split", "start_recording", "stop_recording", "snapshot"]
+    }
+
+    fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
+        let CommandedBag { bag, is_paused, limits } = *self;
+        let mut course = Course { bag, limits, inbox, is_first: true, failed: None };
+        let mut next = if is_paused {
+            Next::Pause { kept: course.nothing_kept(), after: Vec::new() }
+        } else {
+            Next::Record(Box::new(course.begin_first()?))
+        };
+        loop {
+            next = match next {
+                Next::Record(recording) => course.record(*recording),
+                Next::Pause { kept, after } => course.pause(kept, &after),
+                Next::Begin(opening) => course.begin(opening),
+                Next::End => return course.failed.map_or(Ok(()), Err),
+            }
+        }
+    }
+}
+
+/// What a recording that obeys commands does next.
+enum Next {
+    /// It begins with these.
+    Begin(Opening),
+    /// It records.
+    Record(Box<Recording>),
+    /// It pauses.
+    Pause {
+        /// What is kept already.
+        kept: Kept,
+        /// What came together with the command, after it.
+        after: Vec<Record>,
+    },
+    /// The session is over.
+    End,
+}
+
+/// The course of a recording through a session.
+struct Course {
+    bag: ContinuingBag,
+    limits: Limits,
+    inbox: Inbox,
+    /// Whether the folder that was made for the session is still free.
+    is_first: bool,
+    failed: Option<SinkError>,
+}
+
+impl Course {
+    fn growth(&self) -> &Growth {
+        &self.bag.bag.options.growth
+    }
+
+    /// Begins the recording of a session that begins recorded: without a bag there is no session.
+    fn begin_first(&mut self) -> Result<Recording, SinkError> {
+        self.is_first = false;
+        self.bag.begin()
+    }
+
+    fn record(&mut self, recording: Recording) -> Next {
+        let course = self.bag.record(recording, &self.inbox);
+        if let Some(failed) = course.failed {
+            self.fail(failed);
+        }
+        match course.complete {
+            Complete::WithSession => Next::End,
+            Complete::ByCommand { after } => {
+                // The tidy files beside it end with it; those of later bags are written at the end.
+                self.bag.ended.report("a command stopped the recording");
+                Next::Pause { kept: self.nothing_kept(), after }
+            }
+        }
+    }
+
+    fn nothing_kept(&self) -> Kept {
+        Kept::new(self.limits, self.inbox.latched())
+    }
+
+    /// Keeps the last seconds until a command begins a recording.
+    fn pause(&mut self, mut kept: Kept, after: &[Record]) -> Next {
+        if let Some(place) = self.take(&mut kept, after) {
+            return self.begins(kept, after[place..].to_vec());
+        }
+        loop {
+            self.growth().pause(kept.secs());
+            match self.inbox.receive(STATE_EVERY) {
+                Received::Batch(batch) => {
+                    if let Some(place) = self.take(&mut kept, &batch) {
+                        return self.begins(kept, batch[place..].to_vec());
+                    }
+                }
+                Received::Silence => {}
+                Received::Closed => return self.close(),
+            }
+        }
+    }
+
+    /// Keeps these up to the command that begins a recording; returns the place after it.
+    fn take(&mut self, kept: &mut Kept, records: &[Record]) -> Option<usize> {
+        for (place, record) in records.iter().enumerate() {
+            kept.push(record);
+            match command_of(record) {
+                Some(Command::StartRecording) => return Some(place + 1),
+                Some(Command::Snapshot) => self.snapshot(kept),
+                _ => {}
+            }
+        }
+        None
+    }
+
+    fn begins(&mut self, kept: Kept, after: Vec<Record>) -> Next {
+        self.state_cut(&kept);
+        Next::Begin(kept.opening(after))
+    }
+
+    /// Begins a recording by command; where that fails, everything is still kept.
+    fn begin(&mut self, opening: Opening) -> Next {
+        let begun = self.next_bag().and_then(|bag| {
+            let folder = bag.folder.clone();
+            Ok((folder, self.bag.begin_in(bag)?))
+        });
+        match begun {
+            Ok((folder, recording)) => {
+                self.bag.ended.goes_on_in(folder);
+                Next::Record(Box::new(recording.in_session(opening)))
+            }
+            Err(error) => {
+                self.inbox.report(format!("bag: failed to {error}; the recording is still paused"));
+                self.fail(error);
+                let (kept, after) = Kept::reopened(self.limits, opening);
+                Next::Pause { kept, after }
+            }
+        }
+    }
+
+    /// Writes what is kept into a bag of its own.
+    fn snapshot(&mut self, kept: &Kept) {
+        self.state_cut(kept);
+        let written = self.next_bag().and_then(|mut bag| {
+            // It shall not look as if a recording went on.
+            bag.options.growth = Growth::default();
+            let folder = bag.folder.clone();
+            let recording = bag.begin()?.in_session(kept.snapshot());
+            recording.record_opening(&self.inbox).map_err(|broken| broken.error)?;
+            Ok(folder)
+        });
+        match written {
+            Ok(folder) => {
+                self.note(&format!("the last {:.1} s are in {}", kept.secs(), folder.display()));
+                self.bag.ended.goes_on_in(folder);
+            }
+            Err(error) => {
+                self.inbox.report(format!("bag: failed to {error}; there is no snapshot"));
+                self.fail(error);
+            }
+        }
+    }
+
+    /// The next bag of the session: in the folder that was made for it, or beside that.
+    fn next_bag(&mut self) -> Result<BagSink, SinkError> {
+        let first = &self.bag.bag;
+        let bag = if self.is_first {
+            first.clone()
+        } else {
+            let beside = first.folder.parent().unwrap_or(Path::new(""));
+            let folder = next_folder(&first.folder, beside).ok_or_else(|| SinkError::Failed {
+                message: format!("name a bag beside {}", first.folder.display()),
+                hint: String::new(),
+            })?;
+            let options = Options { place: Place::New, ..first.options.clone() };
+            BagSink { folder, options, ..first.clone() }
+        };
+        self.is_first = false;
+        Ok(bag)
+    }
+
+    /// States that less was kept than asked for.
+    fn state_cut(&self, kept: &Kept) {
+        if kept.is_cut() {
+            let (secs, asked_secs, mib) = (kept.secs(), self.limits.secs, kept.bytes() >> 20);
+            self.inbox.report(format!(
+                "bag: only the last {secs:.1} of {asked_secs} s were kept, which are {mib} MiB: raise \
+                 `snapshot_mib`"
+            ));
+        }
+    }
+
+    /// The session ended while it was paused.
+    fn close(&mut self) -> Next {
+        if let Some(reason) = self.inbox.cut_off() {
+            let hint = "please report this fault of teampulse".into();
+            self.fail(SinkError::Lost { message: reason, hint });
+        }
+        Next::End
+    }
+
+    fn note(&self, text: &str) {
+        if let Some(outlet) = self.inbox.outlet() {
+            let label = format!("{} note {text}", Sender::through("bag", ""));
+            let kind = EventKind::Report;
+            outlet.happen(Event { kind, label, value: f64::NAN, duration_secs: 0.0 });
+        }
+    }
+
+    fn fail(&mut self, error: SinkError) {
+        self.failed = Some(match self.failed.take() {
+            Some(before) => and(before, &format!("failed to {error}")),
+            None => error,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests;

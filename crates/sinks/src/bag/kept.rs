@@ -1,0 +1,92 @@
+//! The last seconds, kept in memory while nothing is recorded.
+
+use std::collections::VecDeque;
+
+use teampulse_bag::Opening;
+use teampulse_core::latched::Latched;
+use teampulse_core::sample::Record;
+use teampulse_core::time::Time;
+
+/// How much is kept.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// How many seconds [s].
+    pub secs: f64,
+    /// The largest size [bytes]: where the seconds need more, fewer are kept.
+    pub bytes: usize,
+}
+
+/// The newest records, and what held before them.
+#[derive(Debug)]
+pub struct Kept {
+    limits: Limits,
+    held: Latched,
+    records: VecDeque<Record>,
+    bytes: usize,
+    /// Whether records within the seconds were dropped because of their size.
+    is_cut: bool,
+}
+
+impl Kept {
+    /// Nothing yet, of a session in which this holds.
+    pub fn new(limits: Limits, held: Latched) -> Kept {
+        Kept { limits, held, records: VecDeque::new(), bytes: 0, is_cut: false }
+    }
+
+    /// What a recording that could not begin would have begun with, and what came after the command.
+    pub fn reopened(limits: Limits, opening: Opening) -> (Kept, Vec<Record>) {
+        let Opening { held, kept, after } = opening;
+        let bytes = kept.iter().map(Record::held_bytes).sum();
+        (Kept { limits, held, records: kept.into(), bytes, is_cut: false }, after)
+    }
+
+    /// Adds the newest record; the oldest ones leave.
+    pub fn push(&mut self, record: &Record) {
+        self.bytes += record.held_bytes();
+        self.records.push_back(record.clone());
+        let newest = record.sample.log_time;
+        while let Some(oldest) = self.records.front() {
+            let is_old = newest.secs_since(oldest.sample.log_time) > self.limits.secs;
+            let is_large = self.bytes > self.limits.bytes;
+            if !is_old && !is_large {
+                return;
+            }
+            self.is_cut = !is_old;
+            self.drop_oldest();
+        }
+    }
+
+    fn drop_oldest(&mut self) {
+        let Some(oldest) = self.records.pop_front() else { return };
+        self.bytes -= oldest.held_bytes();
+        self.held.take(&oldest);
+    }
+
+    /// How many seconds are kept.
+    pub fn secs(&self) -> f64 {
+        let log_time = |record: &Record| record.sample.log_time;
+        let ends = self.records.front().map(log_time).zip(self.records.back().map(log_time));
+        ends.map_or(0.0, |(oldest, newest): (Time, Time)| newest.secs_since(oldest))
+    }
+
+    /// Whether fewer seconds are kept than asked for, as these need more memory than they may.
+    pub fn is_cut(&self) -> bool {
+        self.is_cut
+    }
+
+    /// The size of what is kept [bytes].
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
+
+    /// What a recording that begins now begins with, and what comes after the command.
+    pub fn opening(self, after: Vec<Record>) -> Opening {
+        Opening { held: self.held, kept: self.records.into(), after }
+    }
+
+    /// A copy for a snapshot; its records are shared.
+    pub fn snapshot(&self) -> Opening {
+        let kept = self.records.iter().cloned().collect();
+        Opening { held: self.held.clone(), kept, after: Vec::new() }
+    }
+}
