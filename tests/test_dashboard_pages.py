@@ -4,9 +4,11 @@ import gzip
 import json
 import re
 import shutil
+from itertools import takewhile
 
 import pytest
 from playwright import sync_api
+from websockets.sync import client as sync_client
 
 import bags
 import harness
@@ -20,6 +22,8 @@ SHOTS = harness.TESTS / "build/dashboard_pages"
 PAGES = ("team", "signals", "session", "health")
 SIZES = {"1280x720": (1280, 720), "1920x1080": (1920, 1080), "390x844": (390, 844)}
 JAVASCRIPT_BYTES = 150_000
+# What a page gets of the demo's streams when it joins.
+STREAMS_BYTES = 100_000
 CHROMIUM_FLAGS = [
     "--no-sandbox",
     "--disable-gpu",
@@ -133,7 +137,7 @@ def serious(page) -> list[str]:
     return [f"{each['id']}: {json.dumps(each['nodes'][0]['html'])[:200]}" for each in bad]
 
 
-def test_every_page_shows_real_data_in_each_size_and_theme(stage, screens):
+def test_every_page_shows_real_data_in_each_size_and_theme(stage, screens, figure):
     if not AXE.exists():
         leave_out("axe-core is not installed: `npm ci` in web/")
     demo = stage.teampulse("demo", "--out", stage.folder / "sessions", "--seed", 7)
@@ -156,7 +160,24 @@ def test_every_page_shows_real_data_in_each_size_and_theme(stage, screens):
                 screen.page.screenshot(path=SHOTS / f"{each}-{name}-{theme}.png", full_page=size[0] < 640)
                 if name == "1280x720":
                     assert serious(screen.page) == [], f"{each}, {theme}"
+    with sync_client.connect(f"{address.replace('http', 'ws')}ws", max_size=None) as socket:
+        joined = iter(lambda: socket.recv(timeout=harness.PATIENCE_SECS), None)
+        texts = takewhile(lambda text: '{"type":"ready"' not in text, (text for text in joined if isinstance(text, str)))
+        declared = sum(len(text) for text in texts if text.startswith('{"type":"streams"'))
+    figure(f"the streams of the demo are {declared / 1000:.0f} kB for a page that joins")
+    assert 10_000 < declared <= STREAMS_BYTES
     assert demo.interrupt() == 0, demo.report()
+
+
+def test_a_number_is_opened_with_its_recipe(stage, screens):
+    monitor, _, address, _ = watched(stage)
+    page = screens(address).page
+    page.click("text=Signals")
+    page.click(".sig .lab:has-text('heart rate')")
+    dialog = page.locator("dialog, [role=dialog]").first
+    sync_api.expect(dialog.locator("dl.facts")).to_contain_text(re.compile("recipe.*causal", re.DOTALL))
+    sync_api.expect(dialog.locator("dl.facts")).to_contain_text("/ecg")
+    assert monitor.interrupt() == 0, monitor.report()
 
 
 def test_a_clicked_marker_is_in_the_bag_at_the_moment_of_the_click(stage, screens, figure):

@@ -1,4 +1,4 @@
-import type { Event, FromBrowser, FromServer, Stream, StreamHealth } from "../src/wire";
+import type { Declared, Event, FromBrowser, FromServer, Stream, StreamHealth } from "../src/wire";
 import { PROTOCOL } from "../src/wire";
 
 /** A made-up session, for looking at pages without a server and for tests: one operator, some robots. */
@@ -37,7 +37,7 @@ export class Feed {
       markers: [{ key: "s", label: "stimulus" }, { key: "h", label: "hit" }],
       phases: [{ name: "baseline", from: 0, lasts: 300 }, { name: "1-back", from: 300, lasts: 180 }, { name: "2-back", from: 500, lasts: 180 }],
     });
-    this.send({ type: "streams", streams: this.streams });
+    this.send({ type: "streams", ...this.declared() });
     this.event("/session/events", 0, "phase", "baseline");
     this.event("/session/events", 300, "phase", "1-back");
     this.event("/session/events", now - 4, "marker", "stimulus");
@@ -55,12 +55,26 @@ export class Feed {
     if (message.type === "ping") this.send({ type: "pong", sent: message.sent, received: now, replied: now });
     else if (message.type === "want") this.wanted = new Set(message.streams.map((each) => each.stream));
     else if (message.type === "history") this.history(message);
+    else if (message.type === "describe") {
+      const stream = this.streams[message.stream];
+      if (stream) this.send({ type: "description", stream: stream.id, method: stream.method, doc: stream.doc });
+    }
     else if ("reference" in message) {
       const label = message.type === "command" ? message.text : message.type;
       this.send({ type: "echo", reference: message.reference, label, t: now, off_secs: 0, on_disk: true });
       if (message.type === "command") this.event("/session/events", now, "marker", message.text.replace("mark ", ""));
       if (message.type === "acknowledge") this.event("/session/events", now, "command", "", undefined, { who: "dashboard", verb: "acknowledge", text: message.alert });
     }
+  }
+
+  private declared(): Declared {
+    return {
+      whose: this.streams.map(({ about, subject, device }) => ({ about, subject, device })),
+      channels: this.streams.map(({ channels }) => ({ names: channels.map((each) => each.name), units: channels.map((each) => each.unit) })),
+      streams: this.streams.map(({ id, name, signal, shape, message_type, derived, rate_hz, family, window, inputs, beside, hidden }, k) => ({
+        id, name, signal, shape, message_type, derived, rate_hz, family, beside, hidden, whose: k, channels: k, inputs: inputs.map((input) => this.id(input)), ...(window ? { window } : {}),
+      })),
+    };
   }
 
   private add(name: string, stream: Partial<Stream>): void {

@@ -3,11 +3,7 @@
 /**
  * A message of the server.
  */
-export type FromServer = { "type": "hello" } & Hello | { "type": "streams", 
-/**
- * The streams.
- */
-streams: Array<Stream>, } | { "type": "status" } & Status | { "type": "features", 
+export type FromServer = { "type": "hello" } & Hello | { "type": "streams" } & Declared | { "type": "description" } & Description | { "type": "status" } & Status | { "type": "features", 
 /**
  * In the order in which they came.
  */
@@ -152,7 +148,132 @@ from: number | null,
 lasts: number | null, };
 
 /**
- * A stream of the session.
+ * Streams that are new, or of which more is known.
+ */
+export type Declared = { 
+/**
+ * Whom they are about, and by which devices they are measured.
+ */
+whose: Array<Whose>, 
+/**
+ * The channels that they have.
+ */
+channels: Array<ChannelList>, 
+/**
+ * The streams.
+ */
+streams: Array<StreamRow>, };
+
+/**
+ * Whom streams are about, and by which device they are measured.
+ */
+export type Whose = { 
+/**
+ * `person`, `robot`, `team` or `session`.
+ */
+about: string, 
+/**
+ * The id of that person or robot; empty for the team and the session.
+ */
+subject: string, 
+/**
+ * The device; may be empty.
+ */
+device: string, };
+
+/**
+ * The numbers of each sample, in their order.
+ */
+export type ChannelList = { 
+/**
+ * Their names.
+ */
+names: Array<string>, 
+/**
+ * Their units.
+ */
+units: Array<string>, };
+
+/**
+ * A stream, without what is asked for by `describe`. What is left out is empty, false or 0.
+ */
+export type StreamRow = { 
+/**
+ * Its number in this session.
+ */
+id: number, 
+/**
+ * Its ROS topic.
+ */
+name: string, 
+/**
+ * What it measures.
+ */
+signal: string, 
+/**
+ * The shape of its data.
+ */
+shape: string, 
+/**
+ * The place in `whose` of whom it is about.
+ */
+whose: number, 
+/**
+ * The place of its channels in `channels`.
+ */
+channels: number, 
+/**
+ * The type of its messages.
+ */
+message_type?: string, 
+/**
+ * Whether it was computed here.
+ */
+derived?: boolean, 
+/**
+ * The declared rate [Hz].
+ */
+rate_hz?: number, 
+/**
+ * The family of its feature.
+ */
+family?: string, 
+/**
+ * The span of its values.
+ */
+window?: Span, 
+/**
+ * The numbers of the streams it was computed from.
+ */
+inputs?: Array<number>, 
+/**
+ * The topic of which this holds a second publisher's samples.
+ */
+beside?: string, 
+/**
+ * Whether this viewer gets no data of it.
+ */
+hidden?: boolean, };
+
+/**
+ * What a stream is, in words: the answer to a `describe`.
+ */
+export type Description = { 
+/**
+ * The stream's number.
+ */
+stream: number, 
+/**
+ * How it was computed: the recipe; empty for a raw stream.
+ */
+method: string, 
+/**
+ * One sentence for people.
+ */
+doc: string, };
+
+/**
+ * A stream of the session, as programs get it, and as a page has it once it is [declared](super::Declared) and described.
  */
 export type Stream = { 
 /**
@@ -843,7 +964,15 @@ streams: Array<Wanted>, } | { "type": "shown",
 /**
  * Each once for each picture.
  */
-streams: Array<number>, } | { "type": "history" } & History | { "type": "command", 
+streams: Array<number>, } | { "type": "history" } & History | { "type": "describe", 
+/**
+ * Comes back in `refused`.
+ */
+reference: string, 
+/**
+ * The stream's number.
+ */
+stream: number, } | { "type": "command", 
 /**
  * Comes back in `echo` or `refused`.
  */
@@ -976,7 +1105,7 @@ to: number,
  */
 points: number, };
 
-export const PROTOCOL = 3;
+export const PROTOCOL = 4;
 export const MOST_WANTED = 256;
 /** The length of what precedes the samples of a binary frame [bytes]. */
 export const WAVE_HEAD_BYTES = 24;

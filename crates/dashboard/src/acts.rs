@@ -11,7 +11,9 @@ use crate::client::Client;
 use crate::history::STORED_SECS;
 use crate::hub::{Awaited, Hub};
 use crate::joining::show;
-use crate::wire::{FromBrowser, FromServer, HistoryReply, HistoryRequest, MOST_WANTED, Right};
+use crate::wire::{
+    Description, FromBrowser, FromServer, HistoryReply, HistoryRequest, MOST_WANTED, Right,
+};
 
 /// The longest note, and the longest label of what is acknowledged [bytes].
 const LONGEST_TEXT: usize = 1000;
@@ -42,6 +44,7 @@ pub fn reference(asked: &FromBrowser) -> Option<&str> {
     match asked {
         FromBrowser::Ping { .. } | FromBrowser::Want { .. } | FromBrowser::Shown { .. } => None,
         FromBrowser::History(HistoryRequest { reference, .. })
+        | FromBrowser::Describe { reference, .. }
         | FromBrowser::Command { reference, .. }
         | FromBrowser::Note { reference, .. }
         | FromBrowser::Annotate { reference, .. }
@@ -81,6 +84,14 @@ pub fn act(
         }
         FromBrowser::History(asked) => {
             return history(hub, client, asked).map(|reply| Some(FromServer::History(reply)));
+        }
+        FromBrowser::Describe { stream, .. } => {
+            let known = hub.known();
+            let stream = known.streams.get(&stream).map(|it| (stream, it));
+            let (stream, described) =
+                stream.ok_or_else(|| Refusal::new("there is no such stream", ""))?;
+            let (method, doc) = (described.method.clone(), described.doc.clone());
+            return Ok(Some(FromServer::Description(Description { stream, method, doc })));
         }
         FromBrowser::Command { reference, text, at } => doer.command(&text, at, reference)?,
         FromBrowser::Note { reference, text, at } => doer.note(&text, at, reference)?,

@@ -132,6 +132,12 @@ impl Known {
         Some(wire::Stream::of(StreamId(id), self.streams.get(&id)?, hidden))
     }
 
+    /// These streams as they are declared to a viewer, who is blind or not.
+    pub fn declared(&self, ids: impl IntoIterator<Item = u32>, is_blind: bool) -> FromServer {
+        let streams = ids.into_iter().filter_map(|id| self.stream(id, is_blind)).collect();
+        FromServer::Streams(wire::Declared::of(streams, |name| self.named.get(name).copied()))
+    }
+
     /// Whether a blind viewer may see a stream.
     pub fn shows(&self, id: u32, is_blind: bool) -> bool {
         !(is_blind && self.hidden.contains(&id))

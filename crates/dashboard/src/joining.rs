@@ -52,8 +52,8 @@ pub fn welcome(hub: &Hub, client: &Arc<Client>) -> bool {
 /// Sends a client all that it may see.
 pub fn show(known: &Known, client: &Client) {
     let is_blind = client.is_blind();
-    let streams = known.streams.keys().filter_map(|id| known.stream(*id, is_blind)).collect();
-    client.outbox.urgent(message(&FromServer::Streams { streams }));
+    let streams = known.declared(known.streams.keys().copied(), is_blind);
+    client.outbox.urgent(message(&streams));
     show_moment(known, client);
 }
 

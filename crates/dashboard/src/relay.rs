@@ -275,10 +275,8 @@ impl Relay {
         if changed.is_empty() {
             return;
         }
-        let texts = [false, true].map(|is_blind| {
-            let streams = changed.iter().filter_map(|id| known.stream(*id, is_blind)).collect();
-            message(&FromServer::Streams { streams })
-        });
+        let texts = [false, true]
+            .map(|is_blind| message(&known.declared(changed.iter().copied(), is_blind)));
         drop(known);
         for client in self.hub.clients() {
             client.outbox.urgent(texts[usize::from(client.is_blind())].clone());

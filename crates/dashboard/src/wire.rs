@@ -5,6 +5,7 @@
 //! seconds since the session began [s]; `hello` says when that was. What is unknown is `null`, never 0. The types of
 //! the front end, `web/src/wire.ts`, are made of these by a test.
 
+mod declared;
 mod from_browser;
 mod from_server;
 mod machine;
@@ -14,6 +15,7 @@ mod replay;
 mod stream;
 pub mod waves;
 
+pub use declared::{ChannelList, Declared, Description, StreamRow, Whose};
 pub use from_browser::{FromBrowser, History as HistoryRequest, MOST_WANTED, Wanted};
 pub use from_server::{
     Alert, Column, Echo, Ended, Event, Feature, FromServer, Hello, HistoryReply, Marker, Mode,
@@ -25,7 +27,7 @@ pub use replay::{Absence, Gap, Playback, Timeline};
 pub use stream::{Channel, Span, Stream};
 
 /// The version of this contract; a browser that knows another one reloads its page.
-pub const PROTOCOL: u32 = 3;
+pub const PROTOCOL: u32 = 4;
 
 /// The number, unless it is unknown: JSON has neither NaN nor infinities.
 pub fn known(number: f64) -> Option<f64> {

@@ -111,6 +111,11 @@ export class Live {
     return `${this.references}`;
   }
 
+  /** Asks what a stream is, in words. */
+  describe(stream: number): void {
+    this.send({ type: "describe", reference: this.reference(), stream });
+  }
+
   /** Asks for what is stored of a stream. */
   history(stream: number, from: number, to: number, points: number, take: (reply: HistoryReply) => void): void {
     const reference = this.reference();
@@ -182,6 +187,9 @@ export class Live {
         break;
       case "refused":
         this.actions.refuse(message);
+        break;
+      case "description":
+        this.tick += 1;
         break;
       case "ended":
         this.connection.finish();

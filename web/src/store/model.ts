@@ -1,4 +1,4 @@
-import type { Bus, Computer, Event, Feature, FromServer, Hello, Machine, Missed, Playback, Recording, Stream, StreamHealth, Timeline, Unmet } from "../wire";
+import type { Bus, Computer, Declared, Description, Event, Feature, FromServer, Hello, Machine, Missed, Playback, Recording, Stream, StreamHealth, Timeline, Unmet } from "../wire";
 import { Track } from "./track";
 import type { Wave } from "./wave";
 
@@ -76,7 +76,10 @@ export class Model {
         this.greet(message);
         break;
       case "streams":
-        message.streams.forEach((stream) => this.declare(stream));
+        this.declare(message);
+        break;
+      case "description":
+        this.describe(message);
         break;
       case "status":
         this.judged = message.t;
@@ -193,10 +196,30 @@ export class Model {
     for (const track of this.tracks.values()) track.clear();
   }
 
-  private declare(stream: Stream): void {
-    this.streams.set(stream.id, stream);
-    this.byName.set(stream.name, stream);
+  /** Takes streams; what is left out of them is empty, and their words stay as they were asked for before. */
+  private declare({ whose, channels, streams }: Declared): void {
+    const lists = channels.map(({ names, units }) => names.map((name, k) => ({ name, unit: units[k] ?? "" })));
+    for (const row of streams) {
+      const { about = "session", subject = "", device = "" } = whose[row.whose] ?? {};
+      const { method = "", doc = "" } = this.streams.get(row.id) ?? {};
+      const stream: Stream = {
+        id: row.id, name: row.name, signal: row.signal, shape: row.shape, about, subject, device, channels: lists[row.channels] ?? [],
+        message_type: row.message_type ?? "", derived: row.derived ?? false, rate_hz: row.rate_hz ?? 0, family: row.family ?? "",
+        window: row.window ?? null, inputs: [], beside: row.beside ?? "", hidden: row.hidden ?? false, method, doc,
+      };
+      this.streams.set(stream.id, stream);
+      this.byName.set(stream.name, stream);
+    }
+    for (const row of streams) {
+      const inputs = (row.inputs ?? []).flatMap((id) => this.streams.get(id)?.name ?? []);
+      this.streams.get(row.id)?.inputs.push(...inputs);
+    }
     this.streamsVersion += 1;
+  }
+
+  private describe({ stream, method, doc }: Description): void {
+    const known = this.streams.get(stream);
+    if (known) [known.method, known.doc] = [method, doc];
   }
 
   private takeFeature(feature: Feature): void {

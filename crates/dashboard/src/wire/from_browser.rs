@@ -27,6 +27,13 @@ pub enum FromBrowser {
     },
     /// Asks for what is stored of a stream; answered by `history`.
     History(History),
+    /// Asks what a stream is, in words; answered by `description`.
+    Describe {
+        /// Comes back in `refused`.
+        reference: String,
+        /// The stream's number.
+        stream: u32,
+    },
     /// A command, in its one text form: `mark robot lost`, `next_phase`, `split`, `stop`.
     Command {
         /// Comes back in `echo` or `refused`.

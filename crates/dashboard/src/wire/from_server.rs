@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Stream;
+use super::declared::{Declared, Description};
 use super::machine::{Machine, Missed, Recording, Unmet};
 use super::network::{Bus, Computer};
 use super::replay::{Playback, Timeline};
@@ -15,10 +15,9 @@ pub enum FromServer {
     /// The first message.
     Hello(Hello),
     /// Streams that are new, or of which more is known; at the start all of them.
-    Streams {
-        /// The streams.
-        streams: Vec<Stream>,
-    },
+    Streams(Declared),
+    /// The answer to a `describe`.
+    Description(Description),
     /// The health of the raw streams, once a second.
     Status(Status),
     /// Values of features; at the start the newest of each stream.

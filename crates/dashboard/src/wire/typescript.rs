@@ -2,6 +2,7 @@
 
 use ts_rs::{Config, TS};
 
+use super::declared::{ChannelList, Declared, Description, StreamRow, Whose};
 use super::from_browser::{FromBrowser, History, Wanted};
 use super::from_server::{
     Alert, Column, Echo, Ended, Event, Feature, FromServer, Hello, HistoryReply, Marker, Mode,
@@ -47,6 +48,11 @@ fn written() -> String {
         Right,
         Marker,
         PhasePlan,
+        Declared,
+        Whose,
+        ChannelList,
+        StreamRow,
+        Description,
         Stream,
         Channel,
         Span,
