@@ -43,10 +43,7 @@ def five_robots_bag(tmp_path_factory):
 def demo_bag(tmp_path_factory):
     """Twenty seconds of the demo."""
     stage = harness.Stage(tmp_path_factory.mktemp("demo"), next(domains))
-    out = stage.folder / "sessions"
-    demo = stage.teampulse("demo", "--duration", 20, "--out", out, "--seed", 7)
-    assert demo.ended(within_secs=60) == 0, demo.report()
-    yield harness.the_bag(out)
+    yield stage.demo(20, "--seed", 7)
     stage.close()
 
 

@@ -199,6 +199,14 @@ class Stage:
         out = out or self.folder / "sessions"
         return self.teampulse("run", study, "--out", out, **options), out
 
+    def demo(self, secs: float, *arguments) -> Path:
+        """A recording of so many seconds of the demo."""
+        out = self.folder / "sessions"
+        demo = self.teampulse("demo", "--duration", secs, "--out", out, "--no-dashboard", *arguments)
+        code = demo.ended(within_secs=secs + 60)
+        assert code == 0, demo.report()
+        return the_bag(out)
+
     def close(self) -> None:
         for program in reversed(self._programs):
             program.close()

@@ -4,10 +4,8 @@ import asyncio
 import contextlib
 import json
 import os
-import struct
 import sys
 import tempfile
-import threading
 import time
 import urllib.request
 from pathlib import Path
@@ -15,6 +13,8 @@ from statistics import quantiles
 
 import harness
 import websockets
+from cameras import Cameras
+from figures import Figures
 
 CLIENTS = 20
 WATCHED_SECS = int(os.environ.get("SECONDS_EACH", "10"))
@@ -22,7 +22,6 @@ LINK_BYTES_PER_SEC = 5_000_000 // 8
 # As a router holds them for a link that is full.
 LINK_QUEUE_BYTES = 64 << 10
 PICTURE_BYTES = 45_600  # 1280 x 720 at JPEG quality 75
-PICTURES_HZ = 30
 CAMERAS = ("front", "back")
 MARKERS = 150
 MARKERS_HZ = 5
@@ -125,23 +124,6 @@ async def many(address: str, monitor) -> tuple[float, float]:
     return alone, watched
 
 
-def compressed() -> str:
-    """A `sensor_msgs/CompressedImage` as hexadecimal; its content is no picture, which nobody here decodes."""
-    head = struct.pack("<4s iI I5s3x I5s3x I", b"\0\1\0\0", 0, 0, 5, b"cam1\0", 5, b"jpeg\0", PICTURE_BYTES)
-    return (head + b"\xff\xd8\xff" + os.urandom(PICTURE_BYTES - 3)).hex()
-
-
-def film(sender, over: threading.Event) -> int:
-    """Sends a picture thirty times a second."""
-    pictures = [compressed() for _ in range(4)]
-    began_secs, sent = time.monotonic(), 0
-    while not over.is_set():
-        time.sleep(max(0.0, began_secs + sent / PICTURES_HZ - time.monotonic()))
-        sender.say(pictures[sent % len(pictures)])
-        sent += 1
-    return sent
-
-
 async def slow(address: str) -> tuple[dict, dict[str, float]]:
     """What a viewer behind a slow link sees, and when each marker was set."""
     seen = {"pictures": 0, "markers": {}, "missed": {}}
@@ -173,11 +155,7 @@ async def slow(address: str) -> tuple[dict, dict[str, float]]:
 
 
 def main() -> int:
-    missed = []
-
-    def figure(text: str, is_met: bool) -> None:
-        print(text if is_met else f"{text}  MISSED", flush=True)
-        missed.extend([] if is_met else [text])
+    figure = Figures()
 
     with tempfile.TemporaryDirectory() as folder:
         stage = harness.Stage(Path(folder), domain=62)
@@ -198,21 +176,13 @@ def main() -> int:
             monitor = stage.teampulse("run", study, "--out", out)
             address = monitor.wait_for(r"dashboard is at (http://\S+?)/?$")[1]
             stage.teampulse("simulate", study)
-            over, films = threading.Event(), []
-            for name in CAMERAS:
-                sender = stage.cyclone("send", f"/robot1/{name}/compressed", "--type", "sensor_msgs/msg/CompressedImage", "--subscribers", 1)
-                sender.answer("matched")
-                films.append(threading.Thread(target=film, args=(sender, over)))
-            for each in films:
-                each.start()
-            seen, set_at = asyncio.run(slow(address))
-            over.set()
-            for each in films:
-                each.join()
+            # No pictures, which nobody here decodes.
+            files = [b"\xff\xd8\xff" + os.urandom(PICTURE_BYTES - 3) for _ in range(4)]
+            with Cameras(stage, [f"/robot1/{name}/compressed" for name in CAMERAS], files):
+                seen, set_at = asyncio.run(slow(address))
             code = monitor.interrupt()
             info = json.loads(stage.ask("info", harness.the_bag(out), "--json").stdout)
         finally:
-            over.set()
             stage.close()
     arrived = seen["markers"]
     late = [1000 * (arrived[label] - at) for label, at in set_at.items() if label in arrived]
@@ -223,7 +193,7 @@ def main() -> int:
     pictures_hz = seen["pictures"] / (8 + MARKERS / MARKERS_HZ)
     figure(f"  pictures: {pictures_hz:.1f} a second; skipped and counted {seen['missed'].get('pictures', 0)}", seen["missed"].get("pictures", 0) > 0)
     figure(f"  the recording beside it: {lost} messages lost (bar 0), exit code {code}", lost == 0 and code == 0)
-    return 1 if missed else 0
+    return figure.exit_code()
 
 
 if __name__ == "__main__":

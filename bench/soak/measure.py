@@ -33,24 +33,13 @@ def soak(*arguments) -> list[dict]:
 def hours() -> tuple[bool, str]:
     """8 hours of the demo, accelerated"""
     with tempfile.TemporaryDirectory() as folder:
-        bag = os.environ.get("BAG") or demo(Path(folder))
+        bag = os.environ.get("BAG") or harness.Stage(Path(folder), domain=77).demo(DEMO_SECS)
         held_kib = [line["most_kib"] for line in soak("hours", bag, HOURS + 0.01)]
     grown = held_kib[-1] / held_kib[SETTLED_HOUR - 1] - 1
     text = f"{' '.join(f'{kib / 1024:.1f}' for kib in held_kib)} MiB at most in each hour; "
     text += f"{grown:+.1%} from hour {SETTLED_HOUR} to {HOURS} (bar {MOST_GROWN:+.0%}), "
     text += f"at most {max(held_kib) / 1024:.0f} (bar {MOST_HELD_KIB >> 10})"
     return grown <= MOST_GROWN and max(held_kib) <= MOST_HELD_KIB, text
-
-
-def demo(folder: Path) -> Path:
-    """A recording of the demo."""
-    demo = harness.Program(
-        [harness.TEAMPULSE, "demo", "--duration", DEMO_SECS, "--out", folder], domain=77
-    )
-    code = demo.ended(DEMO_SECS + 60)
-    if code != 0:
-        sys.exit(f"the demo ended with {code}\n{demo.report()}")
-    return harness.the_bag(folder)
 
 
 def topics() -> tuple[bool, str]:
