@@ -142,6 +142,15 @@ fn nothing<'a>() -> Ahead<'a> {
     nothing.peekable()
 }
 
+/// What was sent of the position.
+#[derive(Clone, Copy, PartialEq)]
+struct Reported {
+    rate: f64,
+    is_paused: bool,
+    second: u64,
+    is_over: bool,
+}
+
 /// Shows what is due.
 struct Showing<'a> {
     hub: &'a Arc<Hub>,
@@ -154,7 +163,7 @@ struct Showing<'a> {
     pictures: Ahead<'a>,
     /// How the position moved on when it was looked at last.
     jumps: Option<u64>,
-    reported: Option<(f64, bool, u64)>,
+    reported: Option<Reported>,
     has_timeline: bool,
     /// Events that happened before this are sent from the timeline, however late they were recorded.
     known_until: Option<Time>,
@@ -241,11 +250,16 @@ impl<'a> Showing<'a> {
         is_behind
     }
 
-    /// Sends how the position moves on, when that has changed and once a second.
+    /// Sends how the position moves on, when that has changed, once a second, and at the end.
     fn report(&mut self) {
         let Some(playback) = self.hub.playback() else { return };
-        let moves = (playback.rate, playback.paused, playback.t as u64);
-        if self.reported.replace(moves) == Some(moves) {
+        let reported = Reported {
+            rate: playback.rate,
+            is_paused: playback.paused,
+            second: playback.t as u64,
+            is_over: playback.t >= playback.length,
+        };
+        if self.reported.replace(reported) == Some(reported) {
             return;
         }
         let text = message(&FromServer::Playback(playback));
