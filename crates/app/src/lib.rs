@@ -50,7 +50,7 @@ pub fn main_with(components: Components) -> ExitCode {
     machine::allow_many_files();
     machine::share_one_heap();
     let runtime =
-        tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
+        tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
     let runtime = match runtime {
         Ok(runtime) => runtime,
         Err(error) => {

@@ -29,6 +29,9 @@ use crate::write::part::Attachment;
 /// second of a recording can be lost.
 const FLUSH_EVERY: Duration = Duration::from_millis(800);
 
+/// How long readings gather before they are written.
+const GATHER: Duration = Duration::from_millis(20);
+
 /// A bag that is being recorded.
 pub struct Recording {
     writer: BagWriter,
@@ -204,7 +207,7 @@ impl Recording {
         loop {
             let left_nanos = self.flush_due.nanos_since(self.clock.now());
             let patience = Duration::from_nanos(u64::try_from(left_nanos).unwrap_or(0));
-            match inbox.receive(patience) {
+            match inbox.receive_gathered(GATHER, patience) {
                 Received::Batch(batch) => {
                     if let Some(stopped) = self.take_batch(inbox.streams(), &batch)? {
                         return Ok(stopped);

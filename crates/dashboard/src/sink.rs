@@ -14,6 +14,8 @@ use crate::server;
 
 /// The longest wait for records; what is due once a second is at most so late.
 const PATIENCE: Duration = Duration::from_millis(50);
+/// How long readings gather before they are stored, while nobody watches.
+const GATHER: Duration = Duration::from_millis(100);
 /// The time for the last messages to those who look.
 pub(crate) const FAREWELL: Duration = Duration::from_millis(300);
 
@@ -60,7 +62,8 @@ impl Sink for Dashboard {
         announce(&address);
         let mut relay = Relay::new(Arc::clone(&hub), inbox.streams().clone());
         loop {
-            match inbox.receive(PATIENCE) {
+            let gather = if hub.viewers() > 0 { Duration::ZERO } else { GATHER };
+            match inbox.receive_gathered(gather, PATIENCE) {
                 Received::Batch(batch) => relay.take(&batch),
                 Received::Silence => {}
                 Received::Closed => break,

@@ -23,6 +23,8 @@ use crate::sink::Publish;
 const TOPIC: &str = "/diagnostics";
 /// The longest wait for statuses at a time; a silence has no effect.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// How long statuses gather before they are published.
+const GATHER: Duration = Duration::from_millis(50);
 
 /// Publishes the health of every stream, including its clock, as one `diagnostic_msgs/DiagnosticArray` a
 /// second; the health of people's streams only if these are published, too.
@@ -56,7 +58,7 @@ impl Sink for DiagnosticsSink {
         let publisher = self.bus.publish(TOPIC, &schema, &Qos::reliable(10))?;
         let mut privacy = PrivacyFilter::new(self.publish);
         loop {
-            match inbox.receive(PATIENCE) {
+            match inbox.receive_gathered(GATHER, PATIENCE) {
                 Received::Batch(batch) => {
                     privacy.learn(inbox.streams());
                     arrays(&batch, inbox.streams(), &privacy)

@@ -1,6 +1,7 @@
 //! The queue in front of a sink: bounded, with skipped and lost records counted.
 
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -56,6 +57,8 @@ pub fn queue_within(delivery: Delivery, streams: Streams, limits: Limits) -> (Po
 struct Shared {
     state: Mutex<State>,
     changed: Condvar,
+    /// Whether an end may wait for a change: waking nobody would cost a system call. Set under the lock.
+    is_awaited: AtomicBool,
     /// The lasting state of the records that were taken out of the queue or skipped.
     latched: Mutex<Latched>,
 }
@@ -80,6 +83,29 @@ struct State {
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for a change while `is_idle`, at most for `patience`; returns whether that was too short.
+    fn wait<'a>(
+        &self,
+        state: MutexGuard<'a, State>,
+        patience: Duration,
+        mut is_idle: impl FnMut(&mut State) -> bool,
+    ) -> (MutexGuard<'a, State>, bool) {
+        let waited = self.changed.wait_timeout_while(state, patience, |state| {
+            let waits = is_idle(state);
+            self.is_awaited.fetch_or(waits, Ordering::Relaxed);
+            waits
+        });
+        let (state, timeout) = waited.unwrap_or_else(PoisonError::into_inner);
+        (state, timeout.timed_out())
+    }
+
+    /// Wakes who waits for a change, which was made before.
+    fn wake(&self) {
+        if self.is_awaited.swap(false, Ordering::Relaxed) {
+            self.changed.notify_all();
+        }
     }
 
     fn note_latched(&self, batch: &[Record]) {
@@ -140,7 +166,7 @@ impl Post {
             Delivery::Lossless => self.deliver_all(state, batch, bytes),
             Delivery::Fresh => self.deliver_newest(state, batch, bytes),
         };
-        self.shared.changed.notify_all();
+        self.shared.wake();
         posted
     }
 
@@ -149,12 +175,11 @@ impl Post {
             state.is_open() && state.bytes > 0 && state.bytes + bytes > self.limits.bytes
         };
         let patience = self.limits.patience.unwrap_or(Duration::MAX);
-        let waited = self.shared.changed.wait_timeout_while(state, patience, is_full);
-        let (mut state, timeout) = waited.unwrap_or_else(PoisonError::into_inner);
+        let (mut state, is_late) = self.shared.wait(state, patience, is_full);
         if state.abandoned || state.closed {
             return Posted::Ended;
         }
-        if timeout.timed_out() {
+        if is_late {
             let (secs, mib) = (patience.as_secs(), state.bytes >> 20);
             let reason = format!("keep up: it took nothing for {secs} s while {mib} MiB waited");
             state.cut_off = Some(reason.clone());
@@ -237,7 +262,7 @@ impl State {
 impl Drop for Post {
     fn drop(&mut self) {
         self.shared.lock().closed = true;
-        self.shared.changed.notify_all();
+        self.shared.wake();
     }
 }
 
@@ -254,7 +279,7 @@ impl Gate {
             state.cut_off.get_or_insert_with(|| reason.to_owned());
             state.closed = true;
         }
-        self.0.changed.notify_all();
+        self.0.wake();
     }
 
     /// Why the queue ended, unless the session simply ended.
@@ -293,21 +318,32 @@ impl Inbox {
         let is_idle = |state: &mut State| {
             state.batches.is_empty() && !state.closed && state.cut_off.is_none()
         };
-        let waited = self.shared.changed.wait_timeout_while(self.shared.lock(), patience, is_idle);
-        let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        let (mut state, _) = self.shared.wait(self.shared.lock(), patience, is_idle);
         match state.batches.pop_front() {
             Some((batch, bytes)) => {
                 state.bytes -= bytes;
                 state.thinned = state.thinned.saturating_sub(1);
                 state.waits = (!state.batches.is_empty()).then(Stopwatch::start);
-                self.shared.changed.notify_all();
                 drop(state);
+                self.shared.wake();
                 self.shared.note_latched(&batch);
                 Received::Batch(batch)
             }
             None if state.closed || state.cut_off.is_some() => Received::Closed,
             None => Received::Silence,
         }
+    }
+
+    /// The same for a sink that need not be prompt: where nothing waits, records gather for a while first,
+    /// so that it is woken less often.
+    pub fn receive_gathered(&self, gather: Duration, patience: Duration) -> Received {
+        let state = self.shared.lock();
+        let gathers = state.batches.is_empty() && state.is_open();
+        drop(state);
+        if gathers {
+            std::thread::sleep(gather);
+        }
+        self.receive(patience)
     }
 
     /// Why the queue ended, unless the session is over. It fits after "failed to".
@@ -360,7 +396,7 @@ impl Inbox {
 impl Drop for Inbox {
     fn drop(&mut self) {
         self.shared.lock().abandoned = true;
-        self.shared.changed.notify_all();
+        self.shared.wake();
     }
 }
 

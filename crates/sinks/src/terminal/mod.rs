@@ -43,6 +43,8 @@ pub use view::{Scroll, View};
 
 /// The longest wait for input; a key is answered within this.
 const PATIENCE: Duration = Duration::from_millis(100);
+/// How long readings gather before they are looked at.
+const GATHER: Duration = Duration::from_millis(50);
 /// The interval between redraws [s].
 const REDRAW_SECS: f64 = 1.0;
 
@@ -138,7 +140,7 @@ impl Sink for Display {
         let began = self.clock.now();
         self.board.know(inbox.streams());
         loop {
-            match inbox.receive(PATIENCE) {
+            match inbox.receive_gathered(GATHER, PATIENCE) {
                 Received::Batch(batch) => {
                     let news = batch.iter().flat_map(|record| self.board.take(record));
                     let news: Vec<String> = news.collect();

@@ -36,6 +36,8 @@ use crate::{Ended, SinkContext};
 
 /// The longest wait for input before looking again.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// How long readings gather before they are written.
+const GATHER: Duration = Duration::from_millis(100);
 /// The interval between flushes [s], which bounds the loss in a crash.
 const FLUSH_EVERY_SECS: f64 = 1.0;
 /// How long the bag may take to create its folder, and how often to check.
@@ -121,7 +123,7 @@ impl Sink for Files {
                 writing.timeline.end_with_bag(&why);
                 return writing.finish(&folder, &session).map_err(|error| lost(&error));
             }
-            match inbox.receive(PATIENCE) {
+            match inbox.receive_gathered(GATHER, PATIENCE) {
                 Received::Batch(batch) => {
                     let streams = inbox.streams();
                     let written = batch.iter().try_for_each(|record| writing.take(record, streams));
