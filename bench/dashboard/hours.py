@@ -25,7 +25,7 @@ class Browser:
 
     def __init__(self, folder: Path, addresses: list[str]):
         flags = [*FLAGS, "--headless", "--remote-debugging-port=0", f"--user-data-dir={folder}", "--window-size=1280,720"]
-        # Pages that nobody sees are slowed down: here each counts as seen.
+        # Chromium slows down pages in the background: here each counts as visible.
         flags += ["--disable-backgrounding-occluded-windows", "--disable-renderer-backgrounding"]
         self._process = subprocess.Popen([shutil.which("chromium"), *flags], stderr=subprocess.DEVNULL)
         said = folder / "DevToolsActivePort"

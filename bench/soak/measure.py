@@ -1,4 +1,4 @@
-"""What eight hours of recording leave in memory, what very many topics and robots cost, and what a bad worker does."""
+"""What eight hours of recording leave in memory, what very many topics and robots cost, and what a slow or failing worker costs the others."""
 
 import json
 import os
@@ -16,7 +16,7 @@ SETTLED_HOUR, MOST_GROWN = 2, 0.05
 MOST_HELD_KIB = 150 << 10
 # Recording and replaying many topics may take so much of a processor each.
 FEW_TOPICS, MANY_TOPICS, MOST_SECS = 5_000, 20_000, 15
-# Beside a bad worker, readings may take so much longer than without one.
+# How much longer readings may take beside a slow or failing worker than without one.
 WORKERS, WORKED_SECS, WORKED_TURNS = ("none", "slow", "failing", "panicking"), 5, 4
 MOST_SLOWER, SLACK_US = 1.2, 100
 
@@ -56,7 +56,7 @@ def topics() -> tuple[bool, str]:
 
 def workers() -> tuple[bool, str]:
     """a worker that takes 2 s an item, fails or panics"""
-    # By turns, so that whatever else the machine does is beside each of them; the best of each.
+    # In turns, so that other load on the machine affects each alike; the best of each counts.
     runs = [[soak("worker", kind, WORKED_SECS)[0] for kind in WORKERS] for _ in range(WORKED_TURNS)]
     whole = all(run["offered"] == run["received"] == run["recorded"] for turn in runs for run in turn)
     p99_us = [min(turn[place]["p99_us"] for turn in runs) for place in range(len(WORKERS))]

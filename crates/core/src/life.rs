@@ -214,7 +214,7 @@ impl Life {
     fn judge(&self, now: Time, of_clock: Option<String>) -> (State, String) {
         let Some(newest) = self.newest else {
             let reason =
-                if self.irregular { "nothing yet; comes now and then" } else { "no sample yet" };
+                if self.irregular { "no sample yet; irregular by nature" } else { "no sample yet" };
             return (State::Never, reason.into());
         };
         let age_secs = now.secs_since(newest);

@@ -32,7 +32,7 @@ pub(crate) fn linked(
             Err(other) => return Err(format!("it failed to {other}")),
         }
     }
-    Err("it is made of too many types".into())
+    Err(format!("it depends on more than {MOST_PARTS} types"))
 }
 
 /// The texts of a definition: its own first, each with the name of its type.

@@ -60,7 +60,7 @@ impl Plausible {
                 "give --unit degF or K if they are that, --scale FACTOR to convert counts to degC, or --signal other for anything but skin",
             ),
             Signal::Acceleration if usual > MOST_ACCELERATION_G => (
-                format!("{usual:.4} g is not the acceleration of a person{counts}"),
+                format!("{usual:.4} g is too large for a person's acceleration{counts}"),
                 "give --unit mg or m/s^2 if they are that, g/64 for an E4, or --scale FACTOR to convert counts to g: 0.000488281 for an Embrace Plus",
             ),
             _ => return Ok(()),
