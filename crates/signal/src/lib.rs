@@ -35,3 +35,4 @@ pub mod temperature;
 pub mod acceleration;
 pub mod descriptive;
 pub mod eda;
+pub mod voice;

@@ -1,0 +1,36 @@
+use crate::error::{SignalError, checked};
+
+/// The supported sampling rates [Hz].
+pub const RATES_HZ: (f64, f64) = (8_000.0, 96_000.0);
+
+/// Settings of the search for a voice.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// The lowest pitch [Hz], 40 to 200; the window is three of its periods.
+    pub lowest_hz: f64,
+    /// The highest pitch [Hz], up to 1500.
+    pub highest_hz: f64,
+    /// The least periodicity of a voiced frame [0..1].
+    pub voiced: f64,
+    /// How far speech is above the floor of noise [dB].
+    pub above_floor_db: f64,
+}
+
+impl Default for Settings {
+    /// 65 to 500 Hz: adults who speak, without falsetto.
+    fn default() -> Settings {
+        Settings { lowest_hz: 65.0, highest_hz: 500.0, voiced: 0.5, above_floor_db: 5.0 }
+    }
+}
+
+impl Settings {
+    /// The settings, if they and the rate [Hz] are in range.
+    pub(super) fn checked(&self, rate_hz: f64) -> Result<(), SignalError> {
+        checked("the sampling rate [Hz]", rate_hz, RATES_HZ)?;
+        checked("the lowest pitch [Hz]", self.lowest_hz, (40.0, 200.0))?;
+        checked("the highest pitch [Hz]", self.highest_hz, (self.lowest_hz * 2.0, 1500.0))?;
+        checked("the least periodicity of a voiced frame", self.voiced, (0.1, 0.95))?;
+        checked("how far speech is above the floor [dB]", self.above_floor_db, (1.0, 30.0))?;
+        Ok(())
+    }
+}

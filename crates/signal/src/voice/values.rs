@@ -1,0 +1,230 @@
+//! The values of a span of frames.
+
+use super::frame::{Frame, Glottal};
+use super::framer::FRAMES_HZ;
+use super::store::Store;
+use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Value};
+use crate::robust::median;
+
+/// The least speech for values of speech [frames].
+const LEAST_SPEECH: usize = 50;
+/// The least voiced speech for values of pitch [frames].
+const LEAST_VOICED: usize = 20;
+/// The least number of pairs of periods for jitter and shimmer.
+const LEAST_PAIRS: f64 = 30.0;
+/// Less is no pause, but a closure or a hesitation [frames].
+const LEAST_PAUSE: usize = 25;
+/// The distance from speech to noise at which quality is full [dB].
+const FULL_QUALITY_DB: f64 = 30.0;
+/// What the share of clipped samples takes from quality: at a tenth nothing is left.
+const CLIPPING: f64 = 10.0;
+/// The least quality for values of the voice.
+const LEAST_QUALITY: f64 = 0.2;
+
+/// The values of windows.
+pub(super) static VALUES: [Value; 14] = [
+    Value::new(
+        "VOICE_Level",
+        "dB",
+        "RMS of frames of 20 ms in speech, their powers averaged; re full scale",
+    ),
+    Value::new("VOICE_Level_SD", "dB", "standard deviation of the levels of frames in speech"),
+    Value::new(
+        "VOICE_Noise",
+        "dB",
+        "median floor: least mean of 50 ms in the last 8 s; re full scale",
+    ),
+    Value::new(
+        "VOICE_Activity",
+        "1",
+        "share of frames in speech: 5 dB over the floor or of periodicity over 0.8, 30 ms or more, closures up to 0.2 s filled",
+    ),
+    Value::new(
+        "VOICE_Voiced",
+        "1",
+        "share of voiced frames in those of speech: autocorrelation over that of the window (Boersma 1993), path with 0.2 s of delay",
+    ),
+    Value::new("VOICE_Pitch_Median", "Hz", "median pitch of voiced frames, 65–500 Hz"),
+    Value::new(
+        "VOICE_Pitch_SD",
+        "semitone",
+        "standard deviation of the pitch of voiced frames on a logarithmic scale",
+    ),
+    Value::new(
+        "VOICE_Speaking_Rate",
+        "1/s",
+        "nuclei of syllables (voiced peaks of level between dips of 2 dB; de Jong & Wempe 2009) by the time from the first to the last speech",
+    ),
+    Value::new("VOICE_Articulation_Rate", "1/s", "nuclei of syllables by the time in speech"),
+    Value::new(
+        "VOICE_Pauses",
+        "1/min",
+        "stretches without speech of 0.25 s or more between speech, by the time from the first to the last speech",
+    ),
+    Value::new("VOICE_Pause_Mean", "s", "mean length of such pauses"),
+    Value::new(
+        "VOICE_Jitter",
+        "1",
+        "mean difference of consecutive periods by their mean (Praat's local), periods within 1.3 times",
+    ),
+    Value::new(
+        "VOICE_Shimmer",
+        "1",
+        "mean difference of consecutive amplitudes by their mean (Praat's local), amplitudes within 1.6 times",
+    ),
+    Value::new(
+        "VOICE_Tilt",
+        "dB/octave",
+        "median slope of the third octaves from 100 Hz to 5 kHz of voiced frames",
+    ),
+];
+
+/// The values of a span.
+pub(super) fn measure(store: &Store, span: Span) -> Measured {
+    let coverage = store.coverage(span);
+    let frames = store.known(span);
+    let quality = quality(frames.clone());
+    if coverage < LEAST_COVERAGE {
+        return Measured::nothing(coverage, quality, VALUES.len(), Reason::Gap);
+    }
+    let known = frames.clone().count();
+    let speech: Vec<&Frame> = frames.clone().filter(|frame| frame.is_speech()).collect();
+    let voiced: Vec<&Frame> = speech.iter().copied().filter(|frame| frame.is_voiced()).collect();
+    let floors: Vec<f64> = frames.clone().map(|frame| frame.floor_dbfs).collect();
+    let in_speech = |of: &dyn Fn() -> Result<f64, Reason>| enough(speech.len(), LEAST_SPEECH, of);
+    let of_voice = |of: &dyn Fn() -> Result<f64, Reason>| {
+        if quality < LEAST_QUALITY && !speech.is_empty() {
+            return Err(Reason::Quality);
+        }
+        enough(voiced.len(), LEAST_VOICED, of)
+    };
+    let talk = Talk::of(frames.clone());
+    let glottal = glottal(frames);
+    let values = vec![
+        in_speech(&|| Ok(mean_level_db(&speech))),
+        in_speech(&|| spread(speech.iter().map(|frame| frame.level_dbfs))),
+        median(&floors).ok_or(Reason::Gap),
+        Ok(speech.len() as f64 / known as f64),
+        in_speech(&|| Ok(voiced.len() as f64 / speech.len() as f64)),
+        of_voice(&|| middle(&voiced, |frame| frame.pitch_hz)),
+        of_voice(&|| spread(voiced.iter().map(|frame| 12.0 * frame.pitch_hz.log2()))),
+        in_speech(&|| Ok(talk.nuclei / talk.secs())),
+        in_speech(&|| Ok(talk.nuclei / (speech.len() as f64 / FRAMES_HZ))),
+        in_speech(&|| Ok(talk.pauses as f64 / talk.secs() * 60.0)),
+        in_speech(&|| talk.mean_pause_secs()),
+        of_voice(&|| jitter(&glottal)),
+        of_voice(&|| shimmer(&glottal)),
+        of_voice(&|| middle(&voiced, |frame| frame.tilt_db_per_octave)),
+    ];
+    Measured { coverage, quality, values }
+}
+
+fn enough(count: usize, least: usize, of: &dyn Fn() -> Result<f64, Reason>) -> Result<f64, Reason> {
+    if count < least { Err(Reason::Short) } else { of() }
+}
+
+/// How far speech is above the noise, or how surely it is voiced, less what is clipped [0..1]; of a span without
+/// speech, what is not clipped.
+fn quality<'a>(frames: impl Iterator<Item = &'a Frame>) -> f64 {
+    let [mut count, mut clipped, mut in_speech, mut clear] = [0.0; 4];
+    for frame in frames {
+        (count, clipped) = (count + 1.0, clipped + frame.clipped.max(0.0));
+        if frame.is_speech() {
+            in_speech += 1.0;
+            // A voice that never pauses is its own floor.
+            let above = (frame.level_dbfs - frame.floor_dbfs) / FULL_QUALITY_DB;
+            let voicing = if frame.is_voiced() { frame.voicing } else { 0.0 };
+            clear += above.max(voicing).clamp(0.0, 1.0);
+        }
+    }
+    if count == 0.0 {
+        return 0.0;
+    }
+    let whole = (1.0 - CLIPPING * clipped / count).max(0.0);
+    if in_speech == 0.0 { whole } else { whole * clear / in_speech }
+}
+
+fn mean_level_db(frames: &[&Frame]) -> f64 {
+    let power = |frame: &&Frame| 10f64.powf(frame.level_dbfs / 10.0);
+    10.0 * (frames.iter().map(power).sum::<f64>() / frames.len() as f64).log10()
+}
+
+fn spread(values: impl Iterator<Item = f64> + Clone) -> Result<f64, Reason> {
+    let count = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    Reason::unless_finite(
+        (values.map(|each| (each - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt(),
+    )
+}
+
+fn middle(frames: &[&Frame], of: impl Fn(&Frame) -> f64) -> Result<f64, Reason> {
+    let values: Vec<f64> =
+        frames.iter().map(|frame| of(frame)).filter(|each| each.is_finite()).collect();
+    median(&values).ok_or(Reason::Undefined)
+}
+
+fn jitter(sums: &Glottal) -> Result<f64, Reason> {
+    if sums.period_pairs < LEAST_PAIRS {
+        return Err(Reason::Short);
+    }
+    let mean_ms = sums.period_ms / sums.periods;
+    Reason::unless_finite(sums.period_change_ms / sums.period_pairs / mean_ms)
+}
+
+fn shimmer(sums: &Glottal) -> Result<f64, Reason> {
+    if sums.amplitude_pairs < LEAST_PAIRS {
+        return Err(Reason::Short);
+    }
+    let mean = sums.amplitude / sums.periods;
+    Reason::unless_finite(sums.amplitude_change / sums.amplitude_pairs / mean)
+}
+
+fn glottal<'a>(frames: impl Iterator<Item = &'a Frame>) -> Glottal {
+    frames.fold(Glottal::default(), |sums, Frame { glottal, .. }| Glottal {
+        periods: sums.periods + glottal.periods,
+        period_ms: sums.period_ms + glottal.period_ms,
+        period_pairs: sums.period_pairs + glottal.period_pairs,
+        period_change_ms: sums.period_change_ms + glottal.period_change_ms,
+        amplitude: sums.amplitude + glottal.amplitude,
+        amplitude_pairs: sums.amplitude_pairs + glottal.amplitude_pairs,
+        amplitude_change: sums.amplitude_change + glottal.amplitude_change,
+    })
+}
+
+/// What is said from the first to the last frame in speech.
+#[derive(Debug, Default)]
+struct Talk {
+    nuclei: f64,
+    frames: usize,
+    pauses: usize,
+    paused: usize,
+}
+
+impl Talk {
+    fn of<'a>(frames: impl Iterator<Item = &'a Frame>) -> Talk {
+        let mut talk = Talk::default();
+        let mut silent = None;
+        for frame in frames {
+            talk.nuclei += frame.nuclei;
+            if !frame.is_speech() {
+                silent = silent.map(|silent: usize| silent + 1);
+                continue;
+            }
+            let pause = silent.replace(0).unwrap_or(0);
+            talk.frames += pause + 1;
+            if pause >= LEAST_PAUSE {
+                (talk.pauses, talk.paused) = (talk.pauses + 1, talk.paused + pause);
+            }
+        }
+        talk
+    }
+
+    fn secs(&self) -> f64 {
+        self.frames as f64 / FRAMES_HZ
+    }
+
+    fn mean_pause_secs(&self) -> Result<f64, Reason> {
+        let mean_frames = self.paused as f64 / self.pauses as f64;
+        if self.pauses == 0 { Err(Reason::Short) } else { Ok(mean_frames / FRAMES_HZ) }
+    }
+}
