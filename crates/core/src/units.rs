@@ -20,7 +20,8 @@ const SPELLINGS: &[(&str, &str, &[&str])] = &[
 pub const UNITS: &[&str] = &[
     "1", "%", "%/min", "s", "ms", "ms^2", "ln(ms)", "ln(ms^2)", "1/min", "Hz", "Hz/min", "uS",
     "uS^2", "uS/min", "uS s", "mV", "uV", "uV^2", "uV s", "degC", "degC/min", "g", "g s/min",
-    "deg", "m", "m/s", "m/s^2", "rad/s", "V", "A", "Ah", "W", "J", "dB", "dBm", "Mb/s",
+    "deg", "m", "m/s", "m/s^2", "rad/s", "V", "A", "Ah", "W", "J", "dB", "dBm", "dB/oct",
+    "semitone", "Mb/s",
 ];
 
 /// Whether a unit is in the table.

@@ -8,7 +8,7 @@ use teampulse_core::units::worked_in;
 use teampulse_signal::analysis::{Causal, Recording, Whole};
 use teampulse_signal::error::SignalError;
 use teampulse_signal::{
-    acceleration, descriptive, ecg, eda, eeg, emg, hrv, ppg, respiration, temperature,
+    acceleration, descriptive, ecg, eda, eeg, emg, hrv, ppg, respiration, temperature, voice,
 };
 
 /// The analysis of one signal: a row of the table. Its values, with units and recipes, are those that the
@@ -446,6 +446,41 @@ pub const ANALYSES: &[Analysis] = &[
         whole: |chosen, recording| hrv::analysis::whole(&intervals(chosen), recording),
     },
     Analysis {
+        signal: Signal::Audio,
+        feature: Some(Documented {
+            name: "voice",
+            doc: "Level, activity, pitch, rate, pauses, jitter, shimmer and tilt of a voice, and its quality.",
+            summary: "The voice of a person, from a microphone: how they speak, not what they say.",
+            measures: "of each window the level of speech and of the noise beneath, the share of time in speech, pitch \
+                and its spread, speaking and articulation rates, pauses, jitter, shimmer, the tilt of the spectrum, \
+                and the quality.",
+            windows: "",
+            reference: "Boersma (1993), Proc. IFA 17:97; de Jong & Wempe (2009), doi:10.3758/BRM.41.2.385.",
+            limits: "samples at 8 to 96 kHz, of which 1 is full scale; one person a microphone: of two voices the \
+                louder one has the pitch; a loud steady hum looks like a voice.",
+        }),
+        events: &[],
+        table: Tabled {
+            help: "Sound of a microphone (1 is full scale)",
+            columns: &["audio", "mic", "sound", "voice"],
+            files: &["audio", "microphone"],
+            channels: Some(1),
+            least_hz: 8_000.0,
+        },
+        causal: |chosen, rate_hz| {
+            if are_frames(chosen) {
+                return Ok(voice::analysis::of_frames());
+            }
+            voice::analysis::causal(&voice::Settings::default(), rate_hz)
+        },
+        whole: |chosen, recording| {
+            if are_frames(chosen) {
+                return Ok(voice::analysis::whole_of_frames(recording));
+            }
+            voice::analysis::whole(&voice::Settings::default(), recording)
+        },
+    },
+    Analysis {
         signal: Signal::Other,
         feature: None,
         events: &[],
@@ -493,6 +528,11 @@ fn intervals(chosen: &Chosen) -> hrv::analysis::Settings {
         most_astray_secs: chosen.most_astray_secs,
         ..Default::default()
     }
+}
+
+/// Whether a stream has the [frames](voice::Frame) of a sound, made where it was heard, in place of its samples.
+fn are_frames(chosen: &Chosen) -> bool {
+    chosen.channels.iter().map(String::as_str).eq(voice::CHANNELS.map(|(name, _)| name))
 }
 
 fn any(chosen: &Chosen) -> descriptive::analysis::Settings {

@@ -1,7 +1,7 @@
 use teampulse_core::data::Wave;
 use teampulse_core::stream::{About, Origin, StreamId, Subject};
 use teampulse_signal::analysis::Make;
-use teampulse_signal::ecg;
+use teampulse_signal::{ecg, voice};
 
 use super::*;
 use crate::analysed::built;
@@ -199,4 +199,56 @@ fn a_rate_at_which_nothing_can_be_reported_gives_no_stream() {
     extractor.join(StreamId(0), &stream, &mut out);
     extractor.push(&wave(0, &[1.0; 10]), &mut out);
     assert!(out.streams().is_empty() && out.samples().next().is_none());
+}
+
+/// The pitch [Hz] and the activity in each window of ten seconds of a stream of audio, of which each row is a sample.
+fn pitches(channels: &[(&str, &str)], rate_hz: f64, rows: &[Vec<f64>]) -> Vec<[f64; 2]> {
+    let feature = built(Signal::Audio, Some(vec![10.0]));
+    let subject = Subject { about: About::Person, id: "p1".into() };
+    let stream = Stream::raw("/humans/persons/p1/headset/audio", subject, Shape::Wave);
+    let stream = Stream { signal: Signal::Audio, rate_hz, ..stream }.with_channels(channels);
+    assert!(feature.accepts(&stream));
+    let (mut extractor, mut out) = (feature.start(&stream), Outputs::new());
+    extractor.join(StreamId(0), &stream, &mut out);
+    for (number, chunk) in rows.chunks(100).enumerate() {
+        let begin_ns = (number as f64 * 100.0 / rate_hz * 1e9) as i64;
+        let run = Wave {
+            period_ns: 1e9 / rate_hz,
+            channels: channels.len() as u32,
+            samples: chunk.concat().into(),
+        };
+        let period_ns = 1e9 / rate_hz;
+        let here = wave(begin_ns, &[]);
+        let sample = Sample { data: Data::Wave(run), period_ns, ..here };
+        extractor.push(&sample, &mut out);
+    }
+    let names = &out.streams()[0].channels;
+    let place = |name: &str| names.iter().position(|channel| channel.name == name).unwrap();
+    let wanted = ["VOICE_Pitch_Median", "VOICE_Activity"].map(place);
+    let of_window = |data: &Data| match data {
+        Data::Feature(window) => Some(wanted.map(|place| window.values[place])),
+        _ => None,
+    };
+    out.samples().filter_map(|(_, _, data)| of_window(data)).collect()
+}
+
+#[test]
+fn a_voice_is_the_same_from_samples_and_from_their_frames() {
+    let rate_hz = 8000.0;
+    let sample = |k: usize| {
+        let secs = k as f64 / rate_hz;
+        let buzz = |n: i32| (std::f64::consts::TAU * 200.0 * f64::from(n) * secs).sin();
+        if secs % 2.0 < 1.0 { 0.02 * (1..9).map(buzz).sum::<f64>() } else { 0.0 }
+    };
+    let samples: Vec<Vec<f64>> = (0..160_000).map(|k| vec![sample(k)]).collect();
+    let mut framer = voice::Framer::new(&voice::Settings::default(), rate_hz).unwrap();
+    let frames = samples.iter().filter_map(|sample| framer.push(0, sample[0]));
+    let frames: Vec<Vec<f64>> = frames.map(|frame| frame.numbers().to_vec()).collect();
+    let of_samples = pitches(&[("audio", "1")], rate_hz, &samples);
+    let of_frames = pitches(&voice::CHANNELS, 100.0, &frames);
+    // The last 0.2 s of a window are not yet known when it is reported.
+    for [pitch_hz, activity] in of_samples[9..].iter().chain(&of_frames[9..]) {
+        assert!((pitch_hz - 200.0).abs() < 0.5 && (activity - 0.5).abs() < 0.05, "{activity}");
+    }
+    assert!(of_samples.len() == 19 && of_frames.len() == 19);
 }

@@ -51,7 +51,7 @@ pub const CHANNELS: [(&str, &str); 15] = [
     ("speech", "1"),
     ("voicing", "1"),
     ("pitch", "Hz"),
-    ("tilt", "dB/octave"),
+    ("tilt", "dB/oct"),
     ("clipped", "1"),
     ("nuclei", "1"),
     ("periods", "1"),

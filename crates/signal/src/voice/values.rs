@@ -74,7 +74,7 @@ pub(super) static VALUES: [Value; 14] = [
     ),
     Value::new(
         "VOICE_Tilt",
-        "dB/octave",
+        "dB/oct",
         "median slope of the third octaves from 100 Hz to 5 kHz of voiced frames",
     ),
 ];
