@@ -88,7 +88,7 @@ bench-people: ## 30 simulated operators over ROS for 6 minutes: what features fi
 bench-soak: ## eight accelerated hours, very many topics and robots, bad workers: memory, CPU and delays
 bench-wearables: ## everything that a person can wear, and 30 straps: CPU, losses, and how soon readings are recorded
 bench-dashboard: ## the dashboard in a browser without a GPU: frames, latency, CPU, cameras; many viewers, a slow link, a long replay
-bench-signal: .venv/signal-ready ## physiological signals: accuracy on recorded ones, speed against NeuroKit2
+bench-signal: .venv/signal-ready ## signals of people: accuracy on recorded ones, speed against NeuroKit2, voices against Praat and librosa
 
 # --- setting up
 
@@ -131,6 +131,7 @@ target/vm/kernel/ready: tests/vm/get-kernel
 	@tests/vm/get-kernel $(@D) && touch $@
 
 .venv/signal-ready: bench/signal/requirements.txt .venv/ready
+	@.ci/apt-install "to measure voice activity in known speech" espeak-ng
 	@echo "adding the Python peers of bench/signal/requirements.txt to .venv"
 	@.venv/bin/pip install --quiet --disable-pip-version-check --requirement $<
 	@touch $@

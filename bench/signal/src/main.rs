@@ -22,6 +22,7 @@ mod records;
 mod noise;
 mod resampling;
 mod unkind;
+mod voice;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -46,6 +47,7 @@ fn main() -> ExitCode {
             unkind::measure(seeds, count, peers)
         }
         ["rolling", folder, windows_secs] => rolling::measure(Path::new(folder), windows_secs),
+        ["voice", folder, rate_hz] => voice::write(Path::new(folder), rate_hz),
         ["speed", job, rate_hz, file] => speed::measure(job, rate_hz, Path::new(file)),
         _ => Err("there is no such part".into()),
     };
