@@ -415,7 +415,10 @@ pub fn is_wanted(stream: &Stream) -> bool {
 /// Whether something other than pictures is read of a stream.
 pub fn has_numbers(stream: &Stream) -> bool {
     let is_opaque = matches!(stream.shape, Shape::Message(_)) && stream.channels.is_empty();
-    !is_opaque && !has_pictures(stream) && !matches!(stream.signal, Signal::Image | Signal::Audio)
+    // Images and sound are nothing to draw as lines; what was computed of them is.
+    let is_raw = stream.origin == Origin::Raw;
+    let is_scene = is_raw && matches!(stream.signal, Signal::Image | Signal::Audio);
+    !is_opaque && !has_pictures(stream) && !is_scene
 }
 
 /// Hands a client what it may see of what is new.
@@ -458,5 +461,22 @@ fn offer(client: &Client, fresh: &Fresh, wanted: &BTreeMap<u32, f64>, hidden: &B
         if let Some(most_per_sec) = wanted.get(&picture.stream) {
             client.outbox.picture(Arc::clone(picture), *most_per_sec);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::stream::Subject;
+
+    use super::*;
+
+    #[test]
+    fn what_is_computed_of_a_sound_is_shown_and_the_sound_is_not() {
+        let name = "/humans/persons/p1/headset/audio";
+        let sound = Stream::raw(name, Subject::person("p1"), Shape::Wave);
+        let sound = Stream { signal: Signal::Audio, ..sound.with_channels(&[("audio", "1")]) };
+        let voice = Stream::derived(&sound, "voice", Shape::Feature);
+        let voice = voice.with_channels(&[("VOICE_Level", "dB")]);
+        assert!(!is_wanted(&sound) && is_wanted(&Stream { signal: Signal::Audio, ..voice }));
     }
 }
