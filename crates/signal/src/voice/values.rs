@@ -53,7 +53,7 @@ pub(super) static VALUES: [Value; 14] = [
     Value::new(
         "VOICE_Speaking_Rate",
         "1/s",
-        "nuclei of syllables (voiced peaks of level between dips of 2 dB; de Jong & Wempe 2009) by the time from the first to the last speech",
+        "nuclei of syllables (voiced peaks of level between dips of 2 dB, as de Jong & Wempe 2009) by the time from the first to the last speech",
     ),
     Value::new("VOICE_Articulation_Rate", "1/s", "nuclei of syllables by the time in speech"),
     Value::new(
