@@ -1,13 +1,15 @@
 //! Pictures of cameras: from messages of ROS to what a browser shows.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use axum::body::Bytes;
 use jpeg_encoder::{ColorType, Encoder};
 use teampulse_core::stream::{Shape, Stream};
-use teampulse_messages::cdr::{CdrError, Reader};
-use teampulse_messages::standard::std_msgs::Header;
+use teampulse_messages::pictures::{
+    COMPRESSED_IMAGE, Encoding, IMAGE, PictureError, PictureFile, Pixels,
+};
 use thiserror::Error;
 
 use crate::wire::pictures::head;
@@ -37,55 +39,20 @@ enum Content {
     Pixels(Pixels),
 }
 
-/// Pixels, row by row.
-#[derive(Debug, PartialEq)]
-struct Pixels {
-    width: u16,
-    height: u16,
-    /// The length of a row, and of its part that holds pixels [bytes].
-    step: usize,
-    row_bytes: usize,
-    colours: Colours,
-    rows: Bytes,
-}
-
-/// What the bytes of a pixel are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Colours {
-    /// Colours or greys of eight bits.
-    Bytes(ColorType),
-    /// Greys or distances of 16 bits: the largest of a picture becomes white, 0 stays black.
-    Deep { is_big_endian: bool },
-}
-
 /// Why a picture is not shown.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum Unshown {
-    /// The message is cut off, or no message of this type.
-    #[error("its messages can't be read: {0}")]
-    Message(#[from] CdrError),
+    /// The message has no picture that can be read.
+    #[error(transparent)]
+    Message(#[from] PictureError),
     /// A format that no browser knows.
     #[error("browsers can't show `{0}`; JPEG, PNG and WebP can be shown")]
     Format(String),
     /// Pixels of another kind.
     #[error(
-        "pixels of `{0}` can't be shown; rgb8, bgr8, rgba8, bgra8, mono8, mono16 and 16UC1 can be shown"
+        "pixels of `{0}` can't be shown; rgb8, bgr8, rgba8, bgra8, mono8, mono16, 16UC1 and yuyv can be shown"
     )]
     Encoding(String),
-    /// Fewer pixels than announced.
-    #[error(
-        "{width} × {height} pixels were announced, in rows of {step} bytes; {bytes} bytes came"
-    )]
-    Rows {
-        /// The announced columns.
-        width: u32,
-        /// The announced rows.
-        height: u32,
-        /// The announced length of a row [bytes].
-        step: u32,
-        /// What came.
-        bytes: usize,
-    },
     /// Too large.
     #[error("a picture of {0} MiB is not shown; at most 8 MiB")]
     Large(usize),
@@ -105,8 +72,8 @@ impl Kind {
     fn of(stream: &Stream) -> Option<Kind> {
         let Shape::Message(schema) = &stream.shape else { return None };
         match &*schema.name {
-            "sensor_msgs/msg/CompressedImage" => Some(Kind::Compressed),
-            "sensor_msgs/msg/Image" => Some(Kind::Pixels),
+            COMPRESSED_IMAGE => Some(Kind::Compressed),
+            IMAGE => Some(Kind::Pixels),
             _ => None,
         }
     }
@@ -142,114 +109,84 @@ impl Picture {
         match (self.encoded.get(), &self.content) {
             (Some(Ok(encoded)), _) => encoded.len(),
             (_, Content::File(file)) => file.len(),
-            (_, Content::Pixels(pixels)) => pixels.rows.len() / 8,
+            (_, Content::Pixels(pixels)) => pixels.size() / 8,
         }
     }
 }
 
 /// The file in a `sensor_msgs/CompressedImage`.
 fn file(message: &Bytes) -> Result<Content, Unshown> {
-    let mut reader = Reader::new(message)?;
-    reader.read::<Header>()?;
-    let format = reader.text()?;
-    let count = reader.count(1)?;
-    let file = reader.bytes(count)?;
+    let PictureFile { format, bytes: file } = PictureFile::read(message)?;
     let is_shown = file.starts_with(&[0xff, 0xd8, 0xff])
         || file.starts_with(b"\x89PNG\r\n\x1a\n")
         || (file.starts_with(b"RIFF") && file.get(8..12) == Some(b"WEBP"));
-    if !is_shown {
-        return Err(Unshown::Format(words(format)));
-    }
-    Ok(Content::File(message.slice_ref(file)))
+    if is_shown { Ok(Content::File(file)) } else { Err(Unshown::Format(format)) }
 }
 
 /// The pixels in a `sensor_msgs/Image`.
 fn pixels(message: &Bytes) -> Result<Content, Unshown> {
-    let mut reader = Reader::new(message)?;
-    reader.read::<Header>()?;
-    let (height, width): (u32, u32) = (reader.read()?, reader.read()?);
-    let encoding = reader.text()?;
-    let is_big_endian = reader.read::<u8>()? != 0;
-    let step: u32 = reader.read()?;
-    let count = reader.count(1)?;
-    let rows = reader.bytes(count)?;
-    let (colours, pixel_bytes) = match encoding {
-        b"rgb8" => (Colours::Bytes(ColorType::Rgb), 3),
-        // As OpenCV has them.
-        b"bgr8" | b"8UC3" => (Colours::Bytes(ColorType::Bgr), 3),
-        b"rgba8" => (Colours::Bytes(ColorType::Rgba), 4),
-        b"bgra8" | b"8UC4" => (Colours::Bytes(ColorType::Bgra), 4),
-        b"mono8" | b"8UC1" => (Colours::Bytes(ColorType::Luma), 1),
-        b"mono16" | b"16UC1" => (Colours::Deep { is_big_endian }, 2),
-        other => return Err(Unshown::Encoding(words(other))),
-    };
-    let unfit = || Unshown::Rows { width, height, step, bytes: rows.len() };
-    let (Ok(columns), Ok(lines)) = (u16::try_from(width), u16::try_from(height)) else {
-        return Err(unfit());
-    };
-    let (row_bytes, step_bytes) = (usize::from(columns) * pixel_bytes, step as usize);
-    let is_whole = row_bytes > 0
-        && lines > 0
-        && step_bytes >= row_bytes
-        && rows.len() as u64 >= u64::from(step) * u64::from(height);
-    if !is_whole {
-        return Err(unfit());
+    match Pixels::read(message) {
+        Ok(pixels) => Ok(Content::Pixels(pixels)),
+        Err(PictureError::Encoding(encoding)) => Err(Unshown::Encoding(encoding)),
+        Err(error) => Err(error.into()),
     }
-    let rows = message.slice_ref(rows);
-    let step = step_bytes;
-    Ok(Content::Pixels(Pixels { width: columns, height: lines, step, row_bytes, colours, rows }))
-}
-
-/// What a sender called its format, as far as it can be shown.
-fn words(format: &[u8]) -> String {
-    String::from_utf8_lossy(&format[..format.len().min(60)]).into_owned()
 }
 
 fn encode(stream: u32, t: f64, content: &Content) -> Result<Bytes, Unshown> {
     let mut message = head(stream, t);
     match content {
         Content::File(file) => message.extend_from_slice(file),
-        Content::Pixels(pixels) => pixels.write_jpeg(&mut message)?,
+        Content::Pixels(pixels) => write_jpeg(pixels, &mut message)?,
     }
     Ok(message.into())
 }
 
-impl Pixels {
-    fn write_jpeg(&self, out: &mut Vec<u8>) -> Result<(), Unshown> {
-        let encoder = Encoder::new(out, JPEG_QUALITY);
-        let (width, height) = (self.width, self.height);
-        let encoded = match self.colours {
-            Colours::Bytes(colours) if self.step == self.row_bytes => {
-                let bytes = self.row_bytes * usize::from(height);
-                encoder.encode(&self.rows[..bytes], width, height, colours)
-            }
-            Colours::Bytes(colours) => {
-                let packed: Vec<u8> = self.packed_rows().flatten().copied().collect();
-                encoder.encode(&packed, width, height, colours)
-            }
-            Colours::Deep { is_big_endian } => {
-                encoder.encode(&self.greys(is_big_endian), width, height, ColorType::Luma)
-            }
-        };
-        encoded.map_err(|error| Unshown::Encode(error.to_string()))
-    }
+fn write_jpeg(pixels: &Pixels, out: &mut Vec<u8>) -> Result<(), Unshown> {
+    let as_they_are = || match pixels.unpadded() {
+        Some(bytes) => Cow::Borrowed(bytes),
+        None => pixels.rows().flatten().copied().collect(),
+    };
+    let (bytes, colours) = match pixels.encoding {
+        Encoding::Rgb8 => (as_they_are(), ColorType::Rgb),
+        Encoding::Bgr8 => (as_they_are(), ColorType::Bgr),
+        Encoding::Rgba8 => (as_they_are(), ColorType::Rgba),
+        Encoding::Bgra8 => (as_they_are(), ColorType::Bgra),
+        Encoding::Mono8 => (as_they_are(), ColorType::Luma),
+        Encoding::Mono16 { is_big_endian } => {
+            (greys(pixels, is_big_endian).into(), ColorType::Luma)
+        }
+        Encoding::Yuyv => (ycbcr(pixels).into(), ColorType::Ycbcr),
+    };
+    let encoder = Encoder::new(out, JPEG_QUALITY);
+    let encoded = encoder.encode(&bytes, pixels.width, pixels.height, colours);
+    encoded.map_err(|error| Unshown::Encode(error.to_string()))
+}
 
-    /// The rows without their padding.
-    fn packed_rows(&self) -> impl Iterator<Item = &[u8]> {
-        let rows = self.rows.chunks(self.step).take(usize::from(self.height));
-        rows.map(|row| &row[..self.row_bytes])
+/// Pairs of pixels that share their colour, as pixels of their own.
+fn ycbcr(pixels: &Pixels) -> Vec<u8> {
+    let mut out = Vec::with_capacity(pixels.size() / 2 * 3);
+    for row in pixels.rows() {
+        let (pairs, odd) = row.as_chunks::<4>();
+        for [first, blue, second, red] in pairs {
+            out.extend([*first, *blue, *red, *second, *blue, *red]);
+        }
+        // The last pixel of an odd row has no colour of its own.
+        if let [grey, ..] = odd {
+            out.extend([*grey, 128, 128]);
+        }
     }
+    out
+}
 
-    /// Numbers of 16 bits as greys of eight.
-    fn greys(&self, is_big_endian: bool) -> Vec<u8> {
-        let number = |bytes: &[u8; 2]| {
-            if is_big_endian { u16::from_be_bytes(*bytes) } else { u16::from_le_bytes(*bytes) }
-        };
-        let numbers: Vec<u16> =
-            self.packed_rows().flat_map(|row| row.as_chunks().0.iter().map(number)).collect();
-        let largest = u32::from(numbers.iter().copied().max().unwrap_or(0).max(1));
-        numbers.iter().map(|number| (u32::from(*number) * 255 / largest) as u8).collect()
-    }
+/// Numbers of 16 bits as greys of eight.
+fn greys(pixels: &Pixels, is_big_endian: bool) -> Vec<u8> {
+    let number = |bytes: &[u8; 2]| {
+        if is_big_endian { u16::from_be_bytes(*bytes) } else { u16::from_le_bytes(*bytes) }
+    };
+    let numbers: Vec<u16> =
+        pixels.rows().flat_map(|row| row.as_chunks().0.iter().map(number)).collect();
+    let largest = u32::from(numbers.iter().copied().max().unwrap_or(0).max(1));
+    numbers.iter().map(|number| (u32::from(*number) * 255 / largest) as u8).collect()
 }
 
 /// The newest picture of each stream, or why it can't be shown.
@@ -262,6 +199,7 @@ pub(crate) mod tests {
     use teampulse_messages::cdr::Writer;
     use teampulse_messages::standard::Message as _;
     use teampulse_messages::standard::sensor_msgs::Image;
+    use teampulse_messages::standard::std_msgs::Header;
 
     use super::*;
     use crate::wire::pictures::HEAD_BYTES;
@@ -324,13 +262,22 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn two_pixels_share_their_colour() {
+        let message = image("yuv422_yuy2", 3, 1, 6, vec![10, 100, 20, 200, 30, 90]);
+        let picture = Picture::read(&stream("sensor_msgs/msg/Image"), 1, 0.0, &message).unwrap();
+        let Content::Pixels(pixels) = &picture.content else { panic!() };
+        assert_eq!(ycbcr(pixels), [10, 100, 200, 20, 100, 200, 30, 128, 128]);
+        picture.encode().unwrap();
+    }
+
+    #[test]
     fn distances_are_greys_up_to_the_largest() {
         let stream = stream("sensor_msgs/msg/Image");
         let data = [500_u16, 0, 2000, 1000].iter().flat_map(|mm| mm.to_le_bytes()).collect();
         let message = image("16UC1", 2, 2, 4, data);
         let picture = Picture::read(&stream, 1, 0.0, &message).unwrap();
         let Content::Pixels(pixels) = &picture.content else { panic!() };
-        assert_eq!(pixels.greys(false), [63, 0, 255, 127]);
+        assert_eq!(greys(pixels, false), [63, 0, 255, 127]);
         picture.encode().unwrap();
     }
 
@@ -339,16 +286,7 @@ pub(crate) mod tests {
         let stream = stream("sensor_msgs/msg/Image");
         let read = |message: &Bytes| Picture::read(&stream, 1, 0.0, message).unwrap_err();
         let short = read(&image("rgb8", 640, 480, 1920, vec![0; 1000]));
-        assert_eq!(
-            short.to_string(),
-            "640 × 480 pixels were announced, in rows of 1920 bytes; 1000 bytes came"
-        );
-        assert!(matches!(
-            read(&image("rgb8", 100_000, 1, 300_000, vec![0; 300_000])),
-            Unshown::Rows { .. }
-        ));
-        assert!(matches!(read(&image("rgb8", 0, 0, 0, vec![])), Unshown::Rows { .. }));
-        assert!(matches!(read(&image("rgb8", 16, 8, 10, vec![0; 400])), Unshown::Rows { .. }));
+        assert!(matches!(short, Unshown::Message(PictureError::Rows { .. })), "{short}");
         assert_eq!(read(&image("32FC1", 1, 1, 4, vec![0; 4])), Unshown::Encoding("32FC1".into()));
         assert!(matches!(read(&Bytes::from_static(b"\0\x01\0\0\x01")), Unshown::Message(_)));
         assert_eq!(read(&vec![0; 9 << 20].into()), Unshown::Large(9));

@@ -9,3 +9,4 @@ pub mod catalogue;
 pub mod fields;
 pub mod value;
 pub mod readout;
+pub mod pictures;

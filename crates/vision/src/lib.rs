@@ -1,0 +1,3 @@
+//! What is seen in pictures of cameras.
+
+pub mod picture;
