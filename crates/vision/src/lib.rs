@@ -1,3 +1,4 @@
-//! What is seen in pictures of cameras.
+//! What is seen in pictures of cameras, in numbers.
 
+pub mod frame;
 pub mod picture;

@@ -1,16 +1,18 @@
 #![doc = include_str!("../README.md")]
 
 mod program;
+mod frames;
 
 use teampulse_core::clock::Clock;
 use teampulse_core::registry::Entry;
 use teampulse_core::worker::Worker;
 
+pub use frames::Frames;
 pub use program::Program;
 
 /// The table of all workers.
 pub const WORKERS: &[Entry<dyn Worker, WorkerContext>] =
-    &[Entry::new::<program::Program>("program")];
+    &[Entry::new::<program::Program>("program"), Entry::new::<frames::Frames>("frames")];
 
 /// The context that workers are built with.
 #[derive(Clone, Debug)]

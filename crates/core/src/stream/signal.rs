@@ -26,6 +26,8 @@ words! {
         Interval = "interval",
         /// Camera images.
         Image = "image",
+        /// What a camera shows, in numbers: brightness, movement, the colour of skin.
+        Video = "video",
         /// Sound.
         Audio = "audio",
         /// Keyboard, mouse and other input of a person.
