@@ -2,6 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use teampulse_messages::audio::{AUDIO_DATA, AUDIO_DATA_STAMPED, AudioBlock, AudioInfo};
 use teampulse_messages::catalogue::{names, shipped};
 use teampulse_messages::convert;
 use teampulse_messages::definition::Definition;
@@ -21,4 +22,11 @@ fuzz_target!(|input: (usize, &[u8])| {
     assert!(listed.is_err() || read.is_ok());
     drop(convert::decode(name, cdr));
     drop(ParticipantEntitiesInfo::decode(cdr));
+    let info = AudioInfo::read(cdr);
+    for name in [AUDIO_DATA, AUDIO_DATA_STAMPED] {
+        let block = AudioBlock::read(name, &cdr.to_vec().into()).expect("the type has sound");
+        if let (Ok(info), Ok(block)) = (&info, block) {
+            assert!(info.first_channel(&block.data).count() <= block.data.len());
+        }
+    }
 });

@@ -10,3 +10,4 @@ pub mod fields;
 pub mod value;
 pub mod readout;
 pub mod pictures;
+pub mod audio;

@@ -88,8 +88,8 @@ pub(crate) async fn follow_decoded(
     Following::new(bus, outlet, Kept::Read(read)).run(choose, &Updates::default()).await
 }
 
-/// Reads a message as a sample; an error fits after "failed to".
-pub(crate) type Decoder = Arc<dyn Fn(&Arrival) -> Result<Decoded, String> + Send + Sync>;
+/// Reads a message as a sample, or as a part of one that is not complete yet; an error fits after "failed to".
+pub(crate) type Decoder = Arc<dyn Fn(&Arrival) -> Result<Option<Decoded>, String> + Send + Sync>;
 
 /// What reads the messages of a publisher's topic.
 pub(crate) type DecoderOf<'a> = dyn Fn(&Endpoint) -> Result<Decoder, String> + Sync + 'a;

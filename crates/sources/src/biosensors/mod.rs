@@ -133,7 +133,7 @@ fn reader(
             None => "read a number".to_owned(),
         };
         let data = data.ok_or_else(unread)?;
-        Ok(Decoded { stamp: Time::EPOCH, device_time: None, index: None, data })
+        Ok(Some(Decoded { stamp: Time::EPOCH, device_time: None, index: None, data }))
     }))
 }
 

@@ -73,7 +73,8 @@ impl Reading {
     /// Of a topic of our own types.
     pub(super) fn of_ours(stream: &Stream) -> Reading {
         let shape = stream.shape.clone();
-        let decoder: Decoder = Arc::new(move |arrival: &Arrival| decode(&shape, &arrival.bytes));
+        let decoder: Decoder =
+            Arc::new(move |arrival: &Arrival| decode(&shape, &arrival.bytes).map(Some));
         Reading { decoder, is_stamped: true }
     }
 }
@@ -94,7 +95,8 @@ pub(super) fn deliver(
         let (mut losses, mut observed) = (lock(&losses), lock(&observed));
         losses.count(&arrival, &outlet);
         match decoder(&arrival) {
-            Ok(decoded) => {
+            Ok(None) => {}
+            Ok(Some(decoded)) => {
                 observed.hear(&decoded.data);
                 let stamp = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
                 let source_time = stamp.map(|stamp| outlet.clock().session_from_stamp(stamp));

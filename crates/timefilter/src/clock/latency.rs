@@ -85,6 +85,16 @@ pub const DEVICES: &[KnownDevice] = &[
     KnownDevice::new("shimmer3", (40.0, 40.0), "no published figure: Bluetooth Classic, RFCOMM")
         .wrapping(512_000_000_000),
     KnownDevice::new(
+        "microphone",
+        (25.0, 25.0),
+        "no published figure: a block of the sound system",
+    ),
+    KnownDevice::new(
+        "microphone_voice",
+        (250.0, 30.0),
+        "the pitch of a frame is decided 0.223 s after its middle; a block of the sound system",
+    ),
+    KnownDevice::new(
         "camera_usb",
         (50.0, 35.0),
         "half an exposure, a frame read out (33 ms at 30 Hz), transfer",

@@ -1,0 +1,192 @@
+//! People's microphones whose sound is published on ROS.
+//!
+//! ```text
+//! AudioData ──► AudioBlock ──► samples ──► frames of a voice (100 a second) ──► Outlet::offer
+//!   the sound itself goes no further, unless the study asks for it
+//! ```
+
+mod hearing;
+mod listening;
+
+use std::sync::Arc;
+
+use async_trait::async_trait;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use teampulse_core::outlet::Outlet;
+use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::source::{Source, SourceError};
+use teampulse_core::stream::{Shape, Signal, Stream, Subject};
+use teampulse_messages::audio::{AUDIO_DATA, AUDIO_DATA_STAMPED, AudioInfo, SampleFormat};
+use teampulse_ros::BusId;
+use teampulse_ros::bus::{Arrival, Bus};
+use teampulse_ros::graph::Endpoint;
+
+use crate::claims::{Claimed, Rank};
+use crate::follow::{Decoder, follow_decoded};
+use crate::{SourceContext, join};
+
+use hearing::{FRAME_NANOS, Kept};
+use listening::Listening;
+
+/// A person's microphone whose sound is published on ROS (`audio_common_msgs`, also as REP-155 has it:
+/// `/humans/voices/v1/audio`).
+///
+/// How somebody speaks is recorded, not what: of each 10 ms level, pitch, voicing and what rates and pauses are computed
+/// from (15 numbers, 100 times a second). No word can be made of these. The sound itself leaves this source only with
+/// `raw_audio = true`.
+///
+/// Blocks have no stamps, or those of another clock: they are placed by counting samples. Of several channels the first one is
+/// heard. Lost blocks are gaps.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RosAudio {
+    /// The topic of the sound: `/audio`, `/humans/voices/v1/audio`.
+    pub topic: String,
+    /// The person who speaks there, by pseudonym.
+    pub person: String,
+    /// The topic of its `AudioInfo`; without it that of the sound, ending in `_info`.
+    #[serde(default)]
+    pub info: Option<String>,
+    /// The sampling rate [Hz], where nothing publishes an `AudioInfo`.
+    #[serde(default)]
+    pub rate_hz: Option<f64>,
+    /// The number of channels, likewise; 1 without it.
+    #[serde(default)]
+    pub channels: Option<u8>,
+    /// The format of samples, likewise, as `GStreamer` names it; `S16LE` without it.
+    #[serde(default)]
+    pub format: Option<String>,
+    /// Whether the sound itself is recorded, too: everything that is said can be understood from it.
+    #[serde(default)]
+    pub raw_audio: bool,
+    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
+    #[serde(default)]
+    pub domain: Option<BusId>,
+}
+
+impl Component<dyn Source, SourceContext> for RosAudio {
+    const EXAMPLE: &'static str = r#"
+topic  = "/humans/voices/v1/audio"
+person = "p001"
+"#;
+
+    fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
+        crate::wearables::check_person(&self.person)?;
+        let known = self.known()?;
+        let bus = join(context, self.domain.as_ref())?;
+        let topic = self.topic.clone();
+        let claimed = context
+            .claims
+            .lay(&bus, Rank::People, move |each| each.topic == topic && is_sound(&each.type_name));
+        Ok(Box::new(RosAudioSource { bus, claimed, known, settings: self }))
+    }
+}
+
+impl RosAudio {
+    /// What the settings say of the sound.
+    fn known(&self) -> Result<Option<AudioInfo>, SettingsError> {
+        let name = self.format.as_deref();
+        let named =
+            name.map_or(Some(SampleFormat::S16LE), |name| SampleFormat::named(name.as_bytes()));
+        let Some(format) = named else {
+            let error = SettingsError::new(format!(
+                "`{}` is not a format of samples",
+                name.unwrap_or_default()
+            ));
+            return Err(error.at("format").with_hint("give one such as \"S16LE\" or \"F32LE\""));
+        };
+        let Some(rate_hz) = self.rate_hz else {
+            let set = [("channels", self.channels.is_some()), ("format", name.is_some())];
+            return match set.iter().find(|(_, is_set)| *is_set) {
+                Some((path, _)) => {
+                    let error =
+                        SettingsError::new("it says something of the sound, but not its rate");
+                    Err(error.at(*path).with_hint("give `rate_hz` beside it"))
+                }
+                None => Ok(None),
+            };
+        };
+        let channels = self.channels.unwrap_or(1);
+        if !(8_000.0..=96_000.0).contains(&rate_hz) {
+            let error =
+                SettingsError::new(format!("a voice is not heard at {rate_hz} Hz")).at("rate_hz");
+            return Err(error.with_hint("give a rate of 8000 to 96000 Hz"));
+        }
+        if channels == 0 {
+            return Err(SettingsError::new("sound has a channel at least").at("channels"));
+        }
+        Ok(Some(AudioInfo { rate_hz, channels, format }))
+    }
+
+    fn kept(&self) -> Kept {
+        if self.raw_audio { Kept::Sound } else { Kept::Frames }
+    }
+
+    fn info_topic(&self) -> String {
+        let derived = || format!("{}_info", self.topic.trim_end_matches("_stamped"));
+        self.info.clone().unwrap_or_else(derived)
+    }
+
+    fn stream(&self) -> Stream {
+        let (leaf, device, doc) = match self.kept() {
+            Kept::Frames => {
+                ("voice", "microphone_voice", "how somebody speaks, in frames of 10 ms; no words")
+            }
+            Kept::Sound => ("audio", "microphone", "the sound of a microphone"),
+        };
+        let name = format!("/humans/persons/{}/microphone/{leaf}", self.person);
+        let rate_hz = match self.kept() {
+            Kept::Frames => 1e9 / FRAME_NANOS as f64,
+            Kept::Sound => self.rate_hz.unwrap_or(0.0),
+        };
+        Stream {
+            signal: Signal::Audio,
+            device: device.to_owned(),
+            channels: self.kept().channels(),
+            rate_hz,
+            doc: doc.to_owned(),
+            ..Stream::raw(name, Subject::person(self.person.clone()), Shape::Wave)
+        }
+    }
+}
+
+fn is_sound(type_name: &str) -> bool {
+    [AUDIO_DATA, AUDIO_DATA_STAMPED].contains(&type_name)
+}
+
+/// A microphone being heard.
+struct RosAudioSource {
+    bus: Arc<dyn Bus>,
+    claimed: Claimed,
+    known: Option<AudioInfo>,
+    settings: RosAudio,
+}
+
+#[async_trait]
+impl Source for RosAudioSource {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let RosAudioSource { bus, claimed, known, settings } = &*self;
+        let choose = |endpoint: &Endpoint| {
+            let is_wanted = endpoint.topic == settings.topic
+                && is_sound(&endpoint.type_name)
+                && claimed.is_ours(endpoint);
+            is_wanted.then(|| settings.stream())
+        };
+        let decoder = |endpoint: &Endpoint| {
+            let listening = Listening::new(settings.kept(), *known);
+            let info = settings.info_topic();
+            let learning = known.is_none().then(|| listening.learn_from(&**bus, &info, outlet));
+            let learning = learning.transpose().map_err(|error| error.to_string())?;
+            let type_name = endpoint.type_name.clone();
+            let decoder: Decoder = Arc::new(move |arrival: &Arrival| {
+                let _held = &learning;
+                listening
+                    .hear(&type_name, arrival)
+                    .map_err(|reason| format!("{reason} (see {info})"))
+            });
+            Ok(decoder)
+        };
+        follow_decoded(Arc::clone(bus), outlet, choose, &decoder).await
+    }
+}
