@@ -1,4 +1,5 @@
 //! What is seen in pictures of cameras, in numbers.
 
 pub mod frame;
+pub mod model;
 pub mod picture;

@@ -1,0 +1,93 @@
+//! Models of the user's own: an ONNX file and a descriptor, which says what goes in and what comes out.
+
+pub mod chain;
+pub mod decode;
+pub mod descriptor;
+pub mod engine;
+pub mod input;
+pub mod ready;
+pub mod tensor;
+
+use std::path::Path;
+
+use thiserror::Error;
+
+use crate::picture::Picture;
+use decode::{DecodeError, Detection, Found};
+use descriptor::{Descriptor, DescriptorError, Source};
+use engine::{Engine, EngineError, Library};
+use input::Placement;
+use tensor::Tensor;
+
+/// A model that is loaded.
+pub struct Model {
+    /// What it is.
+    pub descriptor: Descriptor,
+    engine: Box<dyn Engine>,
+}
+
+/// Why a model can't be used. The message fits after "failed to".
+#[derive(Debug, Error)]
+pub enum ModelError {
+    /// Its descriptor or file is wrong.
+    #[error(transparent)]
+    Descriptor(#[from] DescriptorError),
+    /// Its engine refuses it.
+    #[error("{0}")]
+    Engine(#[from] EngineError),
+    /// Its outputs are not those of its descriptor.
+    #[error("read the outputs of the model `{name}`: {error}")]
+    Outputs {
+        /// The model.
+        name: String,
+        /// What is wrong with them.
+        error: DecodeError,
+    },
+}
+
+impl Model {
+    /// Loads the model that a descriptor describes. Its file is checked first.
+    pub fn load(descriptor: &Path, library: &Library) -> Result<Model, ModelError> {
+        let (descriptor, file) = Descriptor::open(descriptor)?;
+        let engine = engine::load(file, &descriptor, library)?;
+        Ok(Model { descriptor, engine })
+    }
+
+    /// The engine that runs it, with its version.
+    pub fn engine(&self) -> &str {
+        self.engine.label()
+    }
+
+    /// Runs it on zeros: the outputs as the engine gives them.
+    pub fn dry_run(&mut self) -> Result<Vec<Tensor>, ModelError> {
+        let input = Tensor::zeros(self.descriptor.input.shape());
+        let outputs = self.engine.run(&input)?;
+        self.decode(&outputs)?;
+        Ok(outputs)
+    }
+
+    /// Looks at a picture, or at the part of it in which an earlier model has found what this one looks at. `None` where
+    /// there is no such part.
+    pub fn look(
+        &mut self,
+        picture: &Picture,
+        part: Option<&Detection>,
+    ) -> Result<Option<Found>, ModelError> {
+        let input = &self.descriptor.input;
+        let placement = match (input.source, part) {
+            (Source::Frame, _) => Some(Placement::of_picture(input, picture)),
+            (Source::Aligned, Some(part)) => Placement::aligned(input, &part.points),
+            (_, Some(part)) => Placement::of_part(input, part),
+            (_, None) => None,
+        };
+        let Some(placement) = placement else { return Ok(None) };
+        let outputs = self.engine.run(&input::tensor(input, picture, &placement))?;
+        let found = self.decode(&outputs)?;
+        Ok(Some(found.placed(&placement)))
+    }
+
+    fn decode(&self, outputs: &[Tensor]) -> Result<Found, ModelError> {
+        let named = |error| ModelError::Outputs { name: self.descriptor.name.clone(), error };
+        self.descriptor.output.decode(outputs, self.descriptor.input.size).map_err(named)
+    }
+}

@@ -1,0 +1,62 @@
+//! Models that look at one picture in turn: those that find a face or a person first, then those that look at these.
+
+use super::decode::{Detection, Found};
+use super::descriptor::{Descriptor, Source, Subject};
+use super::{Model, ModelError};
+use crate::picture::Picture;
+
+/// Models in the order in which they look at a picture.
+pub struct Chain {
+    models: Vec<Model>,
+}
+
+/// What is wrong with a chain; it has a model that looks at what no model before it finds.
+pub fn missing(descriptors: &[Descriptor]) -> Option<String> {
+    descriptors.iter().enumerate().find_map(|(place, descriptor)| {
+        let wanted = subject(descriptor.input.source)?;
+        let finds = |earlier: &Descriptor| earlier.output.finds() == Some(wanted);
+        let is_found = descriptors[..place].iter().any(finds);
+        let name = &descriptor.name;
+        (!is_found).then(|| format!("`{name}` looks at a {wanted}, which no model before it finds"))
+    })
+}
+
+fn subject(source: Source) -> Option<Subject> {
+    match source {
+        Source::Frame => None,
+        Source::Face | Source::Aligned => Some(Subject::Face),
+        Source::Person => Some(Subject::Person),
+    }
+}
+
+impl Chain {
+    /// Models in this order.
+    pub fn new(models: Vec<Model>) -> Chain {
+        Chain { models }
+    }
+
+    /// The models.
+    pub fn models(&mut self) -> &mut [Model] {
+        &mut self.models
+    }
+
+    /// Looks at a picture: for each model the numbers of its channels. They are NaN where it found nothing, or nothing to
+    /// look at.
+    pub fn look(&mut self, picture: &Picture) -> Result<Vec<Vec<f64>>, ModelError> {
+        let mut parts: Vec<(Subject, Detection)> = Vec::new();
+        let mut all = Vec::with_capacity(self.models.len());
+        for model in &mut self.models {
+            let wanted = subject(model.descriptor.input.source);
+            let part =
+                wanted.and_then(|wanted| parts.iter().find(|(subject, _)| *subject == wanted));
+            let found = model.look(picture, part.map(|(_, part)| part))?;
+            if let (Some(subject), Some(Found::Detections(found))) =
+                (model.descriptor.output.finds(), &found)
+            {
+                parts.extend(found.first().map(|best| (subject, best.clone())));
+            }
+            all.push(model.descriptor.output.values(found.as_ref()));
+        }
+        Ok(all)
+    }
+}

@@ -1,0 +1,106 @@
+//! Faces as offsets from anchors of one size, as BlazeFace gives them (Bazarevsky et al. 2019, arXiv:1907.05047):
+//! 1 × anchors × (4 + two a point), and 1 × anchors × 1 scores.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{Decode, DecodeError, Detection, Found, Tensor, boxes, misshaped, output};
+use crate::model::descriptor::Subject;
+use crate::model::tensor::sigmoid;
+
+/// The points of a face, the right eye being the person's own.
+const POINTS: [&str; 6] = ["right_eye", "left_eye", "nose", "mouth", "right_ear", "left_ear"];
+
+/// The settings of faces as offsets from anchors.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ssd {
+    /// The distance of the cells of each layer [px] and how many anchors a cell has: `[[8, 2], [16, 6]]`.
+    pub anchors: Vec<[usize; 2]>,
+    /// How certain a face has to be, 0 to 1.
+    #[serde(default = "least_score")]
+    pub least_score: f32,
+    /// How much two faces may overlap (intersection over union).
+    #[serde(default = "most_overlap")]
+    pub most_overlap: f32,
+    /// The output of the offsets. Without it, the first.
+    #[serde(default)]
+    pub offsets: Option<String>,
+    /// The output of the scores. Without it, the second.
+    #[serde(default)]
+    pub scores: Option<String>,
+}
+
+fn least_score() -> f32 {
+    0.5
+}
+
+fn most_overlap() -> f32 {
+    0.3
+}
+
+impl Decode for Ssd {
+    fn decode(&self, outputs: &[Tensor], size: [usize; 2]) -> Result<Found, DecodeError> {
+        let offsets = output(outputs, self.offsets.as_deref(), 0)?;
+        let scores = output(outputs, self.scores.as_deref(), 1)?;
+        let anchors = self.centres(size);
+        let width = 4 + 2 * POINTS.len();
+        if offsets.values.len() != anchors.len() * width {
+            return Err(misshaped(offsets, format!("1 × {} × {width}", anchors.len())));
+        }
+        if scores.values.len() != anchors.len() {
+            return Err(misshaped(scores, format!("1 × {} × 1", anchors.len())));
+        }
+        let rows = offsets.values.chunks_exact(width).zip(&scores.values).zip(anchors);
+        let face = |((row, score), anchor): ((&[f32], &f32), [f32; 2])| {
+            let score = sigmoid(*score);
+            (score >= self.least_score).then(|| face(row, score, anchor))
+        };
+        Ok(Found::Detections(boxes::apart(rows.filter_map(face).collect(), self.most_overlap)))
+    }
+
+    fn channels(&self) -> Vec<(String, &'static str)> {
+        boxes::channels(&POINTS)
+    }
+
+    fn finds(&self) -> Option<Subject> {
+        Some(Subject::Face)
+    }
+
+    fn wrong(&self) -> Option<String> {
+        let is_wrong = self.anchors.is_empty()
+            || self.anchors.len() > 16
+            || self.anchors.iter().any(|[stride, count]| *stride == 0 || !(1..=64).contains(count));
+        is_wrong
+            .then(|| "`anchors` are 1 to 16 pairs of a distance and a count, of 1 to 64".to_owned())
+    }
+}
+
+impl Ssd {
+    /// The centres of all anchors [px].
+    fn centres(&self, [width, height]: [usize; 2]) -> Vec<[f32; 2]> {
+        let mut centres = Vec::new();
+        for [stride, count] in &self.anchors {
+            for row in 0..height.div_ceil(*stride) {
+                for column in 0..width.div_ceil(*stride) {
+                    let middle = [column, row].map(|cell| (cell as f32 + 0.5) * *stride as f32);
+                    centres.extend(std::iter::repeat_n(middle, *count));
+                }
+            }
+        }
+        centres
+    }
+}
+
+/// The face of an anchor: its centre, its sides and its points, all in pixels from the anchor's centre.
+fn face(row: &[f32], score: f32, [x, y]: [f32; 2]) -> Detection {
+    let (centre, points) = ([row[0] + x, row[1] + y], row[4..].as_chunks::<2>().0);
+    Detection {
+        left: centre[0] - row[2] / 2.0,
+        top: centre[1] - row[3] / 2.0,
+        width: row[2],
+        height: row[3],
+        score,
+        points: points.iter().map(|[across, down]| [across + x, down + y]).collect(),
+    }
+}

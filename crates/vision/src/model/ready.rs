@@ -1,0 +1,41 @@
+//! Descriptors of models that others publish. Their files are downloaded by the user, under their licences.
+
+/// A descriptor without a file: `teampulse models add` completes it.
+#[derive(Clone, Copy, Debug)]
+pub struct Ready {
+    /// Its name.
+    pub name: &'static str,
+    /// Its text, without the hash of a file.
+    pub text: &'static str,
+}
+
+/// The table of all ready descriptors.
+pub const READY: &[Ready] = &[
+    Ready { name: "yunet", text: include_str!("../../descriptors/yunet.toml") },
+    Ready { name: "fer", text: include_str!("../../descriptors/fer.toml") },
+    Ready { name: "mediapipe_pose", text: include_str!("../../descriptors/mediapipe_pose.toml") },
+    Ready { name: "rtmpose", text: include_str!("../../descriptors/rtmpose.toml") },
+    Ready { name: "emotieff", text: include_str!("../../descriptors/emotieff.toml") },
+];
+
+/// The ready descriptor of this name.
+pub fn named(name: &str) -> Option<&'static Ready> {
+    READY.iter().find(|ready| ready.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::descriptor::Descriptor;
+
+    #[test]
+    fn every_ready_descriptor_is_read_and_lacks_only_the_hash_of_its_file() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/descriptors");
+        assert_eq!(std::fs::read_dir(folder).unwrap().count(), READY.len());
+        for ready in READY {
+            let read = Descriptor::parse(ready.text).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!((read.name.as_str(), read.sha256.as_str()), (ready.name, ""));
+            assert!(!read.licence.is_empty() && read.origin.starts_with("https://"), "{read:?}");
+        }
+    }
+}
