@@ -8,7 +8,7 @@ use teampulse_core::units::worked_in;
 use teampulse_signal::analysis::{Causal, Recording, Whole};
 use teampulse_signal::error::SignalError;
 use teampulse_signal::{
-    acceleration, descriptive, ecg, eda, eeg, emg, hrv, ppg, respiration, temperature, voice,
+    acceleration, descriptive, ecg, eda, eeg, emg, hrv, ppg, respiration, temperature, view, voice,
 };
 
 /// The analysis of one signal: a row of the table. Its values, with units and recipes, are those that the
@@ -131,7 +131,7 @@ impl Analysis {
 
     /// Whether the signal's samples come at an even rate.
     pub fn is_even(&self) -> bool {
-        self.signal != Signal::Interval
+        !matches!(self.signal, Signal::Interval | Signal::Video)
     }
 
     /// The kind of the events that are scored against true ones.
@@ -444,6 +444,32 @@ pub const ANALYSES: &[Analysis] = &[
         },
         causal: |chosen, rate_hz| hrv::analysis::causal(&intervals(chosen), rate_hz),
         whole: |chosen, recording| hrv::analysis::whole(&intervals(chosen), recording),
+    },
+    Analysis {
+        signal: Signal::Video,
+        feature: Some(Documented {
+            name: "view",
+            doc: "The pulse in the colour of the skin, as a camera sees it, presence and movement.",
+            summary: "What a camera sees of a person, from numbers of its frames (the worker `frames`): the pulse in the \
+                colour of the skin, whether somebody is there, and how much moves.",
+            measures: "of each window the pulse rate from the colour of skin with its uncertainty and its ratio of signal \
+                to noise, the share of time with somebody in view, the share of the view that moves, and the quality of \
+                the pulse.",
+            windows: "",
+            reference: "Wang et al. (2017), doi:10.1109/TBME.2016.2609282.",
+            limits: "a pulse needs 15 s of a face that keeps its place, at 12 frames a second or more, and steady light; \
+                measured on synthetic faces only. Presence is of somebody with bare skin who moves once in 20 s.",
+        }),
+        events: &[],
+        table: Tabled {
+            help: "Numbers of the frames of a camera, as the worker `frames` offers them",
+            columns: &view::CHANNELS,
+            files: &["frames"],
+            channels: None,
+            least_hz: 1.0,
+        },
+        causal: |chosen, _| Ok(view::analysis::causal(&chosen.channels)),
+        whole: |chosen, recording| Ok(view::analysis::whole(&chosen.channels, recording)),
     },
     Analysis {
         signal: Signal::Audio,

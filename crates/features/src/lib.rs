@@ -74,6 +74,7 @@ pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
     analysed::entry::<{ row("skin") }>(),
     analysed::entry::<{ row("skin_temperature") }>(),
     Entry::new::<people::state::State>("state"),
+    analysed::entry::<{ row("view") }>(),
     analysed::entry::<{ row("voice") }>(),
     Entry::new::<team::attention::Attention>("attention"),
     Entry::new::<team::interventions::Interventions>("interventions"),

@@ -36,3 +36,4 @@ pub mod acceleration;
 pub mod descriptive;
 pub mod eda;
 pub mod voice;
+pub mod view;

@@ -110,7 +110,8 @@ impl Frames {
         let stream = Stream {
             signal: Signal::Video,
             device: pictures.device.clone(),
-            rate_hz: pictures.rate_hz,
+            // Frames that are skipped are not missing.
+            rate_hz: 0.0,
             inputs: vec![pictures.name.clone()],
             doc: "what a camera shows, in numbers: each frame without its picture".to_owned(),
             ..Stream::raw(name, subject, Shape::Sample)

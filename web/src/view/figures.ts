@@ -23,6 +23,7 @@ export const FIGURES: readonly Figure[] = [
   { family: "heart", channel: "ECG_Rate_Mean", word: "Heart", unit: "/min", write: rate, measure: "heart_rate", decimals: 0 },
   { family: "intervals", channel: "HRV_MeanHR", word: "Heart", unit: "/min", write: rate, measure: "heart_rate", decimals: 0 },
   { family: "pulse", channel: "PPG_Rate_Mean", word: "Pulse", unit: "/min", write: rate, measure: "", decimals: 0 },
+  { family: "view", channel: "RPPG_Rate", word: "Pulse", unit: "/min", write: rate, measure: "", decimals: 0 },
   { family: "breath", channel: "RSP_Rate_Mean", word: "Breath", unit: "/min", write: rate, measure: "breathing_rate", decimals: 0 },
   {
     family: "skin", channel: "EDA_Tonic_Mean", word: "Skin", unit: "µS", write: (value) => decimal(value, 2),
@@ -30,6 +31,7 @@ export const FIGURES: readonly Figure[] = [
   },
   { family: "brain", channel: "EEG_ThetaAlpha", word: "Brain θ/α", unit: "ratio", write: (value) => decimal(value, 2), measure: "", decimals: 2 },
   { family: "input", channel: "input_rate", word: "Keys", unit: "/min", write: rate, measure: "input_rate", decimals: 0 },
+  { family: "voice", channel: "VOICE_Activity", word: "Speaks", unit: "%", write: (value) => decimal(100 * value), measure: "", decimals: 0 },
   { family: "muscle", channel: "EMG_RMS", word: "Muscle", unit: "µV", write: significant, measure: "", decimals: 0 },
   { family: "skin_temperature", channel: "TEMP_Mean", word: "Skin temp", unit: "°C", write: (value) => decimal(value, 1), measure: "", decimals: 1 },
   { family: "movement", channel: "ACC_ENMO", word: "Movement", unit: "g", write: (value) => decimal(value, 3), measure: "", decimals: 3 },
