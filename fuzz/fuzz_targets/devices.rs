@@ -7,6 +7,8 @@ use libfuzzer_sys::fuzz_target;
 use teampulse_devices::empatica_e4::{E4Session, E4Settings};
 use teampulse_devices::gatt::Uuid;
 use teampulse_devices::heart_rate::{self, HeartRateSession};
+use teampulse_devices::inputs::evdev::{Abilities, Translator};
+use teampulse_devices::inputs::{Kind, Seconds};
 use teampulse_devices::myo::{self, MyoSession, MyoSettings};
 use teampulse_devices::polar::{self, Measurement, PolarSession, Selection};
 use teampulse_devices::shimmer3::{ShimmerSession, ShimmerSettings};
@@ -34,6 +36,7 @@ fuzz_target!(|arrivals: Vec<Arrival<'_>>| {
     let all = Measurement::ALL.map(Selection::of);
     gatt(PolarSession::new(&all), &[polar::DATA, polar::CONTROL], &arrivals);
     gatt(HeartRateSession::new(), &[heart_rate::MEASUREMENT, BATTERY], &arrivals);
+    inputs(&arrivals);
 });
 
 fn gatt(mut session: impl GattSession, characteristics: &[Uuid], arrivals: &[Arrival<'_>]) {
@@ -83,4 +86,28 @@ fn bytes(mut session: impl ByteSession, arrivals: &[Arrival<'_>]) {
 fn drain<R>(session: &mut dyn Session<Request = R>, bytes: usize) {
     let outputs = std::iter::from_fn(|| session.poll()).count();
     assert!(outputs <= 64 + 64 * bytes);
+}
+
+/// A keyboard, mouse and gamepad in one, with axes of any ranges.
+fn inputs(arrivals: &[Arrival<'_>]) {
+    let range = |(code, (least, most, _)): (u16, &Arrival<'_>)| {
+        (code, i32::from(*least) - 0x8000, i32::from(*most))
+    };
+    let absolute = (0..24).zip(arrivals).map(range).collect();
+    let keys = vec![16, 57, 0x110, 0x130];
+    let abilities = Abilities { keys, relative: vec![0, 1, 8], absolute };
+    let mut translator = Translator::new(&abilities, &Kind::ALL);
+    let mut all = Kind::ALL.map(|kind| Seconds::new(kind, 0));
+    let mut at_ns = 0_i64;
+    for (wait_ms, which, value) in arrivals {
+        at_ns = at_ns.saturating_add(i64::from(*wait_ms) * 1_000_000);
+        for value in value.chunks_exact(4) {
+            let number = i32::from_le_bytes(value.try_into().expect("four bytes"));
+            let acts = translator.take(u16::from(*which % 4), u16::from(value[0]) * 3, number);
+            for seconds in &mut all {
+                acts.iter().for_each(|act| seconds.take(at_ns, act));
+                seconds.until(at_ns);
+            }
+        }
+    }
 }

@@ -11,6 +11,7 @@ pub mod empatica_e4;
 pub mod shimmer3;
 pub mod myo;
 pub mod lsl;
+pub mod inputs;
 mod standard;
 mod cursor;
 mod outbox;

@@ -8,6 +8,7 @@ pub mod topics;
 pub mod wearables;
 pub mod lsl;
 pub mod markers;
+pub mod inputs;
 pub mod serial;
 pub mod simulated;
 pub mod emulated;
@@ -42,6 +43,7 @@ pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<lsl::Lsl>("lsl"),
     Entry::new::<markers::lines::MarkerLines>("marker_lines"),
     Entry::new::<markers::ttl::Ttl>("ttl"),
+    Entry::new::<inputs::Inputs>("inputs"),
 ];
 
 /// What sources are built with.

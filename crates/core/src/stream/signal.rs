@@ -32,6 +32,8 @@ words! {
         Audio = "audio",
         /// Keyboard, mouse and other input of a person.
         Input = "input",
+        /// What a person did at a keyboard, mouse or gamepad in each second, in numbers.
+        Activity = "activity",
         /// State of a battery.
         Battery = "battery",
         /// Quality of a radio link.

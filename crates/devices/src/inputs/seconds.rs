@@ -1,0 +1,99 @@
+use super::gamepad::Gamepad;
+use super::keyboard::Keyboard;
+use super::mouse::Mouse;
+use super::{Act, Kind};
+
+/// The length of a summary \[ns\].
+pub(super) const SECOND_NS: i64 = 1_000_000_000;
+/// After a longer pause the reader did not run: nothing is concluded of the time in between \[ns\].
+const LONGEST_NS: i64 = 60 * SECOND_NS;
+
+/// What was done at the devices of one kind within one second.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// When the second began \[ns\], a whole one of the clock that acts are timed by.
+    pub begin_ns: i64,
+    /// The values of its [channels](Kind::channels).
+    pub values: Vec<f64>,
+}
+
+/// What the summaries of a kind of devices are made of.
+pub(super) trait Tally {
+    /// Takes an act in.
+    fn take(&mut self, at_ns: i64, act: &Act);
+    /// Ends a second, and returns its values, without the idle time.
+    fn close(&mut self, end_ns: i64, idle_ns: i64) -> Vec<f64>;
+}
+
+/// Acts at the devices of one kind, second by second.
+///
+/// An act that arrives after its second has ended counts in the present one. Where acts come in their order, any
+/// calls of [`until`](Self::until) up to the time of the next act give the same summaries.
+pub struct Seconds {
+    kind: Kind,
+    tally: Box<dyn Tally + Send>,
+    /// The beginning of the present second.
+    begin_ns: i64,
+    /// The time before which not everything was seen.
+    since_ns: i64,
+    /// When something was done last.
+    last_ns: i64,
+    ended: Vec<Summary>,
+}
+
+impl Seconds {
+    /// Begins at a time \[ns\]; the first summary is that of the first whole second.
+    pub fn new(kind: Kind, now_ns: i64) -> Seconds {
+        Seconds {
+            kind,
+            tally: tally(kind, now_ns),
+            begin_ns: second_of(now_ns),
+            since_ns: now_ns,
+            last_ns: now_ns,
+            ended: Vec::new(),
+        }
+    }
+
+    /// Takes in what was done at a time \[ns\].
+    pub fn take(&mut self, at_ns: i64, act: &Act) {
+        self.end_before(at_ns);
+        self.tally.take(at_ns, act);
+        self.last_ns = self.last_ns.max(at_ns);
+    }
+
+    /// The summaries of the seconds that are over at a time \[ns\].
+    pub fn until(&mut self, now_ns: i64) -> Vec<Summary> {
+        self.end_before(now_ns);
+        std::mem::take(&mut self.ended)
+    }
+
+    fn end_before(&mut self, now_ns: i64) {
+        if now_ns.saturating_sub(self.begin_ns) > LONGEST_NS {
+            let ended = std::mem::take(&mut self.ended);
+            *self = Seconds { ended, ..Seconds::new(self.kind, now_ns) };
+        }
+        while now_ns.saturating_sub(self.begin_ns) >= SECOND_NS {
+            let (begin_ns, end_ns) = (self.begin_ns, self.begin_ns + SECOND_NS);
+            let idle_ns = end_ns.saturating_sub(self.last_ns).max(0);
+            let mut values = self.tally.close(end_ns, idle_ns);
+            values.push((idle_ns / SECOND_NS) as f64);
+            if begin_ns >= self.since_ns {
+                self.ended.push(Summary { begin_ns, values });
+            }
+            self.begin_ns = end_ns;
+        }
+    }
+}
+
+fn tally(kind: Kind, now_ns: i64) -> Box<dyn Tally + Send> {
+    match kind {
+        Kind::Keyboard => Box::new(Keyboard::default()),
+        Kind::Mouse => Box::new(Mouse::default()),
+        Kind::Gamepad => Box::new(Gamepad::new(now_ns)),
+    }
+}
+
+/// The beginning of the second of a time \[ns\].
+fn second_of(at_ns: i64) -> i64 {
+    at_ns.saturating_sub(at_ns.rem_euclid(SECOND_NS))
+}
