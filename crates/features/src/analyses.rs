@@ -8,7 +8,8 @@ use teampulse_core::units::worked_in;
 use teampulse_signal::analysis::{Causal, Recording, Whole};
 use teampulse_signal::error::SignalError;
 use teampulse_signal::{
-    acceleration, descriptive, ecg, eda, eeg, emg, hrv, ppg, respiration, temperature, view, voice,
+    acceleration, activity, descriptive, ecg, eda, eeg, emg, hrv, ppg, respiration, temperature,
+    view, voice,
 };
 
 /// The analysis of one signal: a row of the table. Its values, with units and recipes, are those that the
@@ -417,6 +418,31 @@ pub const ANALYSES: &[Analysis] = &[
         },
     },
     Analysis {
+        signal: Signal::Activity,
+        feature: Some(Documented {
+            name: "dynamics",
+            doc: "How somebody types, points and steers, and how long they do nothing of it.",
+            summary: "Typing, mouse and gamepad dynamics, from summaries of seconds that hold no key.",
+            measures: "of each window: of a keyboard the rate of presses, mean and spread of holds and of intervals between \
+                presses, the share of corrections; of a mouse its speed and path, clicks and wheel; of a gamepad presses \
+                and deflection; of each the share of time that is idle.",
+            windows: "",
+            reference: "Epp, Lippold & Mandryk (2011), doi:10.1145/1978942.1979046.",
+            limits: "holds and intervals are known in groups of five, up to 10 s after they were; nothing is known of \
+                what is typed, so that games and texts look alike.",
+        }),
+        events: &[],
+        table: Tabled {
+            help: "Summaries of what was done at a keyboard, mouse or gamepad, with its channels as columns",
+            columns: &["presses", "path"],
+            files: &["activity"],
+            channels: None,
+            least_hz: 0.0,
+        },
+        causal: |chosen, rate_hz| activity::analysis::causal(&names(chosen), rate_hz),
+        whole: |chosen, recording| activity::analysis::whole(&names(chosen), recording),
+    },
+    Analysis {
         signal: Signal::Interval,
         feature: Some(Documented {
             name: "intervals",
@@ -554,6 +580,11 @@ fn intervals(chosen: &Chosen) -> hrv::analysis::Settings {
         most_astray_secs: chosen.most_astray_secs,
         ..Default::default()
     }
+}
+
+/// The names of the channels.
+fn names(chosen: &Chosen) -> Vec<&str> {
+    chosen.channels.iter().map(String::as_str).collect()
 }
 
 /// Whether a stream has the [frames](voice::Frame) of a sound, made where it was heard, in place of its samples.

@@ -63,6 +63,7 @@ pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
     Entry::new::<robots::stuck::Stuck>("stuck"),
     analysed::entry::<{ row("brain") }>(),
     analysed::entry::<{ row("breath") }>(),
+    analysed::entry::<{ row("dynamics") }>(),
     Entry::new::<people::estimates::Estimates>("estimates"),
     analysed::entry::<{ row("heart") }>(),
     Entry::new::<people::input::Input>("input"),

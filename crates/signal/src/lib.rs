@@ -37,3 +37,4 @@ pub mod descriptive;
 pub mod eda;
 pub mod voice;
 pub mod view;
+pub mod activity;
