@@ -122,7 +122,7 @@ impl Frames {
 }
 
 /// The name of a camera, by that of its topic: `robot1_front` of `/robot1/front/compressed`.
-fn named(topic: &str) -> String {
+pub(crate) fn named(topic: &str) -> String {
     let mut tokens: Vec<&str> = topic.split('/').filter(|token| !token.is_empty()).collect();
     while tokens.len() > 1 && tokens.last().is_some_and(|last| OF_TRANSPORTS.contains(last)) {
         tokens.pop();
@@ -131,7 +131,7 @@ fn named(topic: &str) -> String {
 }
 
 /// The type of a stream's messages, where these are pictures.
-fn type_of(stream: &Stream) -> Option<&str> {
+pub(crate) fn type_of(stream: &Stream) -> Option<&str> {
     let Shape::Message(schema) = &stream.shape else { return None };
     [COMPRESSED_IMAGE, IMAGE].into_iter().find(|name| *name == schema.name)
 }

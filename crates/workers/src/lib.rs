@@ -2,17 +2,24 @@
 
 mod program;
 mod frames;
+pub mod model;
+mod child;
+mod guard;
 
 use teampulse_core::clock::Clock;
 use teampulse_core::registry::Entry;
 use teampulse_core::worker::Worker;
 
 pub use frames::Frames;
+pub use model::Model;
 pub use program::Program;
 
 /// The table of all workers.
-pub const WORKERS: &[Entry<dyn Worker, WorkerContext>] =
-    &[Entry::new::<program::Program>("program"), Entry::new::<frames::Frames>("frames")];
+pub const WORKERS: &[Entry<dyn Worker, WorkerContext>] = &[
+    Entry::new::<program::Program>("program"),
+    Entry::new::<frames::Frames>("frames"),
+    Entry::new::<model::Model>("model"),
+];
 
 /// The context that workers are built with.
 #[derive(Clone, Debug)]

@@ -1,8 +1,6 @@
 //! A program of the user's as a worker: it reads records as lines of JSON and answers each line with readings.
 
 mod answer;
-mod child;
-mod guard;
 mod offers;
 mod question;
 
@@ -21,11 +19,11 @@ use teampulse_core::time::Time;
 use teampulse_core::worker::{Fed, Feed, Worker, WorkerError};
 
 use answer::AnswerError;
-use child::{Answer, Child, Ended, LONGEST_LINE};
 use offers::{Declared, Offer};
 use question::Questions;
 
 use crate::WorkerContext;
+use crate::child::{self, Answer, Child, Ended, LONGEST_LINE};
 
 /// How often the end of the session is checked for while the program works.
 const LOOK: Duration = Duration::from_millis(50);
@@ -139,7 +137,7 @@ impl Worker for Program {
     fn run(&mut self, feed: &Feed, outlet: &Outlet) -> Result<(), WorkerError> {
         let mut declared = Declared::new(&self.offers, &self.streams, outlet);
         declared.check(outlet)?;
-        let child = Child::start(&self.command)?;
+        let child = Child::start(&self.command, &[])?;
         let mut dialogue = Dialogue { program: self, declared, child, feed, outlet };
         let mut questions = Questions::default();
         loop {
@@ -178,7 +176,7 @@ impl Dialogue<'_> {
         if let Answer::Read(line) = self.child.read(Duration::ZERO) {
             return Err(self.unasked(&line));
         }
-        self.child.write(question);
+        self.child.write(question.into_bytes());
         let Some(answer) = self.wait()? else { return Ok(()) };
         let readings = answer::read(&answer, times, &self.declared);
         for reading in readings.map_err(|wrong| self.misunderstood(&wrong))? {

@@ -9,6 +9,8 @@ mod extract;
 mod import;
 pub mod info;
 mod list;
+mod model_process;
+mod models;
 mod play;
 mod recover;
 pub mod replay;
@@ -54,12 +56,17 @@ pub enum Command {
     Extract(extract::Extract),
     /// Lists the components that a study can use
     List(list::List),
+    /// Lists the models that a session can look at pictures with, adds and verifies them
+    Models(models::Models),
     /// Prints the JSON schema of a study, for completion and hover texts in an editor
     Schema,
     /// Runs only the simulated robots of a study, on ROS
     Simulate(simulate::Simulate),
     /// Runs only the emulated wearables of a study, on their transports
     Emulate(emulate::Emulate),
+    /// Runs models for a session, in a process of their own
+    #[command(name = "__model", hide = true)]
+    ModelProcess(model_process::ModelProcess),
 }
 
 impl Command {
@@ -80,9 +87,11 @@ impl Command {
             Command::Export(command) => command.run().await,
             Command::Extract(command) => command.run(),
             Command::List(command) => Ok(command.run()),
+            Command::Models(command) => command.run(),
             Command::Schema => Ok(schema::run()),
             Command::Simulate(command) => command.run().await,
             Command::Emulate(command) => command.run().await,
+            Command::ModelProcess(command) => Ok(command.run()),
         }
     }
 }

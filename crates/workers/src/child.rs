@@ -1,4 +1,4 @@
-//! The process of a program: the lines in and out, and how it ends.
+//! The process of a program: what goes in, the lines that come out, and how it ends.
 
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -16,10 +16,10 @@ use teampulse_core::clock::Stopwatch;
 use teampulse_core::text::{LONGEST_LABEL, label};
 use teampulse_core::worker::WorkerError;
 
-use super::guard::Guard;
+use crate::guard::Guard;
 
 /// The longest line that a program may write [bytes].
-pub(super) const LONGEST_LINE: u64 = 16 << 20;
+pub(crate) const LONGEST_LINE: u64 = 16 << 20;
 /// The number of last lines of its standard error that are kept.
 const LAST_WORDS: usize = 3;
 /// How long it may take to exit once its input is closed.
@@ -28,10 +28,10 @@ const FAREWELL: Duration = Duration::from_secs(1);
 const LOOK: Duration = Duration::from_millis(5);
 
 /// A running program. Dropping it kills it with all processes that it has started.
-pub(super) struct Child {
+pub(crate) struct Child {
     process: std::process::Child,
-    /// The lines to write to it; `None` once its input is closed.
-    input: Option<SyncSender<String>>,
+    /// What to write to it; `None` once its input is closed.
+    input: Option<SyncSender<Vec<u8>>>,
     lines: Receiver<Written>,
     last_words: LastWords,
     /// The thread that reads its standard error.
@@ -47,7 +47,7 @@ enum Written {
 }
 
 /// The result of waiting for a line.
-pub(super) enum Answer {
+pub(crate) enum Answer {
     /// A line.
     Read(String),
     /// No line yet.
@@ -59,18 +59,18 @@ pub(super) enum Answer {
 }
 
 /// How a program exited.
-pub(super) struct Ended {
+pub(crate) struct Ended {
     /// Its exit status, in words.
-    pub(super) status: String,
+    pub(crate) status: String,
     /// The last lines of its standard error; may be empty.
-    pub(super) last_words: String,
+    pub(crate) last_words: String,
 }
 
 type LastWords = Arc<Mutex<VecDeque<String>>>;
 
 /// Whether a program can be started: a path to an executable file, or a name in one of the folders of
 /// `PATH`.
-pub(super) fn is_installed(program: &str) -> bool {
+pub(crate) fn is_installed(program: &str) -> bool {
     let is_executable = |path: &Path| {
         path.metadata().is_ok_and(|file| file.is_file() && file.permissions().mode() & 0o111 != 0)
     };
@@ -83,8 +83,11 @@ pub(super) fn is_installed(program: &str) -> bool {
 
 impl Child {
     /// Starts a program in its own process group: Ctrl-C does not reach it, and it exits when its input is
-    /// closed.
-    pub(super) fn start(command: &[String]) -> Result<Child, WorkerError> {
+    /// closed. `variables` are added to its environment.
+    pub(crate) fn start(
+        command: &[String],
+        variables: &[(&str, &str)],
+    ) -> Result<Child, WorkerError> {
         let failed = |why: String| WorkerError {
             message: format!("start `{}`: {why}", command.join(" ")),
             hint: "try the command by hand".into(),
@@ -93,6 +96,7 @@ impl Child {
             command.split_first().ok_or_else(|| failed("no command".into()))?;
         let mut process = Command::new(program)
             .args(arguments)
+            .envs(variables.iter().copied())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -109,22 +113,22 @@ impl Child {
         let last_words = LastWords::default();
         let words = Arc::clone(&last_words);
         // They end with the process: its pipes are closed then.
-        thread::spawn(move || write_lines(stdin, &waiting));
+        thread::spawn(move || write_all(stdin, &waiting));
         thread::spawn(move || each_line(stdout, |line| read.send(line).is_ok()));
         let listener = thread::spawn(move || each_line(stderr, |line| keep(&words, line)));
         Ok(Child { process, input: Some(input), lines, last_words, listener, guard })
     }
 
-    /// Queues a line for it, without waiting until it is read.
-    pub(super) fn write(&self, line: String) {
+    /// Queues what it reads next, without waiting until it is read.
+    pub(crate) fn write(&self, bytes: Vec<u8>) {
         // Where this fails it has ended, which the answer says.
         if let Some(input) = &self.input {
-            drop(input.try_send(line));
+            drop(input.try_send(bytes));
         }
     }
 
     /// Waits for its next line for at most `patience`.
-    pub(super) fn read(&mut self, patience: Duration) -> Answer {
+    pub(crate) fn read(&mut self, patience: Duration) -> Answer {
         match self.lines.recv_timeout(patience) {
             Ok(Written::Whole(line)) => Answer::Read(line),
             Ok(Written::TooLong) => Answer::TooLong,
@@ -134,7 +138,7 @@ impl Child {
     }
 
     /// Fails if it has exited without having been asked anything.
-    pub(super) fn check(&mut self) -> Result<(), Ended> {
+    pub(crate) fn check(&mut self) -> Result<(), Ended> {
         match self.process.try_wait() {
             Ok(None) => Ok(()),
             _ => Err(self.ended()),
@@ -142,7 +146,7 @@ impl Child {
     }
 
     /// Closes its input and gives it a moment to exit by itself.
-    pub(super) fn end(&mut self) {
+    pub(crate) fn end(&mut self) {
         self.input = None;
         let began = Stopwatch::start();
         while began.elapsed() < FAREWELL && matches!(self.process.try_wait(), Ok(None)) {
@@ -194,10 +198,10 @@ fn shown(status: ExitStatus) -> String {
     }
 }
 
-/// Writes lines until there are no more or the reader is gone.
-fn write_lines(mut to: impl Write, lines: &Receiver<String>) {
-    while let Ok(line) = lines.recv() {
-        if to.write_all(line.as_bytes()).and_then(|()| to.flush()).is_err() {
+/// Writes what comes until there is no more or the reader is gone.
+fn write_all(mut to: impl Write, pieces: &Receiver<Vec<u8>>) {
+    while let Ok(piece) = pieces.recv() {
+        if to.write_all(&piece).and_then(|()| to.flush()).is_err() {
             return;
         }
     }

@@ -8,11 +8,11 @@ use std::process::{Child, Command, Stdio};
 const SCRIPT: &str = r#"read -r _; sleep 1; kill -s KILL -- "-$1""#;
 
 /// A shell that outlives teampulse and then ends a program with all that it has started.
-pub(super) struct Guard(Child);
+pub(crate) struct Guard(Child);
 
 impl Guard {
     /// Guards the process group of a program; `None` where no shell can be started.
-    pub(super) fn of(program: &Child) -> Option<Guard> {
+    pub(crate) fn of(program: &Child) -> Option<Guard> {
         let mut shell = Command::new("sh");
         shell.args(["-c", SCRIPT, "guard"]).arg(program.id().to_string());
         shell.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
