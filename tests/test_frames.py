@@ -101,7 +101,7 @@ def test_a_person_in_view_is_numbers_in_the_bag(session):
     # Each has the time of its picture, which has no stamp of its own: that of its arrival.
     arrived = numpy.array([each.log_secs for each in bags.messages(bag, CAMERA)])
     taken = numpy.array([stamp_ns(each) / 1e9 for each in bags.messages(bag, NUMBERS)])
-    assert all(numpy.abs(arrived - time).min() < 0.01 for time in taken)
+    assert all(numpy.abs(arrived - time).min() < 0.1 for time in taken)
 
 
 def test_pictures_that_are_none_are_named_and_counted_and_the_next_is_seen(session):

@@ -109,7 +109,8 @@ impl Frames {
         };
         let stream = Stream {
             signal: Signal::Video,
-            device: pictures.device.clone(),
+            // No device: what is seen late keeps the time of its frame.
+            device: String::new(),
             // Frames that are skipped are not missing.
             rate_hz: 0.0,
             inputs: vec![pictures.name.clone()],
