@@ -50,6 +50,12 @@ pub enum SignalError {
         /// The number of samples needed.
         least: usize,
     },
+    /// None of the channels is one that is needed.
+    #[error("none of the channels is {lacking}")]
+    Channels {
+        /// What is needed, for people.
+        lacking: &'static str,
+    },
     /// Two series that must match differ in length.
     #[error("{left} values cannot be matched with {right}")]
     Lengths {

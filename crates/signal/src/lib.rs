@@ -38,3 +38,7 @@ pub mod eda;
 pub mod voice;
 pub mod view;
 pub mod activity;
+pub mod face;
+pub mod body;
+pub mod expression;
+mod points;

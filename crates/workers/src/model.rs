@@ -2,6 +2,7 @@
 
 mod process;
 pub mod serve;
+mod signal;
 mod wire;
 
 use std::collections::BTreeMap;
@@ -19,7 +20,7 @@ use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Record;
 use teampulse_core::sink::Wants;
 use teampulse_core::source::Reading;
-use teampulse_core::stream::{Channel, Shape, Signal, Stream, StreamId, Subject};
+use teampulse_core::stream::{Channel, Shape, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
 use teampulse_core::worker::{Fed, Feed, Worker, WorkerError};
 use teampulse_vision::model::chain::missing;
@@ -28,6 +29,7 @@ use teampulse_vision::model::descriptor::Descriptor;
 use crate::WorkerContext;
 use crate::frames::{named, type_of};
 use process::{Process, Seen};
+use signal::signal_of;
 
 /// How often the end of the session, and that of the process, are checked for while no frame comes.
 const LOOK: Duration = Duration::from_millis(500);
@@ -184,7 +186,7 @@ impl Model {
             let channels = descriptor.output.channels();
             let channels = channels.iter().map(|(name, unit)| Channel::new(name, *unit));
             outlet.declare(Stream {
-                signal: Signal::Video,
+                signal: signal_of(&descriptor.output),
                 inputs: vec![pictures.name.clone()],
                 channels: channels.collect(),
                 method: process.engine().to_owned(),

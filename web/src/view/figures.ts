@@ -32,6 +32,7 @@ export const FIGURES: readonly Figure[] = [
   { family: "brain", channel: "EEG_ThetaAlpha", word: "Brain θ/α", unit: "ratio", write: (value) => decimal(value, 2), measure: "", decimals: 2 },
   { family: "input", channel: "input_rate", word: "Keys", unit: "/min", write: rate, measure: "input_rate", decimals: 0 },
   { family: "voice", channel: "VOICE_Activity", word: "Speaks", unit: "%", write: (value) => decimal(100 * value), measure: "", decimals: 0 },
+  { family: "face", channel: "BLINK_Rate", word: "Blinks", unit: "/min", write: rate, measure: "", decimals: 0 },
   { family: "muscle", channel: "EMG_RMS", word: "Muscle", unit: "µV", write: significant, measure: "", decimals: 0 },
   { family: "skin_temperature", channel: "TEMP_Mean", word: "Skin temp", unit: "°C", write: (value) => decimal(value, 1), measure: "", decimals: 1 },
   { family: "movement", channel: "ACC_ENMO", word: "Movement", unit: "g", write: (value) => decimal(value, 3), measure: "", decimals: 3 },

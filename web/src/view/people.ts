@@ -81,7 +81,7 @@ function person(model: Model, id: string, now: number): Person {
 
 /** What has no light of its own: the sensors of a device show that it is out of reach or empty. */
 const UNLIT = new Set(["other", "battery", "link"]);
-const ORDER = ["ecg", "interval", "ppg", "eda", "respiration", "eeg", "emg", "acceleration", "temperature", "image", "video", "audio"];
+const ORDER = ["ecg", "interval", "ppg", "eda", "respiration", "eeg", "emg", "acceleration", "temperature", "image", "video", "face", "body", "expression", "audio"];
 
 /** Sensors of one name get that of their device as well. */
 function apart(lights: Light[]): Light[] {

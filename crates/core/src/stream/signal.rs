@@ -28,6 +28,12 @@ words! {
         Image = "image",
         /// What a camera shows, in numbers: brightness, movement, the colour of skin.
         Video = "video",
+        /// Points of a face in pictures.
+        Face = "face",
+        /// Points of a body in pictures.
+        Body = "body",
+        /// Estimates of what a face expresses.
+        Expression = "expression",
         /// Sound.
         Audio = "audio",
         /// Keyboard, mouse and other input of a person.

@@ -38,7 +38,9 @@ struct Running {
 impl Running {
     fn new(channels: &[&str], rate_hz: f64) -> Result<Running, SignalError> {
         let rate_hz = checked("the rate of summaries [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
-        let lacking = SignalError::TooShort { count: 0, least: 1 };
+        let lacking = SignalError::Channels {
+            lacking: "one of a keyboard, mouse or gamepad, such as presses",
+        };
         let device = Device::of(channels).ok_or(lacking)?;
         Ok(Running { device, channels: vec![Track::new(rate_hz); device.width()] })
     }

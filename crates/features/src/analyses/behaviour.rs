@@ -1,0 +1,190 @@
+//! Analyses of what somebody does, as cameras, microphones and input devices see it.
+
+use teampulse_core::data::EventKind;
+use teampulse_core::stream::Signal;
+use teampulse_signal::{activity, body, expression, face, view, voice};
+
+use super::{Analysis, Chosen, Documented, Happening, Tabled};
+
+pub(super) const ACTIVITY: Analysis = Analysis {
+    signal: Signal::Activity,
+    feature: Some(Documented {
+        name: "dynamics",
+        doc: "How somebody types, points and steers, and how long they do nothing of it.",
+        summary: "Typing, mouse and gamepad dynamics, from summaries of seconds that hold no key.",
+        measures: "of each window: of a keyboard the rate of presses, mean and spread of holds and of intervals between \
+            presses, the share of corrections; of a mouse its speed and path, clicks and wheel; of a gamepad presses \
+            and deflection; of each the share of time that is idle.",
+        windows: "",
+        reference: "Epp, Lippold & Mandryk (2011), doi:10.1145/1978942.1979046.",
+        limits: "holds and intervals are known in groups of five, up to 10 s after they were; nothing is known of \
+            what is typed, so that games and texts look alike.",
+    }),
+    events: &[],
+    table: Tabled {
+        help: "Summaries of what was done at a keyboard, mouse or gamepad, with its channels as columns",
+        columns: &["presses", "path"],
+        files: &["activity"],
+        channels: None,
+        least_hz: 0.0,
+    },
+    causal: |chosen, rate_hz| activity::analysis::causal(&names(chosen), rate_hz),
+    whole: |chosen, recording| activity::analysis::whole(&names(chosen), recording),
+};
+
+pub(super) const VIDEO: Analysis = Analysis {
+    signal: Signal::Video,
+    feature: Some(Documented {
+        name: "view",
+        doc: "The pulse in the colour of the skin, as a camera sees it, presence and movement.",
+        summary: "What a camera sees of a person, from numbers of its frames (the worker `frames`): the pulse in the \
+            colour of the skin, whether somebody is there, and how much moves.",
+        measures: "of each window the pulse rate from the colour of skin with its uncertainty and its ratio of signal \
+            to noise, the share of time with somebody in view, the share of the view that moves, and the quality of \
+            the pulse.",
+        windows: "",
+        reference: "Wang et al. (2017), doi:10.1109/TBME.2016.2609282.",
+        limits: "a pulse needs 15 s of a face that keeps its place, at 12 frames a second or more, and steady light; \
+            measured on synthetic faces only. Presence is of somebody with bare skin who moves once in 20 s.",
+    }),
+    events: &[],
+    table: Tabled {
+        help: "Numbers of the frames of a camera, as the worker `frames` offers them",
+        columns: &view::CHANNELS,
+        files: &["frames"],
+        channels: None,
+        least_hz: 1.0,
+    },
+    causal: |chosen, _| Ok(view::analysis::causal(&chosen.channels)),
+    whole: |chosen, recording| Ok(view::analysis::whole(&chosen.channels, recording)),
+};
+
+pub(super) const FACE: Analysis = Analysis {
+    signal: Signal::Face,
+    feature: Some(Documented {
+        name: "face",
+        doc: "How often and how long the eyes close, and how the head moves and tilts.",
+        summary: "Blinks, closed eyes and movement of the head, from the points of a face that a model finds (the worker \
+            `model`) or another program publishes.",
+        measures: "each blink (as an event with its depth), and of each window their rate, duration and depth, the share of \
+            time with closed eyes (PERCLOS, P80), the longest closure, movement and tilt of the head, presence, and the \
+            quality of blinks.",
+        windows: "",
+        reference: "Soukupová & Čech (2016), Proc. 21st CVWW; Dinges & Grace (1998), FHWA-MCRT-98-006.",
+        limits: "blinks need the six points of an eye that `hri_msgs/FacialLandmarks` names, in 10 pictures a second or more, \
+            and are known once the eyes are open again; centres of the eyes suffice for the head. Eyes are compared with \
+            themselves in the last minute.",
+    }),
+    events: &[Happening {
+        kind: "blink",
+        leaf: "blinks",
+        word: EventKind::Blink,
+        value: "amplitude",
+        duration: "duration_secs",
+    }],
+    table: Tabled {
+        help: "Points of a face [px], as the worker `model` offers them",
+        columns: &["right_eye", "left_eye"],
+        files: &["landmarks"],
+        channels: None,
+        least_hz: 1.0,
+    },
+    causal: |chosen, _| face::analysis::causal(&names(chosen)),
+    whole: |chosen, recording| face::analysis::whole(&names(chosen), recording),
+};
+
+pub(super) const BODY: Analysis = Analysis {
+    signal: Signal::Body,
+    feature: Some(Documented {
+        name: "posture",
+        doc: "How a body and its hands move, and how it is held.",
+        summary: "Movement and posture, from the points of a body that a model finds (the worker `model`).",
+        measures: "of each window movement of the body and of the hands, lean, tilt of the shoulders, height of the head \
+            above them, and presence.",
+        windows: "",
+        reference: "none; the formula of each value stands in the `method`.",
+        limits: "angles and paths are those in the picture, by the distance between the shoulders; who turns away has \
+            narrower shoulders. Points that tremble move: of 1 px noise at 30 Hz and shoulders 100 px apart, about 0.04/s.",
+    }),
+    events: &[],
+    table: Tabled {
+        help: "Points of a body [px], as the worker `model` offers them",
+        columns: &["right_shoulder", "left_shoulder"],
+        files: &["pose"],
+        channels: None,
+        least_hz: 1.0,
+    },
+    causal: |chosen, _| body::analysis::causal(&names(chosen)),
+    whole: |chosen, recording| body::analysis::whole(&names(chosen), recording),
+};
+
+pub(super) const EXPRESSION: Analysis = Analysis {
+    signal: Signal::Expression,
+    feature: Some(Documented {
+        name: "expression",
+        doc: "A model's estimates of what a face expresses, and how sure it was.",
+        summary: "Estimates of what a face expresses, as a model gives them (the worker `model`): not what somebody feels.",
+        measures: "of each window mean and SD of the probability of each class, or of valence and arousal, how sure the \
+            model was, and how often there was a face.",
+        windows: "",
+        reference: "Barrett et al. (2019), doi:10.1177/1529100619832930.",
+        limits: "models are more certain than they are right, differ between groups of people, and know a few posed \
+            expressions; compare a person with their own baseline only.",
+    }),
+    events: &[],
+    table: Tabled {
+        help: "Estimates of expressions, a column each, as the worker `model` offers them",
+        columns: &["happy", "happiness", "valence"],
+        files: &["expression"],
+        channels: None,
+        least_hz: 0.5,
+    },
+    causal: |chosen, _| expression::analysis::causal(&names(chosen)),
+    whole: |chosen, recording| expression::analysis::whole(&names(chosen), recording),
+};
+
+pub(super) const AUDIO: Analysis = Analysis {
+    signal: Signal::Audio,
+    feature: Some(Documented {
+        name: "voice",
+        doc: "Level, activity, pitch, rate, pauses, jitter, shimmer and tilt of a voice, and its quality.",
+        summary: "The voice of a person, from a microphone: how they speak, not what they say.",
+        measures: "of each window the level of speech and of the noise beneath, the share of time in speech, pitch \
+            and its spread, speaking and articulation rates, pauses, jitter, shimmer, the tilt of the spectrum, \
+            and the quality.",
+        windows: "",
+        reference: "Boersma (1993), Proc. IFA 17:97; de Jong & Wempe (2009), doi:10.3758/BRM.41.2.385.",
+        limits: "samples at 8 to 96 kHz, of which 1 is full scale; one person a microphone: of two voices the \
+            louder one has the pitch; a loud steady hum looks like a voice.",
+    }),
+    events: &[],
+    table: Tabled {
+        help: "Sound of a microphone (1 is full scale)",
+        columns: &["audio", "mic", "sound", "voice"],
+        files: &["audio", "microphone"],
+        channels: Some(1),
+        least_hz: 8_000.0,
+    },
+    causal: |chosen, rate_hz| {
+        if are_frames(chosen) {
+            return Ok(voice::analysis::of_frames());
+        }
+        voice::analysis::causal(&voice::Settings::default(), rate_hz)
+    },
+    whole: |chosen, recording| {
+        if are_frames(chosen) {
+            return Ok(voice::analysis::whole_of_frames(recording));
+        }
+        voice::analysis::whole(&voice::Settings::default(), recording)
+    },
+};
+
+/// The names of the channels.
+fn names(chosen: &Chosen) -> Vec<&str> {
+    chosen.channels.iter().map(String::as_str).collect()
+}
+
+/// Whether a stream has the [frames](voice::Frame) of a sound, made where it was heard, in place of its samples.
+fn are_frames(chosen: &Chosen) -> bool {
+    chosen.channels.iter().map(String::as_str).eq(voice::CHANNELS.map(|(name, _)| name))
+}

@@ -1,0 +1,73 @@
+//! The points of a face that are read, by the names of their channels: those of `hri_msgs/FacialLandmarks` in lower case,
+//! each with `_x`, `_y` [px] and, where known, `_score`.
+
+use crate::points::{Place, between, middle};
+
+const SIDES: [&str; 2] = ["right_eye", "left_eye"];
+/// The points of an eye: corners, then the upper lid from the right of the picture's owner, then the lower one.
+const OF_EYE: [&str; 6] = ["outside", "inside", "top_1", "top_2", "bottom_1", "bottom_2"];
+
+/// Where the points of eyes are among the channels.
+#[derive(Debug)]
+pub(super) struct Points {
+    eyes: [Eye; 2],
+}
+
+/// What is seen of the eyes in a picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Eyes {
+    /// Their height by their width, of both or of the one that is seen; NaN where unknown.
+    pub opening: f64,
+    /// The centres of the right and the left one [px]; NaN where unknown.
+    pub centres: [[f64; 2]; 2],
+}
+
+#[derive(Debug)]
+struct Eye {
+    /// The points of [`OF_EYE`].
+    lids: Option<[Place; 6]>,
+    /// Its centre, where only that is known.
+    centre: Option<Place>,
+}
+
+impl Points {
+    /// The points of channels with these names; `None` without an eye.
+    pub fn of(names: &[&str]) -> Option<Points> {
+        let eyes = SIDES.map(|side| Eye::of(side, names));
+        let is_any = eyes.iter().any(|eye| eye.lids.is_some() || eye.centre.is_some());
+        is_any.then_some(Points { eyes })
+    }
+
+    pub fn eyes(&self, channels: &[f64]) -> Eyes {
+        let seen = self.eyes.each_ref().map(|eye| eye.seen(channels));
+        let known: Vec<f64> = seen
+            .iter()
+            .map(|(opening, _)| *opening)
+            .filter(|opening| opening.is_finite())
+            .collect();
+        let opening = known.iter().sum::<f64>() / known.len() as f64;
+        Eyes { opening, centres: seen.map(|(_, centre)| centre) }
+    }
+}
+
+impl Eye {
+    fn of(side: &str, names: &[&str]) -> Eye {
+        let lids: Vec<Place> = OF_EYE
+            .iter()
+            .filter_map(|point| Place::of(&format!("{side}_{point}"), names))
+            .collect();
+        Eye { lids: lids.try_into().ok(), centre: Place::of(side, names) }
+    }
+
+    /// Its opening, and its centre.
+    fn seen(&self, channels: &[f64]) -> (f64, [f64; 2]) {
+        let Some(lids) = self.lids else {
+            let centre = self.centre.map_or([f64::NAN; 2], |place| place.at(channels));
+            return (f64::NAN, centre);
+        };
+        let [outside, inside, tops @ .., bottom_1, bottom_2] = lids.map(|place| place.at(channels));
+        let width = between(outside, inside);
+        let height = between(middle(tops[0], tops[1]), middle(bottom_1, bottom_2));
+        (if width > 0.0 { height / width } else { f64::NAN }, middle(outside, inside))
+    }
+}
