@@ -3,10 +3,12 @@
 
 use bytes::Bytes;
 use libfuzzer_sys::fuzz_target;
+use teampulse_devices::camera::whole_jpeg;
 use teampulse_vision::picture::Picture;
 
 fuzz_target!(|bytes: &[u8]| {
     let _ = Picture::from_jpeg(bytes);
+    let _ = whole_jpeg(bytes);
     let message = Bytes::from([&[0, 1, 0, 0][..], bytes].concat());
     let _ = Picture::read("sensor_msgs/msg/CompressedImage", &message);
     let _ = Picture::read("sensor_msgs/msg/Image", &message);

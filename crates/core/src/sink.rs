@@ -24,6 +24,12 @@ pub trait Sink: Send {
         Wants::Everything
     }
 
+    /// Whether it may receive streams that are [live only](Stream::is_live_only), such as those of cameras that the study
+    /// does not record: a sink that shows them and keeps nothing of them.
+    fn shows_live(&self) -> bool {
+        false
+    }
+
     /// The verbs of the [commands](crate::command::Command) that it carries out when it receives their
     /// events.
     fn carries_out(&self) -> &'static [&'static str] {

@@ -58,6 +58,9 @@ pub struct Stream {
     pub publisher: String,
     /// The quality of service that its publishers offer, or that it is published with.
     pub qos: Vec<Qos>,
+    /// Whether it is for what shows it live and for workers only: it is neither recorded nor published, and no
+    /// message says so.
+    pub is_live_only: bool,
 }
 
 impl Stream {
@@ -81,6 +84,7 @@ impl Stream {
             doc: String::new(),
             publisher: String::new(),
             qos: Vec::new(),
+            is_live_only: false,
         }
     }
 

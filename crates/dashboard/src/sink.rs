@@ -46,6 +46,10 @@ impl Sink for Dashboard {
         Wants::Only(Box::new(is_wanted))
     }
 
+    fn shows_live(&self) -> bool {
+        true
+    }
+
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
         let Dashboard { context, settings } = *self;
         let announce = Arc::clone(&context.announce);

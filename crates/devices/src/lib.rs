@@ -12,6 +12,7 @@ pub mod shimmer3;
 pub mod myo;
 pub mod lsl;
 pub mod inputs;
+pub mod camera;
 mod standard;
 mod cursor;
 mod outbox;

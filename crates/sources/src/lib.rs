@@ -9,11 +9,13 @@ pub mod wearables;
 pub mod lsl;
 pub mod markers;
 pub mod inputs;
+pub mod camera;
 pub mod serial;
 pub mod simulated;
 pub mod emulated;
 pub mod session;
 pub mod claims;
+mod core_files;
 mod follow;
 
 use std::sync::Arc;
@@ -44,6 +46,7 @@ pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<markers::lines::MarkerLines>("marker_lines"),
     Entry::new::<markers::ttl::Ttl>("ttl"),
     Entry::new::<inputs::Inputs>("inputs"),
+    Entry::new::<camera::Camera>("camera"),
 ];
 
 /// What sources are built with.

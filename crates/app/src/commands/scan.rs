@@ -1,6 +1,8 @@
 //! `teampulse scan`: what is in range.
 
 mod bluetooth;
+mod cameras;
+mod inputs;
 mod lsl;
 mod serial;
 
@@ -21,6 +23,8 @@ use teampulse_sources::ros_people::{NAMESPACE, RosPeople};
 use teampulse_sources::wearables::bluetooth::Bluetooth;
 
 use self::bluetooth::Device;
+use self::cameras::Camera;
+use self::inputs::Input;
 use self::lsl::LslStream;
 use self::serial::Port;
 use crate::commands::run::seconds;
@@ -44,8 +48,8 @@ pub struct Scan {
     /// The ROS domains to scan; by default that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     domains: Vec<BusId>,
-    /// Prints one JSON array: of each domain, and of Bluetooth, serial ports and LSL where devices or streams are
-    /// found there
+    /// Prints one JSON array: of each domain, and of Bluetooth, serial ports, cameras, input devices and LSL where
+    /// some are found there
     #[arg(long)]
     json: bool,
 }
@@ -66,6 +70,10 @@ enum Place {
         #[serde(rename = "serial_ports")]
         ports: Vec<Port>,
     },
+    /// Cameras.
+    Cameras { cameras: Vec<Camera> },
+    /// Keyboards, mice and gamepads.
+    Inputs { inputs: Vec<Input> },
     /// On Lab Streaming Layer.
     Lsl {
         #[serde(rename = "lsl")]
@@ -121,13 +129,16 @@ impl Scan {
                 None
             }
         };
-        let ports = Port::all();
+        let (ports, cameras, inputs) = (Port::all(), Camera::all(), Input::all());
         if self.json {
             let devices = devices.filter(|devices| !devices.is_empty());
             let places = domains.into_iter().map(Place::Domain);
             let places = places.chain(devices.map(|devices| Place::Bluetooth { devices }));
             let ports = Some(ports).filter(|ports| !ports.is_empty());
             let places = places.chain(ports.map(|ports| Place::Serial { ports }));
+            let cameras = (!cameras.is_empty()).then_some(Place::Cameras { cameras });
+            let inputs = (!inputs.is_empty()).then_some(Place::Inputs { inputs });
+            let places = places.chain(cameras).chain(inputs);
             let streams = (!streams.is_empty()).then_some(Place::Lsl { streams });
             output::json(&places.chain(streams).collect::<Vec<_>>());
         } else {
@@ -136,6 +147,8 @@ impl Scan {
                 bluetooth::show(devices);
             }
             serial::show(&ports, 1 + devices.map_or(0, |devices| devices.len()));
+            cameras::show(&cameras);
+            inputs::show(&inputs);
             lsl::show(&streams);
             output::lines(machine::check(".".as_ref()));
         }

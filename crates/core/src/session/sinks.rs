@@ -20,6 +20,8 @@ pub(super) struct Route {
     name: &'static str,
     post: Post,
     wants: Wants,
+    /// Whether it receives streams that are live only.
+    shows_live: bool,
 }
 
 /// A running sink.
@@ -39,7 +41,8 @@ pub(super) fn start(
     outlet: &Outlet,
     pace: Pace,
 ) -> (Route, Running) {
-    let (name, wants, delivery) = (sink.name(), sink.wants(), sink.delivery());
+    let (name, delivery) = (sink.name(), sink.delivery());
+    let (wants, shows_live) = (sink.wants(), sink.shows_live());
     let mut limits = Limits::live(delivery);
     if pace == Pace::Recorded {
         // A recording can wait.
@@ -59,7 +62,7 @@ pub(super) fn start(
     };
     let thread = std::thread::Builder::new().name(name.into());
     let unstarted = thread.spawn(work).err();
-    (Route { name, post, wants }, Running { name, delivery, gate, unstarted, ended })
+    (Route { name, post, wants, shows_live }, Running { name, delivery, gate, unstarted, ended })
 }
 
 fn panicked(delivery: Delivery, panic: &Panic) -> SinkError {
@@ -121,11 +124,17 @@ pub(super) fn deliver(
     for feed in feeds {
         feed.offer(&all);
     }
+    let to_keep: Batch = if all.iter().any(|record| record.stream.is_live_only) {
+        all.iter().filter(|record| !record.stream.is_live_only).cloned().collect()
+    } else {
+        Arc::clone(&all)
+    };
     routes.retain(|route| {
+        let offered = if route.shows_live { &all } else { &to_keep };
         let batch = match &route.wants {
-            Wants::Everything => Arc::clone(&all),
+            Wants::Everything => Arc::clone(offered),
             Wants::Only(wanted) => {
-                all.iter().filter(|record| wanted(&record.stream)).cloned().collect()
+                offered.iter().filter(|record| wanted(&record.stream)).cloned().collect()
             }
         };
         if batch.is_empty() {

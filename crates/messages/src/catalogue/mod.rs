@@ -26,6 +26,17 @@ pub fn shipped(type_name: &str) -> Option<Arc<Schema>> {
     Some(Arc::clone(shipped.schema.get_or_init(|| Arc::new(schema(type_name)))))
 }
 
+/// The same; without its text and hash where none is shipped.
+pub fn shipped_or_bare(type_name: &str) -> Arc<Schema> {
+    let bare = || Schema {
+        name: type_name.into(),
+        encoding: "ros2msg".into(),
+        text: String::new(),
+        hash: String::new(),
+    };
+    shipped(type_name).unwrap_or_else(|| Arc::new(bare()))
+}
+
 /// The full names of all types with a shipped definition, in alphabetical order.
 pub fn names() -> impl Iterator<Item = &'static str> {
     SHIPPED.keys().map(String::as_str)

@@ -14,6 +14,13 @@ impl Writer {
         Writer(HEADER.to_vec())
     }
 
+    /// Creates a message with only its header, and room for this many bytes behind it.
+    pub fn with_room(bytes: usize) -> Writer {
+        let mut message = Vec::with_capacity(HEADER.len() + bytes);
+        message.extend_from_slice(&HEADER);
+        Writer(message)
+    }
+
     /// Appends a value.
     pub fn write<T: Cdr>(&mut self, value: &T) {
         value.write(self);
@@ -30,6 +37,14 @@ impl Writer {
     pub fn sequence<T: Cdr>(&mut self, items: &[T]) {
         self.count(items.len());
         T::write_all(items, self);
+    }
+
+    /// Appends a sequence of bytes, whose parts follow on each other.
+    pub fn byte_sequence(&mut self, parts: &[&[u8]]) {
+        self.count(parts.iter().map(|part| part.len()).sum());
+        for part in parts {
+            self.bytes(part);
+        }
     }
 
     /// Appends raw bytes.

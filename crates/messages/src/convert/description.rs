@@ -92,6 +92,7 @@ impl StreamDescription {
             beside: self.beside.clone(),
             publisher: String::new(),
             qos: Vec::new(),
+            is_live_only: false,
         };
         Ok(stream.cleaned())
     }

@@ -9,7 +9,6 @@ mod x11;
 use std::time::Duration;
 
 use async_trait::async_trait;
-use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::clock::Clock;
@@ -22,6 +21,7 @@ use tokio::task::JoinSet;
 use tokio::time::sleep;
 
 use crate::SourceContext;
+use crate::core_files::leave_no_core_file;
 use crate::wearables::check_person;
 
 use activity::Activity;
@@ -200,13 +200,6 @@ impl InputReader {
         }
         if readers.is_empty() { Err(nodes.lacking("look at X11, as `via` says")) } else { Ok(()) }
     }
-}
-
-/// The memory of a reader of keys must not end in a file.
-fn leave_no_core_file() {
-    let limit = getrlimit(Resource::Core);
-    // A lower limit is always permitted.
-    setrlimit(Resource::Core, Rlimit { current: Some(0), ..limit }).ok();
 }
 
 /// How long it is until the next second is over and settled.

@@ -1,11 +1,9 @@
 //! The topics of a simulated robot as streams.
 
-use std::sync::Arc;
-
 use teampulse_core::qos::Qos;
-use teampulse_core::stream::{Schema, Shape, Signal, Stream, Subject};
+use teampulse_core::stream::{Shape, Signal, Stream, Subject};
 use teampulse_emulators::robots::{Published, Topic};
-use teampulse_messages::catalogue::shipped;
+use teampulse_messages::catalogue::shipped_or_bare;
 use teampulse_messages::standard::Message;
 use teampulse_messages::standard::diagnostic_msgs::DiagnosticArray;
 use teampulse_messages::standard::geometry_msgs::PoseStamped;
@@ -15,7 +13,7 @@ use teampulse_messages::standard::wireless_msgs::Connection;
 
 /// The stream to declare for a topic. The ground truth has no signal, so that no feature runs on it.
 pub(super) fn stream(published: &Published) -> Stream {
-    let shape = Shape::Message(schema(type_name(published.topic)));
+    let shape = Shape::Message(shipped_or_bare(type_name(published.topic)));
     let mut stream = Stream::raw(name(published), Subject::robot(&published.robot), shape);
     stream.signal = signal(published.topic);
     stream.device = "simulated".into();
@@ -108,15 +106,4 @@ fn doc(topic: Topic) -> &'static str {
         Topic::TruePose => "true pose of a simulated robot",
         Topic::TruePower => "true power of a simulated robot's battery",
     }
-}
-
-/// The schema of a standard type; without its definition where none is shipped.
-fn schema(type_name: &str) -> Arc<Schema> {
-    let bare = || Schema {
-        name: type_name.into(),
-        encoding: "ros2msg".into(),
-        text: String::new(),
-        hash: String::new(),
-    };
-    shipped(type_name).unwrap_or_else(|| Arc::new(bare()))
 }

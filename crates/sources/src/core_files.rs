@@ -1,0 +1,10 @@
+//! Files with the memory of a process that crashed.
+
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+
+/// The memory of a process that reads keys, or pictures that are not recorded, must not end in a file.
+pub(crate) fn leave_no_core_file() {
+    let limit = getrlimit(Resource::Core);
+    // A lower limit is always permitted.
+    setrlimit(Resource::Core, Rlimit { current: Some(0), ..limit }).ok();
+}
