@@ -28,6 +28,8 @@ pub use settings::{ClockSettings, IntervalLatency};
 
 /// The computer by whose clock everything is stamped where time is simulated: the session's own.
 pub const SIMULATED_TIME: &str = "simulated time";
+/// The computer that stamps messages of sources on this host, such as the pictures of its cameras.
+pub const THIS_HOST: &str = "this host";
 
 /// The name in a study of the device of a stream (`[clocks.imu]`): the last token of its device, or
 /// of its topic where it has no device.
@@ -283,7 +285,7 @@ impl Clocks {
         let computer = self.computers.get(&stream.name).map(String::as_str);
         match (&stream.shape, computer) {
             (Shape::Event, Some(SIMULATED_TIME)) if is_kept(stream) => return Owner::Kept(id),
-            (_, Some(SIMULATED_TIME)) => return Owner::Host,
+            (_, Some(SIMULATED_TIME | THIS_HOST)) => return Owner::Host,
             (_, Some(computer)) => return Owner::Computer(computer.to_owned()),
             (_, None) => {}
         }

@@ -3,6 +3,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use teampulse_core::clock::Stopwatch;
+use teampulse_core::clocks::THIS_HOST;
 use teampulse_core::data::Data;
 use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
@@ -114,6 +115,9 @@ impl Frames {
                 Some(Encoder::start(opened, stream, outlet.clone(), label))
             }
         };
+        outlet.stamped_by(stream, THIS_HOST);
+        // From now on what is lost is known.
+        outlet.lost(stream, 0.0);
         let rows = opened.height as usize;
         let row_bytes = opened.width as usize * opened.format.pixel_bytes().unwrap_or(0);
         Frames {
