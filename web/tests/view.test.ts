@@ -12,6 +12,7 @@ import { recordingWords } from "../src/view/recording";
 import { robots } from "../src/view/robots";
 import { markers, spans } from "../src/view/strips";
 import { timeline } from "../src/view/timeline";
+import { watching, words } from "../src/view/watching";
 import type { Event, Recording } from "../src/wire";
 
 function session(count = 5): { model: Model; now: number; feed: Feed } {
@@ -169,4 +170,15 @@ test("how a computer's clock is known is said, and what can't be counted is not 
   expect(knownBy({ ...computer, known_by: "unknown", round_trip_secs: null })).toContain("not known yet");
   const bus = { name: "ROS domain 0", node: "/teampulse", participants: 1, topics: 2, streams: 2, rate_hz: 40, lost: null, uncounted: 2 };
   expect([lostOn(bus), lostOn({ ...bus, lost: 0, uncounted: 0 }), lostOn({ ...bus, lost: 1234 })]).toEqual(["?", "0", "1 234, ? of 2"]);
+});
+
+test("whose cameras and microphones are on is said, and of many the first", () => {
+  const { model } = session();
+  expect(watching(model)).toEqual({ cameras: [], microphones: [] });
+  for (const stream of model.streams.values()) {
+    const health = model.health.get(stream.id);
+    if (stream.signal === "image" && health) health.state = "degraded";
+  }
+  expect(watching(model)).toEqual({ cameras: ["p001"], microphones: [] });
+  expect(words({ cameras: ["a", "b", "c", "d"], microphones: ["p001"] })).toBe("camera on: a, b and 2 more · microphone on: p001");
 });

@@ -1,6 +1,7 @@
 //! The board: the last that is known of every person, robot and stream.
 
 mod watched;
+mod watching;
 mod troubles;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};

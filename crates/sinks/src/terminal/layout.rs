@@ -67,13 +67,14 @@ pub(super) fn draw(shown: Shown<'_>, size: Size) -> Vec<StyledLine> {
     lines.into_iter().map(|line| line.cut(columns)).collect()
 }
 
-/// The recording, and the current phases.
+/// The recording, the current phases, and which cameras and microphones are on.
 fn head(shown: Shown<'_>, columns: usize) -> Vec<StyledLine> {
     let (now, elapsed_secs) = shown.board.now();
     let time = StyledLine::of(Style::Plain, &format!("{} UTC", clock_time(now)));
     let recording = shown.recording.line(elapsed_secs).beside(&time, columns);
     let phase = shown.board.phase(shown.next);
-    vec![recording, phase.beside(&shown.board.attendance(), columns)]
+    let lines = [recording, phase.beside(&shown.board.attendance(), columns)];
+    lines.into_iter().chain(shown.board.watching()).collect()
 }
 
 /// The troubles and then the team, in at most `most` rows.
