@@ -104,7 +104,7 @@ $(ready)-peers:
 	@.ci/apt-install "to test on a network of its own" iproute2 util-linux
 	@.ci/apt-install "to test Bluetooth wearables" dbus-daemon
 	@.ci/apt-install "to test the dashboard's pages" --if-available chromium
-	@.ci/apt-install "to test microphones with known speech" espeak-ng
+	@.ci/apt-install "to test microphones with known speech" espeak-ng pulseaudio pulseaudio-utils
 	@.ci/apt-install "to test keyboards and mice" --if-available xvfb xdotool
 	@.ci/apt-install "to test against Fast DDS" --if-available fastddsgen g++ libfastrtps-dev
 	@mkdir -p $(@D) && touch $@

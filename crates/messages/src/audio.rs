@@ -144,6 +144,9 @@ impl SampleFormat {
     /// Signed 16 bits, little-endian: what most microphones give.
     pub const S16LE: SampleFormat = SampleFormat { kind: Kind::Signed16, is_big_endian: false };
 
+    /// Floats of 32 bits, little-endian: what sound servers give.
+    pub const F32LE: SampleFormat = SampleFormat { kind: Kind::Float32, is_big_endian: false };
+
     /// The format of a name such as `S16LE`.
     pub fn named(name: &[u8]) -> Option<SampleFormat> {
         let name = name.to_ascii_uppercase();

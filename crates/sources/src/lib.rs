@@ -10,12 +10,14 @@ pub mod lsl;
 pub mod markers;
 pub mod inputs;
 pub mod camera;
+pub mod microphone;
 pub mod serial;
 pub mod simulated;
 pub mod emulated;
 pub mod session;
 pub mod claims;
 mod core_files;
+mod hearing;
 mod follow;
 
 use std::sync::Arc;
@@ -47,6 +49,7 @@ pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<markers::ttl::Ttl>("ttl"),
     Entry::new::<inputs::Inputs>("inputs"),
     Entry::new::<camera::Camera>("camera"),
+    Entry::new::<microphone::Microphone>("microphone"),
 ];
 
 /// What sources are built with.

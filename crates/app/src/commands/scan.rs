@@ -4,6 +4,7 @@ mod bluetooth;
 mod cameras;
 mod inputs;
 mod lsl;
+mod microphones;
 mod serial;
 
 use std::collections::BTreeMap;
@@ -26,6 +27,7 @@ use self::bluetooth::Device;
 use self::cameras::Camera;
 use self::inputs::Input;
 use self::lsl::LslStream;
+use self::microphones::Microphone;
 use self::serial::Port;
 use crate::commands::run::seconds;
 use crate::exit::Exit;
@@ -48,7 +50,7 @@ pub struct Scan {
     /// The ROS domains to scan; by default that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     domains: Vec<BusId>,
-    /// Prints one JSON array: of each domain, and of Bluetooth, serial ports, cameras, input devices and LSL where
+    /// Prints one JSON array: of each domain, and of Bluetooth, serial ports, cameras, microphones, input devices and LSL where
     /// some are found there
     #[arg(long)]
     json: bool,
@@ -72,6 +74,8 @@ enum Place {
     },
     /// Cameras.
     Cameras { cameras: Vec<Camera> },
+    /// Microphones.
+    Microphones { microphones: Vec<Microphone> },
     /// Keyboards, mice and gamepads.
     Inputs { inputs: Vec<Input> },
     /// On Lab Streaming Layer.
@@ -129,6 +133,7 @@ impl Scan {
                 None
             }
         };
+        let microphones = Microphone::all().await;
         let (ports, cameras, inputs) = (Port::all(), Camera::all(), Input::all());
         if self.json {
             let devices = devices.filter(|devices| !devices.is_empty());
@@ -138,7 +143,9 @@ impl Scan {
             let places = places.chain(ports.map(|ports| Place::Serial { ports }));
             let cameras = (!cameras.is_empty()).then_some(Place::Cameras { cameras });
             let inputs = (!inputs.is_empty()).then_some(Place::Inputs { inputs });
-            let places = places.chain(cameras).chain(inputs);
+            let microphones =
+                (!microphones.is_empty()).then_some(Place::Microphones { microphones });
+            let places = places.chain(cameras).chain(microphones).chain(inputs);
             let streams = (!streams.is_empty()).then_some(Place::Lsl { streams });
             output::json(&places.chain(streams).collect::<Vec<_>>());
         } else {
@@ -148,6 +155,7 @@ impl Scan {
             }
             serial::show(&ports, 1 + devices.map_or(0, |devices| devices.len()));
             cameras::show(&cameras);
+            microphones::show(&microphones);
             inputs::show(&inputs);
             lsl::show(&streams);
             output::lines(machine::check(".".as_ref()));

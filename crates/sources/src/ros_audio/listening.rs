@@ -9,7 +9,7 @@ use teampulse_messages::convert::Decoded;
 use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
 use teampulse_ros::graph::Gid;
 
-use super::hearing::{Hearing, Kept};
+use crate::hearing::{Hearing, Kept};
 
 /// How many messages about the sound are kept until they are taken.
 const DEPTH: u32 = 10;

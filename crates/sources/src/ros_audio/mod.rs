@@ -5,7 +5,6 @@
 //!   the sound itself goes no further, unless the study asks for it
 //! ```
 
-mod hearing;
 mod listening;
 
 use std::sync::Arc;
@@ -16,7 +15,7 @@ use serde::Deserialize;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
-use teampulse_core::stream::{Shape, Signal, Stream, Subject};
+use teampulse_core::stream::Stream;
 use teampulse_messages::audio::{AUDIO_DATA, AUDIO_DATA_STAMPED, AudioInfo, SampleFormat};
 use teampulse_ros::BusId;
 use teampulse_ros::bus::{Arrival, Bus};
@@ -24,9 +23,9 @@ use teampulse_ros::graph::Endpoint;
 
 use crate::claims::{Claimed, Rank};
 use crate::follow::{Decoder, follow_decoded};
+use crate::hearing::Kept;
 use crate::{SourceContext, join};
 
-use hearing::{FRAME_NANOS, Kept};
 use listening::Listening;
 
 /// A person's microphone whose sound is published on ROS (`audio_common_msgs`, also as REP-155 has it:
@@ -129,25 +128,7 @@ impl RosAudio {
     }
 
     fn stream(&self) -> Stream {
-        let (leaf, device, doc) = match self.kept() {
-            Kept::Frames => {
-                ("voice", "microphone_voice", "how somebody speaks, in frames of 10 ms; no words")
-            }
-            Kept::Sound => ("audio", "microphone", "the sound of a microphone"),
-        };
-        let name = format!("/humans/persons/{}/microphone/{leaf}", self.person);
-        let rate_hz = match self.kept() {
-            Kept::Frames => 1e9 / FRAME_NANOS as f64,
-            Kept::Sound => self.rate_hz.unwrap_or(0.0),
-        };
-        Stream {
-            signal: Signal::Audio,
-            device: device.to_owned(),
-            channels: self.kept().channels(),
-            rate_hz,
-            doc: doc.to_owned(),
-            ..Stream::raw(name, Subject::person(self.person.clone()), Shape::Wave)
-        }
+        self.kept().stream(&self.person, self.rate_hz.unwrap_or(0.0))
     }
 }
 

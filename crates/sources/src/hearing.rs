@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use teampulse_core::data::{Data, Wave};
-use teampulse_core::stream::Channel;
+use teampulse_core::stream::{Channel, Shape, Signal, Stream, Subject};
 use teampulse_core::time::Time;
 use teampulse_messages::audio::{AudioBlock, AudioInfo};
 use teampulse_messages::convert::Decoded;
 use teampulse_signal::voice::{CHANNELS, Framer, RATES_HZ, Settings};
 
 /// The period of frames [ns].
-pub(super) const FRAME_NANOS: i64 = 10_000_000;
+pub(crate) const FRAME_NANOS: i64 = 10_000_000;
 /// The most sound that may be missing before a voice is followed anew [s].
 const LOST_SECS: f64 = 2.0;
 /// What a stamp may differ from the samples that came before sound is missing, in blocks.
@@ -20,7 +20,7 @@ const WAITING_BYTES: usize = 1 << 20;
 
 /// What is offered of a microphone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kept {
+pub(crate) enum Kept {
     /// Frames of a voice, of which no word can be made.
     Frames,
     /// The sound itself.
@@ -37,10 +37,31 @@ impl Kept {
             Kept::Sound => vec![Channel::new("audio", "1")],
         }
     }
+
+    /// The stream of a person's microphone, whose sound has this rate [Hz].
+    pub fn stream(self, person: &str, rate_hz: f64) -> Stream {
+        let (leaf, device, rate_hz, doc) = match self {
+            Kept::Frames => {
+                let rate_hz = 1e9 / FRAME_NANOS as f64;
+                let doc = "how somebody speaks, in frames of 10 ms; no words";
+                ("voice", "microphone_voice", rate_hz, doc)
+            }
+            Kept::Sound => ("audio", "microphone", rate_hz, "the sound of a microphone"),
+        };
+        let name = format!("/humans/persons/{person}/microphone/{leaf}");
+        Stream {
+            signal: Signal::Audio,
+            device: device.to_owned(),
+            channels: self.channels(),
+            rate_hz,
+            doc: doc.to_owned(),
+            ..Stream::raw(name, Subject::person(person), Shape::Wave)
+        }
+    }
 }
 
 /// A microphone, whose blocks are heard in their order.
-pub(super) struct Hearing {
+pub(crate) struct Hearing {
     kept: Kept,
     info: Option<AudioInfo>,
     /// Blocks that came before it was known what they are.

@@ -1,0 +1,113 @@
+use std::time::Duration;
+
+use pulseaudio::protocol::SourceInfo;
+use teampulse_core::source::SourceError;
+use tokio::time::timeout;
+
+use super::server::Server;
+
+/// The longest that a server is asked for its microphones.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// A microphone of this computer, as its sound server knows it: nothing is heard from it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FoundMicrophone {
+    /// Its name, such as `alsa_input.usb-Example-00.mono-fallback`.
+    pub name: String,
+    /// Its name for people.
+    pub description: String,
+    /// Whether it is what comes out of a loudspeaker.
+    pub is_monitor: bool,
+    /// Whether the desktop is set to it.
+    pub is_default: bool,
+}
+
+impl FoundMicrophone {
+    /// Those of this computer, without what comes out of loudspeakers; none where no sound server runs.
+    pub async fn all() -> Vec<FoundMicrophone> {
+        let asked = async { Server::connect().await.ok()?.microphones().await.ok() };
+        let found = timeout(PATIENCE, asked).await.ok().flatten().unwrap_or_default();
+        found.into_iter().filter(|found| !found.is_monitor).collect()
+    }
+
+    pub(super) fn of(info: &SourceInfo, default: &str) -> FoundMicrophone {
+        let name = info.name.to_string_lossy().into_owned();
+        let description = info.description.as_ref().map(|text| text.to_string_lossy().into_owned());
+        FoundMicrophone {
+            is_default: name == default,
+            description: description.unwrap_or_else(|| name.clone()),
+            is_monitor: info.monitor_of_sink_index.is_some(),
+            name,
+        }
+    }
+
+    /// The one of which this text is a part of the name or description; without a text the one that the desktop is set
+    /// to. What comes out of loudspeakers is meant only by its whole name.
+    pub(super) fn chosen(all: &[FoundMicrophone], text: &str) -> Result<usize, SourceError> {
+        let is_in = |name: &str| name.to_lowercase().contains(&text.to_lowercase());
+        let is_meant = |found: &FoundMicrophone| match text {
+            "" => found.is_default && !found.is_monitor,
+            _ => {
+                found.name == text
+                    || (!found.is_monitor && (is_in(&found.name) || is_in(&found.description)))
+            }
+        };
+        let meant: Vec<usize> = (0..all.len()).filter(|place| is_meant(&all[*place])).collect();
+        let listed = |places: &mut dyn Iterator<Item = usize>| {
+            let names: Vec<&str> = places.map(|place| all[place].description.as_str()).collect();
+            names.join(", ")
+        };
+        let mut microphones = (0..all.len()).filter(|place| !all[*place].is_monitor).peekable();
+        match meant.as_slice() {
+            [one] => Ok(*one),
+            [] if microphones.peek().is_none() => Err(SourceError::Gone {
+                message: "find a microphone: this computer has none".to_owned(),
+                hint: "plug it in; `pactl list short sources` lists what the sound server knows"
+                    .to_owned(),
+            }),
+            [] => Err(SourceError::Gone {
+                message: format!("find the microphone `{text}` among {}", listed(&mut microphones)),
+                hint: "plug it in, or set `device` to a part of one of these".to_owned(),
+            }),
+            several => Err(SourceError::Fatal {
+                message: format!("choose among {}", listed(&mut several.iter().copied())),
+                hint: "set `device` to more of the name of one".to_owned(),
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(name: &str) -> FoundMicrophone {
+        FoundMicrophone {
+            name: name.to_owned(),
+            description: format!("the {name}"),
+            is_monitor: name.ends_with(".monitor"),
+            is_default: name == "headset",
+        }
+    }
+
+    fn chosen(all: &[FoundMicrophone], text: &str) -> Result<usize, String> {
+        FoundMicrophone::chosen(all, text).map_err(|error| match error {
+            SourceError::Gone { message, .. } => message,
+            SourceError::Fatal { message, .. } => format!("fatal: {message}"),
+        })
+    }
+
+    #[test]
+    fn one_is_chosen_by_a_part_of_its_name() {
+        let all = [found("speaker.monitor"), found("headset"), found("webcam")];
+        assert_eq!(chosen(&all, ""), Ok(1));
+        assert_eq!(chosen(&all, "WEB"), Ok(2));
+        assert_eq!(chosen(&all, "speaker.monitor"), Ok(0));
+        assert_eq!(
+            chosen(&all, "speaker").unwrap_err(),
+            "find the microphone `speaker` among the headset, the webcam"
+        );
+        assert_eq!(chosen(&all, "e").unwrap_err(), "fatal: choose among the headset, the webcam");
+        assert_eq!(chosen(&all[..1], "").unwrap_err(), "find a microphone: this computer has none");
+    }
+}
