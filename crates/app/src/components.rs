@@ -26,7 +26,7 @@ pub struct Components {
     pub workers: &'static [Entry<dyn Worker, WorkerContext>],
 }
 
-/// Those of `teampulse`.
+/// The tables of `teampulse`.
 impl Default for Components {
     fn default() -> Components {
         Components { sources: SOURCES, features: FEATURES, sinks: SINKS, workers: WORKERS }
@@ -42,7 +42,7 @@ impl Components {
         *OF_THIS_PROGRAM.get_or_init(Components::default)
     }
 
-    /// The words that sources, sinks and workers are called in a study.
+    /// The names of the kinds of sources, sinks and workers in a study.
     pub(crate) fn kinds(&self) -> Vec<&'static str> {
         let sources = self.sources.iter().map(|entry| entry.kind);
         let sinks = self.sinks.iter().map(|entry| entry.kind);

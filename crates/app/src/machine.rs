@@ -33,7 +33,7 @@ pub fn check(out: &Path) -> Vec<String> {
     vec![receive_buffer(), free_disk(out), host_clock::line()]
 }
 
-/// Why nothing can be recorded into a folder, for a recording that ends when less than `keep_free_bytes`
+/// Why nothing can be recorded into a folder, for a recording that stops when less than `keep_free_bytes`
 /// are free.
 pub fn unfit(out: &Path, keep_free_bytes: u64) -> Option<String> {
     let folder = existing(out);

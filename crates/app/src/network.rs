@@ -16,7 +16,7 @@ pub fn buses(node_name: &str) -> Arc<Buses> {
     Arc::new(Buses::new(environment(), node_name))
 }
 
-/// The buses selected by the environment, whose probes report another clock than the machine's.
+/// The buses selected by the environment, with probes that report a clock other than the machine's.
 pub fn buses_with_clock(node_name: &str, clock: Clock) -> Arc<Buses> {
     let read = Arc::new(move || clock.now());
     Arc::new(Buses::with_clock(environment(), node_name, read))

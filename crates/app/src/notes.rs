@@ -48,8 +48,8 @@ fn of_room(bag: &Bag) -> Option<String> {
     })
 }
 
-/// The patterns of a study, under `publish`, of its workers and of its alerts, that match neither a received stream
-/// nor one computed from it.
+/// The patterns in a study, under `publish`, in workers and in alerts, that match neither a received stream nor one
+/// computed from it.
 pub fn matching_nothing(
     publish: &[Pattern],
     workers: &[Program],
@@ -63,7 +63,7 @@ pub fn matching_nothing(
     idle
 }
 
-/// The alerts that watch no received stream, nor any that is computed from one.
+/// The alerts that watch neither a received stream nor one computed from it.
 fn alerting_of_nothing(alerts: &[Threshold], heard: &[&Stream]) -> Vec<String> {
     let names: Vec<&str> = heard.iter().map(|stream| stream.name.as_str()).collect();
     let words = |alert: &Threshold| {
@@ -113,7 +113,7 @@ fn names_something(pattern: &Pattern, heard: &[&str]) -> bool {
     of_team || heard.iter().any(|name| pattern.may_match_below(name))
 }
 
-/// The remark that phases must be begun by hand.
+/// The remark that phases must be started by hand.
 fn of_hand(phases: &[Phase]) -> Option<String> {
     let first = phases.iter().find(|phase| phase.from_secs.is_none())?;
     Some(format!(

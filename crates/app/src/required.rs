@@ -1,4 +1,4 @@
-//! What a study requires of what is received: the same for `check` and for a session that runs.
+//! What a study requires of the received streams: the same for `check` and for a running session.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::study::{Study, StudyError};
 /// The streams that were received, each with its newest status.
 type Received = [(Arc<Stream>, StreamStatus)];
 
-/// The remedy for a robot or a person that is not there.
+/// The remedy for a robot or a person that is not present.
 const ABSENT: &str =
     "Switch it on, and check its network and ROS domain; `teampulse scan` lists what is in range.";
 
@@ -35,7 +35,7 @@ pub struct Requirements {
 }
 
 impl Requirements {
-    /// Those of a study.
+    /// The requirements of a study.
     pub fn of(study: &Study) -> Result<Requirements, StudyError> {
         Ok(Requirements {
             robots: study.settings_of("sources", "robots")?,
@@ -44,12 +44,12 @@ impl Requirements {
         })
     }
 
-    /// The sources of robots of which none was received.
+    /// The sources of robots none of which was received.
     pub fn absent_robots(&self, received: &Received) -> Vec<&Robots> {
         self.robots.iter().filter(|wanted| !is_there(wanted, received)).collect()
     }
 
-    /// The sources of people of whom nobody was received.
+    /// The sources of people none of whom was received.
     pub fn absent_people(&self, received: &Received) -> Vec<&RosPeople> {
         self.people.iter().filter(|wanted| !are_there(wanted, received)).collect()
     }
@@ -84,7 +84,7 @@ fn is_there(wanted: &Robots, received: &Received) -> bool {
     received.iter().any(|(stream, _)| stream.about == About::Robot && wanted.describe(stream))
 }
 
-/// In words that no robot of these was received.
+/// The message that none of these robots was received.
 pub fn no_robot(wanted: &Robots) -> String {
     format!("no robot matches {}", wanted.namespace)
 }
@@ -94,7 +94,7 @@ fn are_there(wanted: &RosPeople, received: &Received) -> bool {
     received.iter().any(|(stream, _)| wanted.describe(stream))
 }
 
-/// In words that nobody of these people was received.
+/// The message that none of these people was received.
 pub fn no_person(wanted: &RosPeople) -> String {
     format!("no person matches {}", wanted.namespace.text())
 }
@@ -162,7 +162,7 @@ fn requires(wanted: &Robots) -> bool {
     !(wanted.required.is_empty() && wanted.robots.is_empty())
 }
 
-/// What the study requires of robots and they do not provide.
+/// What the study requires of robots that they do not provide.
 fn missing_of_robots(wanted: &[Robots], robots: &[Robot]) -> Vec<Unmet> {
     const START: &str = "Start the node that publishes it, or take it out of `required`.";
     const SILENT: &str = "Check the robot's power, its network and the node that publishes it.";

@@ -1,4 +1,4 @@
-//! From a study to a session: which sources, features and sinks run.
+//! Turning a study into a session: which sources, features and sinks run.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -64,11 +64,11 @@ pub struct Setup {
     view: View,
     /// The control that switches phases.
     phases: ScheduleHandle,
-    /// The source that follows `/clock`, where the session does.
+    /// The source that follows `/clock`, if the session does.
     follows: Option<SimulatedClock>,
     /// How Bluetooth devices are reached.
     bluetooth: Bluetooth,
-    /// What happens with the address of the dashboard; `None` without a dashboard.
+    /// What to do with the dashboard's address; `None` without a dashboard.
     pub dashboard: Option<Announce>,
     /// The address of the dashboard, for the terminal.
     address: Arc<OnceLock<String>>,
@@ -115,7 +115,7 @@ impl Setup {
         Ok(setup)
     }
 
-    /// Reaches Bluetooth devices in another way than over the system's D-Bus.
+    /// Reaches Bluetooth devices other than over the system's D-Bus.
     #[must_use]
     pub fn with_bluetooth(self, bluetooth: Bluetooth) -> Setup {
         Setup { bluetooth, ..self }
@@ -141,7 +141,7 @@ impl Setup {
         Ok(self.study.build("sources", Components::of_this_program().sources, &context)?)
     }
 
-    /// The sources of a session that a person attends: phases, events and commands from ROS, keys.
+    /// The sources of an attended session: phases, events and commands from ROS, keys.
     pub fn attended(&self) -> Result<Sources, Failure> {
         let mut sources = Sources::new();
         let bus = self.buses.get(self.bus_id()?)?;
@@ -240,7 +240,7 @@ impl Setup {
         }
     }
 
-    /// What the dashboard knows of the study.
+    /// What the dashboard needs to know about the study.
     fn dashboard_context(&self) -> DashboardContext {
         let general = &self.study.general;
         let plan = |phase: &Phase| PhasePlan {

@@ -202,7 +202,7 @@ impl Study {
         })
     }
 
-    /// Fails where an alert is invalid, or nothing would raise it.
+    /// Fails where an alert is invalid, or no feature would raise it.
     pub fn check_alerts(&self) -> Result<(), StudyError> {
         thresholds::check(&self.general.alerts).map_err(|error| {
             let path = format!("alerts.{}", error.path);
@@ -327,7 +327,7 @@ impl Study {
         Err(self.error(("session", "name"), message, hint))
     }
 
-    /// Takes the tables of single features out of `[features]`: the features read them.
+    /// Moves the tables of single features out of `[features]`, since the features read them themselves.
     fn set_features_apart(&self, general: &mut DeTable<'_>) -> Result<(), StudyError> {
         let Some(features) = general.get_mut("features") else { return Ok(()) };
         let DeValue::Table(table) = features.get_mut() else { return Ok(()) };
@@ -390,7 +390,7 @@ impl Study {
     }
 }
 
-/// An error with the tables that are read separately, as an unknown table may be meant as one of them.
+/// An error with the tables that are read separately, as an unknown table may be a misspelt one of these.
 fn with_own_tables(mut error: SettingsError) -> SettingsError {
     let unknown = error.message.strip_prefix("unknown field `");
     let Some((word, known)) = unknown.and_then(|rest| rest.split_once("`, expected one of `"))
@@ -414,7 +414,7 @@ fn header(key: &str) -> String {
     if key == "simulate" { format!("[{key}]") } else { format!("[[{key}]]") }
 }
 
-/// The text of an error, without terminal control characters and with an end.
+/// The text of an error, without terminal control characters and of limited length.
 fn line(text: &str) -> String {
     let lines = text.lines().map(|line| on_one_line(line).into_owned());
     let mut lines = lines.take(20).map(|line| label(line, LONGEST_LABEL));

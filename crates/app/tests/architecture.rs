@@ -1,4 +1,4 @@
-//! ARCHITECTURE.md names functions where they stand.
+//! ARCHITECTURE.md names functions in the files that contain them.
 
 use std::fs;
 use std::path::Path;

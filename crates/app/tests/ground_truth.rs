@@ -1,4 +1,5 @@
-//! What a bag has of a person, against what that person's body had: through the drivers, the time filter and the bag.
+//! What a bag contains about a person, against the truth of that person's body: through the drivers, the time filter
+//! and the bag.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -38,18 +39,19 @@ use teampulse_sources::{SOURCES, SourceContext};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The beats that the straps are recorded for; by the fiftieth it is known how late a strap is that has no clock.
+/// The number of beats that the straps are recorded for; by the fiftieth, the delay of a strap without a clock is
+/// known.
 const BEATS: usize = 60;
-/// Before this, beats of the H10 do not count: it takes some packets to learn how late they come.
+/// Before this, beats of the H10 do not count: its delay is only learned after some packets.
 const SETTLED_SECS: f64 = 10.0;
 const H10_ADDRESS: &str = "A0:9E:1A:00:00:01";
 const STRAP_ADDRESS: &str = "A0:9E:1A:00:00:02";
 const MYO_ADDRESS: &str = "A0:9E:1A:00:00:03";
 /// The clock of an H10 when it is switched on, which was never set: 2019-01-01 [ns since 2000-01-01].
 const H10_BEGAN_NS: i64 = 599_616_000_000_000_000;
-/// A clock is known by the packet of each such span that was held up least [s].
+/// A clock is judged by the least delayed packet of each span of this length [s].
 const BIN_SECS: f64 = 2.0;
-/// From a sample of a Myo's EMG to the next [s].
+/// The period of a Myo's EMG samples [s].
 const EMG_SECS: f64 = 0.005;
 
 fn body() -> BodyWearer {
@@ -93,7 +95,7 @@ fn source(kind: &str, settings: &str, context: &SourceContext) -> (String, Box<d
     (kind.to_owned(), built.unwrap_or_else(|error| panic!("{}: {error}", error.path)))
 }
 
-/// A `BlueZ` with two straps and an armband of one body.
+/// An emulated `BlueZ` with two straps and an armband on one body.
 async fn bluez(worn: &BodyWearer, switched_on: Stopwatch) -> EmulatedBluetooth {
     let device = |address: &str, peripheral: Box<dyn Peripheral>| EmulatedDevice {
         address: address.into(),
@@ -110,7 +112,7 @@ async fn bluez(worn: &BodyWearer, switched_on: Stopwatch) -> EmulatedBluetooth {
     bluez.expect("dbus-daemon, which `make test` installs")
 }
 
-/// A session that reads all of them and a Shimmer3 into a bag.
+/// A session that reads all of them, and a Shimmer3, into a bag.
 fn session(bluez: &EmulatedBluetooth, port: &str, sinks: Vec<Box<dyn Sink>>) -> Session {
     let clock = Clock::host();
     let context = SourceContext {
@@ -147,7 +149,7 @@ fn session(bluez: &EmulatedBluetooth, port: &str, sinks: Vec<Box<dyn Sink>>) -> 
     }
 }
 
-/// Records what four devices measure of one body into a bag; gives when they were switched on.
+/// Records what four devices measure of one body into a bag; returns when they were switched on.
 async fn record(folder: &Path) -> Time {
     let (worn, switched_on) = (body(), Stopwatch::start());
     let bluez = bluez(&worn, switched_on).await;
@@ -176,15 +178,15 @@ async fn record(folder: &Path) -> Time {
     began
 }
 
-/// A bag of devices that were switched on at a time.
+/// A bag recorded from devices, and when they were switched on.
 struct Recorded {
     bag: Bag,
     began: Time,
 }
 
-/// What a message of the bag has.
+/// A message of the bag.
 struct Found {
-    /// Since the devices were switched on [s]: when it was measured, and when it arrived.
+    /// When it was measured and when it arrived, since the devices were switched on [s].
     secs: f64,
     arrived_secs: f64,
     /// By the device's own clock [ns].
@@ -220,10 +222,10 @@ impl Recorded {
         events.into_iter().filter(is_beat).map(|found| found.secs).collect()
     }
 
-    /// By how much at least this machine was late with the frames of the H10's ECG, in the span in which it was latest [s].
+    /// The least delay with which this machine sent frames of the H10's ECG, in the worst span [s].
     ///
-    /// The emulated H10 stamps a frame with the moment at which it is due, and this machine sends it when it gets to it. A
-    /// clock that is known by its packets alone can't be known better than the one that was held up least.
+    /// The emulated H10 stamps a frame with the moment at which it is due, and this machine sends it when it gets to
+    /// it. A clock that is only known from its packets can't be known better than by the least delayed one.
     fn late_secs(&self) -> f64 {
         let (_, frames) = self.of("/humans/persons/p001/polar_h10/ecg");
         let mut least: BTreeMap<u64, f64> = BTreeMap::new();
@@ -240,7 +242,7 @@ impl Recorded {
     }
 }
 
-/// From each time to the nearest of the truth [s].
+/// From each time to the nearest true one [s].
 fn errors(secs: impl IntoIterator<Item = f64>, truth: &[f64]) -> Vec<f64> {
     let error = |secs: f64| {
         let errors = truth.iter().map(|truth_secs| secs - truth_secs);

@@ -52,7 +52,7 @@ impl Growth {
         folder.clone_into(&mut on_disk.folder);
     }
 
-    /// Marks the recording as paused, with so many seconds kept in memory.
+    /// Marks the recording as paused, with this many seconds kept in memory.
     pub fn pause(&self, kept_secs: f64) {
         self.lock().stage = Stage::Paused { kept_secs };
     }

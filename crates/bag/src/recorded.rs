@@ -1,4 +1,4 @@
-//! The records of a bag as they were recorded, for those who look at it: nothing is corrected or computed anew.
+//! The records of a bag as they were recorded, for display: nothing is corrected or computed again.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::error::BagError;
 use crate::read::Bag;
 use crate::read::messages::Message;
 
-/// How far the stamp of a message may be from its log time and still be its place in time [s]: the clocks of other
+/// How far the stamp of a message may be from its log time and still be taken as its time [s]: the clocks of other
 /// computers may be hours off.
 const STAMPED_SECS: f64 = 1.0;
 
@@ -22,7 +22,7 @@ const STAMPED_SECS: f64 = 1.0;
 pub struct Recorded {
     bag: Arc<Bag>,
     streams: Streams,
-    /// The id of each stream of the bag, by its index; descriptions are none.
+    /// The id of each stream of the bag, by its index; `None` for descriptions.
     ids: Vec<Option<StreamId>>,
 }
 
@@ -43,8 +43,8 @@ impl Recorded {
         &self.streams
     }
 
-    /// The records from a log time on, of the streams that are wanted. A part that can't be read is an error, and
-    /// passed over.
+    /// The records from a log time on, of the streams that are wanted. A part that can't be read is reported as an
+    /// error and skipped.
     pub fn records<'a>(
         &'a self,
         from: Time,
@@ -59,7 +59,7 @@ impl Recorded {
         })
     }
 
-    /// The record of a message; `None` of a description, and of what can't be decoded.
+    /// The record of a message; `None` for a description, and for one that can't be decoded.
     fn record(&self, message: &Message) -> Option<Record> {
         let id = self.ids[message.stream]?;
         let stream = self.streams.get(id);
@@ -90,7 +90,7 @@ impl Recorded {
     }
 }
 
-/// When a message of others was measured, as far as its stamp can be believed.
+/// When a message of another computer was measured, as far as its stamp is plausible.
 fn placed(message: &Message) -> Time {
     let late_secs = message.log_time.secs_since(message.publish_time);
     if late_secs.abs() <= STAMPED_SECS { message.publish_time } else { message.log_time }

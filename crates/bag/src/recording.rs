@@ -39,7 +39,7 @@ pub struct Recording {
     folder: PathBuf,
     /// The study, until it is attached.
     study: String,
-    /// What it begins with in a running session, until that is written.
+    /// The contents that it begins with in a running session, until they are written.
     opening: Option<Opening>,
     /// Whether `stop_recording` ends it.
     ends_by_command: bool,
@@ -52,25 +52,25 @@ pub struct Recording {
     unwritten: u64,
 }
 
-/// What a recording that begins in a running session begins with.
+/// The contents with which a recording begins in a running session.
 #[derive(Clone, Debug, Default)]
 pub struct Opening {
-    /// What held before its first record.
+    /// The state that held before its first record.
     pub held: Latched,
-    /// What was kept from before it was begun: no command of that time applies to it.
+    /// Records kept from before it began: commands among them do not apply to it.
     pub kept: Vec<Record>,
-    /// What came together with the command that began it, after that.
+    /// Records of the same batch that follow the command that began it.
     pub after: Vec<Record>,
 }
 
-/// How a recording that is complete ended.
+/// How a complete recording ended.
 #[derive(Debug)]
 pub enum Complete {
     /// With its session.
     WithSession,
     /// By command, while the session goes on.
     ByCommand {
-        /// What came together with the command, after it.
+        /// Records of the same batch that follow the command.
         after: Vec<Record>,
     },
 }
@@ -115,8 +115,8 @@ impl Recording {
         })
     }
 
-    /// Begins in a running session: at its start all streams are described, and what held then is
-    /// published again, active phases with their remaining duration.
+    /// Begins in a running session: at its start all streams are described, and the state at that time is published
+    /// again, active phases with their remaining duration.
     #[must_use]
     pub fn in_session(self, opening: Opening) -> Recording {
         Recording { opening: Some(opening), ..self }
@@ -283,7 +283,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Records one, and carries out the command that it may be; returns that.
+    /// Records one; if it is a command, carries it out and returns it.
     fn take(&mut self, record: &Record) -> Result<Option<Command>, BagError> {
         self.write(record)?;
         let accepted = Accepted::of(&record.stream, &record.sample.data);

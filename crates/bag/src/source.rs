@@ -361,7 +361,7 @@ fn with_schema(stream: Stream, schema: Option<&Arc<Schema>>) -> Stream {
 }
 
 impl Unread {
-    /// Whether everything requested could be read.
+    /// Whether everything that was requested could be read.
     pub fn is_empty(&self) -> bool {
         self.places().is_empty()
     }

@@ -1,4 +1,4 @@
-//! A recording that was cut, damaged, or is none.
+//! A recording that was cut off or damaged, and files that are not recordings.
 #![expect(clippy::unwrap_used, reason = "a test fails by it")]
 
 mod session;
@@ -12,7 +12,7 @@ use teampulse_bag::{Bag, BagError, BagWriter, Compression, Found, Message, Optio
 use teampulse_core::sample::Record;
 use tempfile::tempdir;
 
-/// Writes a bag of one file as a process leaves it that is killed: flushed, never finished.
+/// Writes a bag of one file as a killed process leaves it: flushed, never finished.
 fn write_and_die(folder: &Path, compression: Compression, records: &[Record]) {
     let options = Options { compression, ..Options::default() };
     let mut writer = BagWriter::create(folder, &options).unwrap();
@@ -25,7 +25,7 @@ fn write_and_die(folder: &Path, compression: Compression, records: &[Record]) {
     std::mem::forget(writer);
 }
 
-/// Writes a whole bag of one file; gives how long the file was after each flush.
+/// Writes a whole bag of one file; returns the length of the file after each flush.
 fn write(folder: &Path, compression: Compression, records: &[Record]) -> Vec<u64> {
     let options = Options { compression, ..Options::default() };
     let mut writer = BagWriter::create(folder, &options).unwrap();
@@ -156,7 +156,7 @@ fn what_was_lost_to_damage_is_reported_before_and_after_a_bag_was_made_whole() {
     assert_eq!(lost(&path).as_deref(), Some(noted), "it is reported once");
 }
 
-/// The end of the file when each batch was flushed, of a bag that is then spoiled by `spoil`.
+/// The length of the file after each flush of a bag that is then damaged by `spoil`.
 fn spoil(path: &Path, compression: Compression, spoil: impl Fn(&mut Vec<u8>, &[u64])) -> PathBuf {
     let flushed = write(path, compression, &session(197));
     let file = path.join("bag_0.mcap");
@@ -296,7 +296,7 @@ fn a_lone_file_keeps_the_notes_of_its_recording() {
     assert_eq!(Bag::open(&file).unwrap().notes(), bag.notes());
 }
 
-/// Reads all that can be read.
+/// Reads everything that can be read.
 fn exhaust(path: &Path) {
     if let Ok(bag) = Bag::open(path) {
         let read = bag.messages(None).flatten().count();

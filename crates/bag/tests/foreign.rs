@@ -1,4 +1,4 @@
-//! Recordings of rosbag2 that are no MCAP: databases of every version, and files compressed as a whole.
+//! Recordings of rosbag2 that are not MCAP: databases of every version, and files compressed as a whole.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,7 +15,7 @@ use tempfile::{TempDir, tempdir};
 const TOPIC: &str = "/robot1/battery_state";
 const COUNT: i64 = 50;
 
-/// Tables as the distributions of ROS 2 make them.
+/// Tables as the distributions of ROS 2 create them.
 const DASHING: &str = "
     CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
         serialization_format TEXT NOT NULL);
@@ -48,7 +48,7 @@ fn battery(number: i64) -> Vec<u8> {
         .to_vec()
 }
 
-/// A database with a topic and its messages; two of them swapped, as they may be.
+/// A database with a topic and its messages, two of them out of order, as can happen.
 fn database(path: &Path, tables: &str) -> Connection {
     let database = Connection::open(path).expect("a database can be made");
     database.execute_batch(tables).expect("a database can be made");
@@ -157,7 +157,7 @@ fn a_file_that_was_compressed_as_a_whole_is_read() {
     }
 }
 
-/// Compresses every message of a database by itself, as rosbag2 does in the mode `MESSAGE`.
+/// Compresses every message of a database individually, as rosbag2 does in the mode `MESSAGE`.
 fn pack_messages(path: &Path) {
     let database = Connection::open(path).expect("a database can be made");
     for id in 1..=COUNT {
@@ -237,8 +237,8 @@ fn a_message_that_cannot_be_unpacked_is_damage_and_the_others_are_read() {
     assert_eq!(reasons, ["1 messages can't be unpacked"]);
 }
 
-/// The writer was killed within a transaction: what it had begun stands in the file, and beside it what was
-/// there before.
+/// The writer was killed within a transaction: the file contains its incomplete changes, and a file beside it the
+/// previous contents.
 #[test]
 fn a_database_that_was_cut_off_is_read_up_to_its_last_whole_transaction() {
     let (folder, path) = written(FOXY);

@@ -1,4 +1,4 @@
-//! What is written is MCAP as others read it, and takes no more memory the longer it is.
+//! Bags are MCAP as other programs read it, and writing one takes no more memory the longer it is.
 #![expect(clippy::unwrap_used, reason = "a test fails by it")]
 
 mod memory;
@@ -156,7 +156,7 @@ fn a_large_message_is_not_copied() {
     }
 }
 
-/// Records so many chunks of a hundred topics.
+/// Records this many chunks of a hundred topics.
 fn record_chunks(folder: &Path, chunks: i64) {
     let mut writer = BagWriter::create(folder, &Options::default()).unwrap();
     let stream = |k| Arc::new(Stream { name: format!("/r1/topic{k}"), ..battery() });

@@ -1,5 +1,5 @@
-//! Bags that were changed at random, and such as were made to do harm: read as far as they can be, in
-//! bounded memory. `PROPTEST_CASES=5000` tries more of them.
+//! Bags that were changed at random, and bags made to do harm: they are read as far as possible, in bounded memory.
+//! `PROPTEST_CASES=5000` tries more of them.
 #![expect(clippy::unwrap_used, reason = "a test fails by it")]
 
 mod memory;
@@ -14,7 +14,7 @@ use session::session;
 use teampulse_bag::{Bag, BagWriter, Compression, Options, recover};
 use tempfile::tempdir;
 
-/// What one bag may take while it is read [B].
+/// The most memory for reading one bag [B].
 const MOST_BYTES: i64 = 300_000_000;
 
 /// The bytes of a bag of one file.
@@ -101,7 +101,7 @@ fn changes() -> impl Strategy<Value = Vec<Change>> {
     prop::collection::vec(change, 1..4)
 }
 
-/// Reads all that can be read of a file.
+/// Reads everything that can be read from a file.
 fn read(path: &Path) -> usize {
     let Ok(mut bag) = Bag::open(path) else { return 0 };
     bag.check();
@@ -136,7 +136,7 @@ fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
     [&[opcode][..], &(body.len() as u64).to_le_bytes(), body].concat()
 }
 
-/// A file with one chunk that says it unpacks to so many bytes.
+/// A file with one chunk that claims this uncompressed size.
 fn with_chunk(compression: &str, packed: &[u8], unpacked_bytes: u64) -> Vec<u8> {
     let name = [&(compression.len() as u32).to_le_bytes()[..], compression.as_bytes()].concat();
     let chunk = [

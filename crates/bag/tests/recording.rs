@@ -1,4 +1,4 @@
-//! What is written comes back.
+//! What is written can be read back.
 #![expect(clippy::unwrap_used, reason = "a test fails by it")]
 
 mod session;

@@ -27,7 +27,7 @@ use teampulse_core::time::Time;
 use teampulse_messages::convert::encode;
 use tempfile::tempdir;
 
-/// Readings of a robot and a person, of which the robot's type becomes known on the way.
+/// Readings of a robot and a person; the type of the robot's messages becomes known during the session.
 struct Script;
 
 #[async_trait]
@@ -82,7 +82,7 @@ impl Source for Silenced {
 
 const SILENT_UNTIL_NANOS: i64 = 34_560_000_000;
 
-/// The same, with a silence of half an hour before the last word.
+/// The same, with a silence of half an hour before the last reading.
 struct Resumed;
 
 #[async_trait]
@@ -98,7 +98,7 @@ impl Source for Resumed {
     }
 }
 
-/// Keeps all that it is given.
+/// Keeps everything it receives.
 #[derive(Clone, Default)]
 struct Kept(Arc<Mutex<Vec<Record>>>);
 
@@ -262,7 +262,7 @@ async fn a_bad_chunk_is_passed_over_and_noted() {
     assert!(records > 0 && records < all, "{records} of {all}");
 }
 
-/// Readings whose stamps are anything, on streams with clocks of all kinds.
+/// Readings with arbitrary stamps, on streams with clocks of all kinds.
 #[derive(Clone, Debug)]
 struct Odd(Vec<(usize, i64, OddTime, OddTime)>);
 
@@ -375,7 +375,7 @@ async fn a_silence_of_half_an_hour_that_was_watched_is_the_same_in_a_replay() {
     assert!(first == again, "{} and {} messages", first.len(), again.len());
 }
 
-/// How many messages a replay writes of a bag in which a message of the robot has another log time.
+/// How many messages a replay of a bag writes when one message of the robot has a different log time.
 async fn replayed_with(change_nanos: i64) -> usize {
     let folder = tempdir().unwrap();
     let (first, again) = (folder.path().join("first"), folder.path().join("again"));

@@ -53,7 +53,7 @@ fn message(number: u32, at_secs: u32, data: &[u8]) -> Vec<u8> {
     record(&[("op", &[2]), ("conn", &number.to_le_bytes()), ("time", &time)], data)
 }
 
-/// A message with a header that was stamped half a second before.
+/// A message with a header stamped half a second earlier.
 fn gain(number: u32, at_secs: u32) -> Vec<u8> {
     let parts = [number, at_secs - 1, 500_000_000, 0].map(u32::to_le_bytes);
     [&parts.concat()[..], &f64::from(number).to_le_bytes()].concat()
@@ -237,7 +237,7 @@ proptest! {
     }
 }
 
-/// Chunks of a few bytes, each of which unpacks to 20 MB of nothing.
+/// Chunks of a few bytes, each of which unpacks to 20 MB of zeros.
 #[test]
 fn chunks_that_unpack_without_end_are_given_up() {
     let bomb = chunk(&vec![0; 20_000_000], Packing::Bz2);

@@ -19,7 +19,7 @@ use teampulse_core::stream::{Origin, Shape, Stream, Subject};
 use teampulse_core::streams::Streams;
 use tempfile::tempdir;
 
-/// Gives a sink all records, and ends.
+/// Passes all records to a sink, and ends it.
 fn run(folder: &Path, options: Options, records: Vec<Record>) -> Result<(), SinkError> {
     let sink = BagSink { folder: folder.to_owned(), study: "# a study".into(), options };
     let (post, inbox) = queue(Delivery::Lossless, Streams::default());

@@ -11,8 +11,8 @@ use crate::stream::{Origin, Shape, Stream};
 /// The topic of alerts about robots, the team and the session.
 pub const ALERTS: &str = "/team/alerts";
 
-/// The family of streams of alerts. Those about a person have a stream of their own, which is published no more
-/// than anything else about the person; those on estimates belong to the family of the estimates.
+/// The family of streams of alerts. Those about a person have a stream of their own, which is as private as everything
+/// else about that person; those on estimates belong to the family of the estimates.
 pub const FAMILY: &str = "alerts";
 
 /// Whether a stream holds alerts.
@@ -24,13 +24,13 @@ pub fn holds_alerts(stream: &Stream) -> bool {
 /// A robot or a person needs someone, or no longer does.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Alert {
-    /// The robot or the person: one word; `team` and `session` for what is about nobody alone.
+    /// The robot or the person: one word; `team` and `session` for alerts about neither.
     pub who: String,
     /// Why.
     pub why: Why,
     /// The state of the alert.
     pub stage: Stage,
-    /// How urgent it is, where the study states it; the label has it while the alert is raised.
+    /// How urgent it is, if the study states it; part of the label while the alert is raised.
     pub tier: Option<Tier>,
 }
 
@@ -43,14 +43,14 @@ pub enum Tier {
     /// Act soon.
     #[default]
     Soon,
-    /// To be noted: nobody has to act.
+    /// For information: nobody has to act.
     Note,
 }
 
 impl Tier {
     const ALL: [Tier; 3] = [Tier::Act, Tier::Soon, Tier::Note];
 
-    /// As a study spells it.
+    /// As written in a study.
     pub fn word(self) -> &'static str {
         match self {
             Tier::Act => "act",
@@ -59,7 +59,7 @@ impl Tier {
         }
     }
 
-    /// As the label of an alert has it.
+    /// As written in the label of an alert.
     fn words(self) -> &'static str {
         match self {
             Tier::Act => " needs someone now: ",
@@ -74,7 +74,7 @@ impl Tier {
 pub enum Why {
     /// It is silent.
     Offline,
-    /// A sensor of this name repeats itself.
+    /// The sensor with this name repeats the same values.
     Stuck(String),
     /// Its diagnostics report an error.
     Diagnostics,
@@ -86,7 +86,7 @@ impl Why {
     const OFFLINE: &str = "offline";
     const DIAGNOSTICS: &str = "diagnostics say error";
     const STUCK: &str = " is stuck";
-    /// The beginning of the reason that a battery is soon empty.
+    /// The first words of the reason that a battery will soon be empty.
     pub const EMPTY: &str = "battery empty within";
 
     fn read(words: &str) -> Why {
@@ -98,7 +98,7 @@ impl Why {
         }
     }
 
-    /// How urgent it is where the study states nothing.
+    /// How urgent it is by default.
     pub fn tier(&self) -> Tier {
         match self {
             Why::Offline | Why::Diagnostics => Tier::Act,
@@ -136,18 +136,18 @@ impl PartialOrd for Why {
 pub enum Stage {
     /// Someone is needed.
     Raised,
-    /// A person has commanded the robot.
+    /// A person has commanded the robot since.
     Answered,
     /// Whether someone is still needed is not known: the number has been missing for too long.
     Unknown,
-    /// Nobody is needed any longer.
+    /// The alert is over.
     Over,
 }
 
 impl Stage {
     const ALL: [Stage; 4] = [Stage::Raised, Stage::Answered, Stage::Unknown, Stage::Over];
 
-    /// As a program reads it.
+    /// The word for programs.
     pub fn word(self) -> &'static str {
         match self {
             Stage::Raised => "raised",
@@ -168,7 +168,7 @@ impl Stage {
 }
 
 impl Alert {
-    /// As in the label of its event: `robot2 needs someone: offline`.
+    /// The label of its event: `robot2 needs someone: offline`.
     pub fn label(&self) -> String {
         let tier = self.tier.filter(|_| self.stage == Stage::Raised);
         let words = tier.map_or(self.stage.words(), Tier::words);

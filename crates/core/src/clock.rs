@@ -20,15 +20,15 @@ enum Kind {
     Host { wall_at_start: Time, started: Moment, ahead_secs: f64, fast_ppm: f64 },
     Set {
         nanos: AtomicI64,
-        /// How far the session's time is ahead of the time that was set [ns]: the session's time goes on
-        /// evenly where the other jumps.
+        /// How far the session's time is ahead of the time that was set [ns]: the session's time continues evenly when
+        /// the other jumps.
         ahead_nanos: AtomicI64,
     },
 }
 
 impl Clock {
-    /// The host's clock: its wall clock now, and its monotonic clock from here on, also while the machine
-    /// sleeps. A later step of the wall clock does not move it; see [`Clock::wall_offset_nanos`].
+    /// The host's clock: its wall clock now, and its monotonic clock from now on, even while the machine sleeps. A
+    /// later step of the wall clock does not move it; see [`Clock::wall_offset_nanos`].
     pub fn host() -> Clock {
         Clock::host_off(0.0, 0.0)
     }
@@ -124,15 +124,15 @@ pub fn wall() -> Time {
     Time::from_nanos(nanos)
 }
 
-/// The machine's monotonic clock, which stands still while the machine sleeps: what programs of this machine stamp with
-/// where they agree on no other clock.
+/// The machine's monotonic clock, which stands still while the machine sleeps: the one that programs on one machine
+/// stamp with when they share no other clock.
 pub fn monotonic() -> Duration {
     let now = clock_gettime(ClockId::Monotonic);
     Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
 }
 
 /// A moment of the machine's monotonic clock, which goes on while the machine sleeps: a laptop's closed lid
-/// is a silence, and no step of the wall clock.
+/// appears as a silence, not as a step of the wall clock.
 #[derive(Clone, Copy, Debug)]
 struct Moment(Duration);
 

@@ -26,7 +26,7 @@ pub use hindsight::Hindsight;
 use owner::Owner;
 pub use settings::{ClockSettings, IntervalLatency};
 
-/// The computer by whose clock everything is stamped where time is simulated: the session's own.
+/// The computer whose clock stamps everything in simulated time: the session's own.
 pub const SIMULATED_TIME: &str = "simulated time";
 /// The computer that stamps messages of sources on this host, such as the pictures of its cameras.
 pub const THIS_HOST: &str = "this host";
@@ -62,13 +62,13 @@ enum Timing {
     /// They are corrected.
     #[default]
     Corrected,
-    /// They are as stamped.
+    /// They are kept as stamped.
     Stamped,
-    /// Those of devices are as stamped by `retime`; the other clocks are modelled.
+    /// Those of devices are kept as stamped by `retime`; the other clocks are modelled.
     Retimed,
     /// They are corrected, and the stamps of devices are collected.
     Collecting(Hindsight),
-    /// They are corrected with all stamps of devices at hand.
+    /// They are corrected using all stamps of devices.
     Known(Hindsight),
 }
 
@@ -76,11 +76,11 @@ enum Timing {
 #[derive(Clone, Copy)]
 struct Placed {
     clock: usize,
-    /// How long before its stamp a message was measured, by the study.
+    /// How long before its stamp a message was measured, according to the study.
     latency: Latency,
 }
 
-/// Stamped at once.
+/// Stamped when measured.
 const NO_LATENCY: Latency = Latency::new(0.0, 0.0);
 
 /// One clock in use.
@@ -117,12 +117,12 @@ impl Clocks {
         Clocks { settings, ..Clocks::default() }
     }
 
-    /// Clocks that take times as stamped: for simulations and for playback.
+    /// Clocks that keep times as stamped: for simulations and for playback.
     pub fn as_stamped() -> Clocks {
         Clocks { timing: Timing::Stamped, ..Clocks::default() }
     }
 
-    /// Clocks that take the times of devices as `retime` has stamped them.
+    /// Clocks that keep the times of devices as `retime` has stamped them.
     pub fn retimed(settings: BTreeMap<String, ClockSettings>) -> Clocks {
         Clocks { settings, timing: Timing::Retimed, ..Clocks::default() }
     }

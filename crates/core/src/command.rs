@@ -1,4 +1,4 @@
-//! Commands: what people and programs ask of a running session.
+//! Commands: requests of people and programs to a running session.
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,14 +12,14 @@ use crate::time::Time;
 
 /// The longest text of a command [bytes].
 const LONGEST: usize = 1000;
-/// The longest vibration that can be asked for [s].
+/// The longest vibration that can be requested [s].
 const LONGEST_VIBRATION_SECS: f64 = 10.0;
-/// How long a vibration lasts when its length is left out [s].
+/// How long a vibration lasts by default [s].
 const VIBRATION_SECS: f64 = 0.5;
 
 /// A request to the session or to one of its running components.
 ///
-/// Everywhere a command is written the same way, a verb and its argument: `next_phase`,
+/// A command is written the same way everywhere, as a verb and its argument: `next_phase`,
 /// `mark robot lost`, `vibrate p001 0.5`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
@@ -31,33 +31,33 @@ pub enum Command {
     StartRecording,
     /// `stop_recording`: ends the bag; the session goes on.
     StopRecording,
-    /// `snapshot`: writes the seconds that are kept while nothing is recorded into a bag.
+    /// `snapshot`: writes the last seconds, which are kept while nothing is recorded, into a bag.
     Snapshot,
-    /// `next_phase`: begins the next phase of the study; those after it move with it.
+    /// `next_phase`: begins the next phase of the study; the phases after it shift accordingly.
     NextPhase,
-    /// `repeat_phase`: begins the current phase, or the last one, anew.
+    /// `repeat_phase`: restarts the current phase, or the last one.
     RepeatPhase,
     /// `abort_phase`: ends the current phase; the next one begins by command.
     AbortPhase,
     /// `mark LABEL`: sets a marker.
     Mark(String),
-    /// `vibrate SUBJECT [SECS]`: lets what a person wears vibrate.
+    /// `vibrate SUBJECT [SECS]`: makes a device that a person wears vibrate.
     Vibrate {
         /// Who wears it: `p001`.
         subject: String,
         /// For how long [s].
         secs: f64,
     },
-    /// `do COMPONENT REQUEST`: asks a component of the session for something of its own, `do nback start 2`.
+    /// `do COMPONENT REQUEST`: sends a component of the session a request of its own, `do nback start 2`.
     Do {
-        /// The component, by the word it is asked with: `nback`.
+        /// The component's name in commands: `nback`.
         component: String,
-        /// What it is asked for, in words that the component knows; may be empty.
+        /// The request, in words that the component understands; may be empty.
         request: String,
     },
 }
 
-/// Every verb with its arguments and what it does, as documentation shows them.
+/// Every verb with its arguments and what it does, as shown in documentation.
 pub const VERBS: [(&str, &str, &str); 11] = [
     ("stop", "", "ends the session"),
     ("split", "", "begins the next file of the bag"),
@@ -179,12 +179,12 @@ pub enum CommandError {
         /// The verb.
         verb: String,
     },
-    /// What follows the verb is wrong.
+    /// The argument of the verb is wrong.
     #[error("read the command `{verb}`: expected {expected}")]
     Argument {
         /// The verb.
         verb: &'static str,
-        /// What should follow it.
+        /// The expected argument.
         expected: &'static str,
     },
     /// It is too long.
@@ -213,14 +213,14 @@ impl Sender {
         Sender::through("ros", node)
     }
 
-    /// A sender that a component knows by this name, which may be empty: `dashboard`, `tablet`. The component's
-    /// word is that of its setting below `[commands]`.
+    /// A sender that a component knows by this name, which may be empty: `dashboard`, `tablet`. The component has the
+    /// name of its setting below `[commands]`.
     pub fn through(component: &str, name: &str) -> Sender {
         let name = name.replace(|c: char| c.is_whitespace() || c.is_control(), "_");
         Sender { component: component.to_owned(), name }
     }
 
-    /// The setting below `[commands]` that allows commands from there.
+    /// The setting below `[commands]` that allows commands from this sender.
     pub fn setting(&self) -> &str {
         &self.component
     }
@@ -239,12 +239,12 @@ impl fmt::Display for Sender {
     }
 }
 
-/// A command as it reaches the component that carries it out.
+/// A command as delivered to the component that carries it out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instruction {
     /// Who sent it.
     pub sender: Sender,
-    /// What is asked for.
+    /// The command.
     pub command: Command,
     /// When it was given, by the session's clock: when a key or a button was pressed, which may be earlier than now.
     pub at: Time,
@@ -256,7 +256,7 @@ pub struct Instruction {
 pub struct Accepted {
     /// Who sent it.
     pub sender: Sender,
-    /// What was asked for.
+    /// The command.
     pub command: Command,
 }
 

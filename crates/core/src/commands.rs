@@ -20,12 +20,12 @@ const MOST_REFUSALS: usize = 100;
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(default)]
 pub struct CommandSettings {
-    /// From the keys of the terminal.
+    /// From the terminal's keys.
     pub keys: Vec<String>,
     /// From ROS nodes, as `std_msgs/String` on `/session/commands`. Any node on the network can publish there.
     pub ros: Vec<String>,
-    /// From people and programs that a component of the session knows, by the component's `type`. Nothing is
-    /// allowed without its setting.
+    /// From people and programs behind a component of the session, by the component's `type`. Nothing is allowed
+    /// without this setting.
     #[serde(flatten)]
     pub components: BTreeMap<String, Vec<String>>,
 }
@@ -43,7 +43,7 @@ impl CommandSettings {
         CommandSettings { keys: Vec::new(), ..CommandSettings::default() }
     }
 
-    /// The first word that allows nothing, as it is not a verb: its setting, its place there, and the word.
+    /// The first word that is not a verb, and so allows nothing: its setting, its place there, and the word.
     pub fn unknown(&self) -> Option<(&str, usize, &str)> {
         let known = |word: &str| {
             let verb = word.split_once(' ').map_or(word, |(verb, _)| verb);
@@ -64,8 +64,8 @@ impl CommandSettings {
         self.components.entry(component.to_owned()).or_insert_with(verbs);
     }
 
-    /// The verbs that are allowed from a component, in the order of their documentation; `do` where it is allowed of
-    /// any.
+    /// The verbs that are allowed from a component, in the order of their documentation; `do` if it is allowed for any
+    /// component.
     pub fn verbs_of(&self, component: &str) -> Vec<&'static str> {
         let words = self.components.get(component).map(Vec::as_slice).unwrap_or_default();
         let verbs = VERBS.iter().map(|(verb, _, _)| *verb);
@@ -92,7 +92,7 @@ impl CommandSettings {
     }
 }
 
-/// Why a command was refused. The message fits after the command.
+/// Why a command was refused. The message fits after the command's name.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum Refused {
     /// The study does not allow it.
@@ -106,12 +106,12 @@ pub enum Refused {
     /// No component carries out this command.
     #[error("nothing in this session carries it out")]
     NoReceiver,
-    /// The receiver has not taken the commands before it.
+    /// The receiver has not yet taken earlier commands.
     #[error("too many commands wait already")]
     Busy,
 }
 
-/// The commands of one session. Clones are one.
+/// The commands of one session; clones share them.
 #[derive(Clone, Debug)]
 pub struct Commands(Arc<Inner>);
 
@@ -132,7 +132,7 @@ struct Receiver {
 /// How a component receives commands.
 enum By {
     Queue(mpsc::Sender<Instruction>),
-    /// A sink: the event of the command is all that it needs.
+    /// A sink: it reads commands from their events.
     Event,
     Worker(Feed),
 }
@@ -171,21 +171,21 @@ impl std::fmt::Debug for Receiver {
 }
 
 impl Default for Commands {
-    /// Commands by the default settings: from keys only.
+    /// Default settings: commands from keys only.
     fn default() -> Commands {
         Commands::new(CommandSettings::default())
     }
 }
 
 impl Commands {
-    /// Commands by these settings.
+    /// Creates the commands of a session with these settings.
     pub fn new(settings: CommandSettings) -> Commands {
         let (receivers, refusals) = (Mutex::default(), Mutex::default());
         let stop = watch::Sender::new(false);
         Commands(Arc::new(Inner { settings, receivers, stop, refusals }))
     }
 
-    /// The commands that `accepts` says yes to, as long as what is returned is held.
+    /// Receives the commands for which `accepts` returns true, until the returned value is dropped.
     pub(crate) fn receive(
         &self,
         accepts: impl Fn(&Command) -> bool + Send + 'static,
@@ -195,13 +195,13 @@ impl Commands {
         received
     }
 
-    /// A sink carries out the commands with these verbs by their events.
+    /// Registers a sink that carries out the commands with these verbs when it receives their events.
     pub(crate) fn carried_out_by_events(&self, verbs: &'static [&'static str]) {
         let accepts = Box::new(|command: &Command| verbs.contains(&command.verb()));
         self.receivers().push(Receiver { accepts, by: By::Event });
     }
 
-    /// A worker carries out the commands that `accepts` says yes to, as its feed gives them.
+    /// Registers a worker that carries out the commands for which `accepts` returns true; its feed delivers them.
     pub(crate) fn carried_out_by_worker(
         &self,
         accepts: Box<dyn Fn(&Command) -> bool + Send>,
@@ -210,7 +210,7 @@ impl Commands {
         self.receivers().push(Receiver { accepts, by: By::Worker(feed) });
     }
 
-    /// Whether a command is allowed and somebody carries it out.
+    /// Whether a command is allowed and a component carries it out.
     pub(crate) fn check(&self, sender: &Sender, command: &Command) -> Result<(), Refused> {
         if !self.0.settings.allow(sender, command) {
             let (verb, setting) = (command.verb(), sender.setting().to_owned());
@@ -228,7 +228,7 @@ impl Commands {
         if willing.any(Receiver::is_busy) { Err(Refused::Busy) } else { Ok(()) }
     }
 
-    /// Hands an accepted command to everybody who carries it out.
+    /// Passes an accepted command to every component that carries it out.
     pub(crate) fn dispatch(&self, instruction: &Instruction) {
         let command = &instruction.command;
         if *command == Command::Stop {
@@ -239,7 +239,7 @@ impl Commands {
         }
     }
 
-    /// Whether a refusal is to be reported: each one once, and not without end.
+    /// Whether a refusal should be reported: each one once, and only a limited number.
     pub(crate) fn is_new(&self, refusal: &str) -> bool {
         let mut known = self.0.refusals.lock().unwrap_or_else(PoisonError::into_inner);
         known.len() < MOST_REFUSALS && known.insert(refusal.to_owned())

@@ -1,5 +1,5 @@
-//! Other computers' clocks, reported in band: which computer stamps a stream, and the results of probes of
-//! its clock. Both are recorded like any other input, so that a replay makes the same corrections.
+//! Other computers' clocks, reported in band: which computer's clock stamps a stream, and the results of probes of that
+//! clock. Both are recorded like any other input, so that a replay makes the same corrections.
 
 use std::sync::Arc;
 
@@ -11,20 +11,19 @@ use crate::qos::Qos;
 use crate::stream::{Shape, Signal, Stream, Subject};
 use crate::time::Time;
 
-/// The topic that states who stamps a stream.
+/// The topic that states which computer stamps a stream.
 pub(crate) const STAMPED_BY: &str = "/teampulse/stamped_by";
 /// The topic of probes of other computers' clocks.
 const PROBES: &str = "/teampulse/clock_probes";
 
-/// The topics of reports on computers' clocks and on publishers: too frequent to be shown to people.
+/// The topics of reports on computers' clocks and on publishers: too frequent to be shown to users.
 pub const UNTOLD: [&str; 3] = [STAMPED_BY, PROBES, publishers::TOPIC];
 
-/// Stamps further behind than this are of simulated time, as of a simulation that began at 0 [s]: ten
-/// years.
+/// Stamps further in the past than this are those of a simulation that started at 0 [s]: ten years.
 const SIMULATED_SECS: f64 = 10.0 * 365.25 * 86_400.0;
 
-/// Whether stamps with this offset [s] are of simulated time. Of a computer whose clock was probed they are not, as
-/// nothing replies for a simulation: that clock counts from another moment, such as when the computer was switched on.
+/// Whether stamps with this offset [s] are of simulated time. Not if the computer's clock was probed, as simulations do
+/// not answer probes: that clock has another epoch, such as when the computer was switched on.
 pub fn is_simulated(offset_secs: f64, clock: ClockKind) -> bool {
     is_far(offset_secs) && clock != ClockKind::TwoWay
 }
@@ -34,27 +33,27 @@ pub(crate) fn is_far(offset_secs: f64) -> bool {
     offset_secs < -SIMULATED_SECS
 }
 
-/// The remark on stamps of simulated time in a session by another clock.
+/// The note about simulated stamps in a session on another clock.
 pub const SIMULATED: &str =
     "stamps by simulated time: set clock = \"/clock\" below [session] to follow it";
 
 /// A report on another computer's clock.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClockReport {
-    /// The stamps of a stream are by the clock of this computer.
+    /// This computer's clock stamps a stream.
     StampedBy {
         /// The stream's topic.
         stream: String,
         /// The computer.
         computer: String,
     },
-    /// A probe of the clock of this computer has ended.
+    /// A probe of this computer's clock has ended.
     Probed {
         /// The computer.
         computer: String,
         /// How far its clock is ahead [s].
         offset_secs: f64,
-        /// The way there and back [s].
+        /// The round trip [s].
         round_trip_secs: f64,
     },
 }

@@ -16,9 +16,9 @@ use crate::words::words;
 pub enum Data {
     /// One reading, a number for each channel.
     Sample(Arc<[f64]>),
-    /// A run of samples.
+    /// Several samples.
     Wave(Wave),
-    /// The named values of one window.
+    /// Several samples.
     Feature(Arc<FeatureValues>),
     /// Something that happened.
     Event(Arc<Event>),
@@ -26,7 +26,7 @@ pub enum Data {
     Status(Arc<StreamStatus>),
     /// A stream that was declared.
     Description(Arc<Stream>),
-    /// A ROS message from elsewhere, byte for byte: CDR with its four-byte header.
+    /// A ROS message of another program, byte for byte: CDR with its four-byte header.
     Message(Bytes),
 }
 
@@ -51,8 +51,7 @@ impl Data {
         }
     }
 
-    /// The same data with their texts [cut and cleaned](crate::text); a message from elsewhere stays as it
-    /// came.
+    /// The same data with their texts [cut and cleaned](crate::text); messages of other programs stay unchanged.
     #[must_use]
     pub fn cleaned(self) -> Data {
         match self {
@@ -120,15 +119,15 @@ pub enum Reason {
     Short = 1,
     /// Data are missing inside the window.
     Gap = 2,
-    /// The data are too poor.
+    /// The quality of the data is too low.
     Quality = 3,
-    /// The input does not have this quantity at all.
+    /// The input does not contain this quantity.
     Missing = 4,
-    /// The formula has no answer for these data.
+    /// The formula is undefined for these data.
     Undefined = 5,
-    /// No baseline is over yet to compare with.
+    /// No baseline to compare with has ended yet.
     NoBaseline = 6,
-    /// The described event has not happened, or is over.
+    /// The event has not happened, or is over.
     Nothing = 7,
     /// The baseline is too short to estimate how much its values vary.
     BriefBaseline = 8,
@@ -170,7 +169,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// Something that happened at a moment, or over a span of time.
+/// Something that happened at one time, or over a span of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
     /// The kind of event.
@@ -179,7 +178,7 @@ pub struct Event {
     pub label: String,
     /// Its value; NaN where it has none.
     pub value: f64,
-    /// Its duration [s]; 0 for a moment, NaN where unknown.
+    /// Its duration [s]; 0 if instantaneous, NaN where unknown.
     pub duration_secs: f64,
 }
 
@@ -194,21 +193,21 @@ words! {
         Report = "report",
         /// A heart beat.
         Beat = "beat",
-        /// A response of the skin.
+        /// A skin conductance response.
         Response = "response",
         /// A breath.
         Breath = "breath",
-        /// A burst of a muscle's activity.
+        /// A burst of muscle activity.
         Burst = "burst",
         /// A blink.
         Blink = "blink",
-        /// A person steps in and commands a robot.
+        /// A person intervenes and commands a robot.
         Intervention = "intervention",
         /// A command to the session; see [`Accepted`](crate::command::Accepted).
         Command = "command",
         /// Something went wrong.
         Fault = "fault",
-        /// A clock stepped or began anew, or the session ended.
+        /// A clock stepped or restarted, or the session ended.
         Clock = "clock",
     }
 }

@@ -14,8 +14,8 @@ const LEAST_SECS: f64 = 10.0;
 const LEAST_WAVES: u64 = 8;
 /// The length of the stretches in which waves are counted [s].
 const STRETCH_SECS: f64 = 1.0;
-/// A rate that is exceeded by less is right: clocks of devices are off by less than a thousandth, and waves
-/// that are stamped by their arrival jitter.
+/// Tolerance for a rate: clocks of devices are off by less than a thousandth, and waves that are stamped by their
+/// arrival jitter.
 const TOLERATED: f64 = 1.1;
 /// The largest number of stretches that are kept.
 const MOST_STRETCHES: usize = 256;
@@ -45,7 +45,7 @@ struct Exceeded {
 }
 
 impl Density {
-    /// Takes in a wave of this many samples in its turn; the stated rate [Hz] is that of its period
+    /// Takes in a wave of this many samples, in order; the stated rate [Hz] is that of its period
     /// or of the stream's description, whichever is lower.
     pub(crate) fn came(&mut self, samples: u64, measured: Time, log_time: Time, stated_hz: f64) {
         let goes_on = self.stretches.back_mut().filter(|stretch| {
@@ -100,8 +100,8 @@ mod tests {
         Time::from_nanos(BEGIN.nanos() + (secs * 1e9).round() as i64)
     }
 
-    /// The remark after this many seconds of waves of 128 samples that arrive this many times as fast as
-    /// their period of 1 ms states.
+    /// The reported fault after this many seconds of waves of 128 samples that arrive this many times as fast as their
+    /// period of 1 ms states.
     fn said(times: f64, secs: f64) -> Option<String> {
         let mut density = Density::default();
         let every_secs = 0.128 / times;

@@ -14,8 +14,7 @@ use crate::time::Time;
 
 /// All running features of a session.
 ///
-/// An extractor that panics is left out from then on, and so is a feature that panics in `accepts`;
-/// all others go on.
+/// An extractor that panics is disabled from then on, and so is a feature that panics in `accepts`; all others go on.
 pub(crate) struct Extractors {
     /// By name; `None` for a feature that has panicked.
     features: Vec<(&'static str, Option<Arc<dyn Feature>>)>,
@@ -32,12 +31,12 @@ pub(crate) struct Extractors {
 /// A feature with the name that it has in a study.
 pub type NamedFeature = (&'static str, Arc<dyn Feature>);
 
-/// A feature that panicked, and is left out.
+/// A feature that panicked and was disabled.
 #[derive(Clone, Debug)]
 pub struct Broken {
     /// The feature.
     pub feature: &'static str,
-    /// The stream or subject that it is left out for; empty for the whole session.
+    /// The stream or subject for which it was disabled; empty for the whole session.
     pub about: String,
     /// The panic.
     pub panic: Panic,
@@ -70,7 +69,7 @@ enum Sharing {
 
 /// The output of extractors, in order.
 pub(crate) enum Given {
-    /// An output was declared, or declared again with more known about it.
+    /// An output was declared, or declared again with more details.
     Declared { output: Output, stream: Box<Stream> },
     /// A sample of an output that was declared before.
     Sample { output: Output, measured: Time, data: Data },
@@ -168,7 +167,7 @@ impl Extractors {
         self.at_work[output.by].ids[output.id.0]
     }
 
-    /// Hands a sample to all extractors that receive its stream.
+    /// Passes a sample to all extractors that receive its stream.
     pub(crate) fn push(&mut self, sample: &Sample, given: &mut VecDeque<Given>) {
         let is_taken = matches!(sample.turn, Turn::OnTime | Turn::Late);
         let is_changed = is_taken && Arc::make_mut(&mut self.phases).push(sample);
@@ -215,8 +214,8 @@ impl Extractors {
 }
 
 impl AtWork {
-    /// Calls the extractor and hands on its output. After a panic the output of this call is dropped,
-    /// and so is the extractor.
+    /// Calls the extractor and passes on its output. After a panic both the output of this call and the extractor are
+    /// dropped.
     fn call(
         &mut self,
         by: usize,

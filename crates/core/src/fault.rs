@@ -13,7 +13,7 @@ pub fn lasting(label: impl Into<String>) -> Event {
     fault(label, f64::NAN)
 }
 
-/// A momentary fault: the failed operation is tried again.
+/// A momentary fault: the failed operation is retried.
 pub fn passing(label: impl Into<String>) -> Event {
     fault(label, 0.0)
 }

@@ -42,25 +42,24 @@ pub enum Scope {
 ///
 /// No I/O, no clock, no blocking. The same input gives the same output, bit for bit.
 pub trait Extractor: Send {
-    /// Another stream joins, or a known one is declared again with more known about it; called also
-    /// for the first one, before its first sample. Declare outputs here.
+    /// Another stream joins, or a known one is declared again with more details; also called for the first stream,
+    /// before its first sample. Declare outputs here.
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs);
 
-    /// Phases have begun, ended or become known with this sample, which is pushed next: [`Outputs::phases`]
-    /// have changed.
+    /// Phases have begun, ended or become known with this sample, which is pushed next: [`Outputs::phases`] has
+    /// changed.
     fn phases_changed(&mut self, _by: &Sample, _out: &mut Outputs) {}
 
-    /// A sample that came in its turn.
+    /// A sample that arrived in order.
     fn push(&mut self, sample: &Sample, out: &mut Outputs);
 
-    /// A sample that came late; its `measured` is its true place in time.
+    /// A sample that arrived late; its `measured` is its true time.
     fn push_late(&mut self, _sample: &Sample, _out: &mut Outputs) {}
 
-    /// Time passes. Called every 100 ms of the session, after all samples taken before it.
+    /// Time has passed. Called every 100 ms of session time, after all earlier samples.
     fn tick(&mut self, _now: Time, _out: &mut Outputs) {}
 
-    /// teampulse itself did not run until this time, which is still to come: silence up to then means
-    /// nothing.
+    /// teampulse itself was suspended; silence until this time, which is still ahead, means nothing.
     fn stood_still(&mut self, _until: Time) {}
 }
 
@@ -75,7 +74,7 @@ pub struct Outputs {
     pub(crate) emitted: Vec<Emitted>,
 }
 
-/// One derived sample before it is numbered.
+/// A derived sample that has no number yet.
 #[derive(Debug)]
 pub(crate) struct Emitted {
     pub(crate) stream: OutputId,
@@ -88,7 +87,7 @@ pub(crate) struct Emitted {
 pub struct OutputId(pub(crate) usize);
 
 impl Outputs {
-    /// An empty set, as a test hands to an extractor.
+    /// An empty set, for tests of an extractor.
     pub fn new() -> Outputs {
         Outputs::default()
     }
@@ -99,7 +98,7 @@ impl Outputs {
     }
 
     /// Declares an output stream of this extractor; the same name again keeps its id and replaces
-    /// the declaration. Its units are brought to the spelling for machines.
+    /// the declaration. Its units are converted to their machine-readable spelling.
     pub fn declare(&mut self, mut stream: Stream) -> OutputId {
         stream.channels.iter_mut().for_each(|channel| channel.unit = spelt(&channel.unit));
         let known = self.declared.iter().position(|known| known.name == stream.name);
@@ -129,7 +128,7 @@ impl Outputs {
     }
 }
 
-/// An extractor outside of a session, with the phases on the streams that join it.
+/// An extractor outside of a session, with the phases from the streams that join it.
 pub struct StandaloneExtractor {
     extractor: Box<dyn Extractor>,
     phases: Arc<Phases>,
@@ -176,7 +175,7 @@ impl Extractor for StandaloneExtractor {
     }
 }
 
-/// Hands a sample to an extractor, after the phases that have changed with it.
+/// Passes a sample to an extractor, after the phases that change with it.
 pub(crate) fn pushed(
     extractor: &mut dyn Extractor,
     (sample, turn): (&Sample, Turn),

@@ -12,11 +12,11 @@ use crate::time::Time;
 const NUMBERS: Bucket = Bucket::new(1_000_000.0, 200_000.0);
 /// The same limit for all streams together.
 const OF_ALL: Bucket = Bucket::new(2_000_000.0, 600_000.0);
-/// Time that the samples of waves can stand for at once, by their own period, and in each second from then on
-/// [s]: a device that sends stored samples may be far behind, and waves that overlap are no longer believed.
+/// The time that the samples of waves may cover at once, by their own period, and in each second from then on [s]: a
+/// device that sends stored samples may be far behind, and waves that overlap are no longer believed.
 const SPAN_SECS: Bucket = Bucket::new(60.0, 4.0);
 
-/// How long a report on samples that were left out lasts [s].
+/// How long a report on skipped samples stays in force [s].
 const COMPLAINT_SECS: f64 = 10.0;
 
 /// The remaining budget.
@@ -49,12 +49,12 @@ impl Default for Shared {
     }
 }
 
-/// The remaining budget of a stream, and what was left out.
+/// The remaining budget of a stream, and the number of skipped samples.
 #[derive(Debug)]
 pub(crate) struct Intake {
     numbers: Bucket,
     span_secs: Bucket,
-    /// How many samples were left out, and when the last of them came.
+    /// How many samples were skipped, and when the last of them arrived.
     left_out: u64,
     newest: Option<Time>,
 }
@@ -66,7 +66,7 @@ impl Default for Intake {
 }
 
 impl Intake {
-    /// Whether the budget at `now` suffices; samples beyond it are counted.
+    /// Whether the budget at `now` is sufficient; samples beyond it are counted.
     pub(crate) fn admits(
         &mut self,
         all: &mut Shared,

@@ -1,4 +1,4 @@
-//! State that was published once and is still valid: a recording that continues in another bag begins with
+//! State that was published once and still applies: a recording that continues in another bag begins with
 //! it.
 
 use std::collections::BTreeMap;
@@ -15,8 +15,8 @@ use crate::time::Time;
 /// The most events that are kept: memory is bounded, and no session has as many topics.
 const MOST: usize = 100_000;
 
-/// The newest event of each kind of state: the phase of the session and of each person and robot, whose
-/// clock stamps a stream, who publishes a topic.
+/// The newest event of each kind of state: the phase of the session and of each person and robot, which computer's
+/// clock stamps a stream, which publishers a topic has.
 #[derive(Clone, Debug, Default)]
 pub struct Latched(BTreeMap<(Rank, StreamId, String), Record>);
 
@@ -25,7 +25,7 @@ pub struct Latched(BTreeMap<(Rank, StreamId, String), Record>);
 pub struct StandingEvent {
     /// Its stream.
     pub id: StreamId,
-    /// The same, described.
+    /// The stream itself.
     pub stream: Arc<Stream>,
     /// The event.
     pub event: Event,
@@ -45,8 +45,7 @@ enum Rank {
 }
 
 impl Latched {
-    /// Takes in an event. Of two events about the same state the newer one is valid, in whichever order
-    /// they are taken.
+    /// Takes in an event. Of two events about the same state the newer one is valid, in whichever order they arrive.
     pub fn take(&mut self, record: &Record) {
         let Data::Event(event) = &record.sample.data else { return };
         let Some((rank, about)) = about(record, event) else { return };
@@ -105,8 +104,8 @@ fn about(record: &Record, event: &Event) -> Option<(Rank, String)> {
     Some((Rank::Origin, topic))
 }
 
-/// A phase as it could be published this long after it began [s]: with its remaining length, or as no phase
-/// when it is over.
+/// A phase as it could be published this long after it began [s]: with its remaining length, or as the absence of a
+/// phase if it is over.
 fn rest(event: &Event, since_secs: f64) -> Event {
     let is_over = event.duration_secs > 0.0 && event.duration_secs <= since_secs;
     if is_over {

@@ -39,7 +39,7 @@ pub(crate) struct Life {
     seconds: VecDeque<Second>,
     current: Second,
     newest: Option<Time>,
-    /// Until when nothing could be received, as this process did not run.
+    /// Until when nothing could be received, as this process was suspended.
     deaf_until: Option<Time>,
     /// The number of seconds before the first sample.
     silent_secs: u32,
@@ -80,7 +80,7 @@ impl Life {
         }
     }
 
-    /// The health of an irregular stream: no rate is learned, and a silence is no fault.
+    /// The health of an irregular stream: no rate is learned, and a silence is not a fault.
     pub(crate) fn irregular() -> Life {
         Life { irregular: true, ..Life::new(0.0) }
     }
@@ -113,7 +113,7 @@ impl Life {
         }
     }
 
-    /// Counts a sample that was published before the subscription: it does not count for the rate.
+    /// Counts a sample that was published before the subscription: it does not count towards the rate.
     pub(crate) fn was_given_history(&mut self, log_time: Time) {
         self.newest = Some(log_time);
         self.received += 1;
@@ -174,14 +174,13 @@ impl Life {
         }
     }
 
-    /// Whether its status is due: every second once something came; before that in the first second
-    /// and now and then.
+    /// Whether its status is due: every second once a sample has arrived; before that in the first second and
+    /// occasionally.
     pub(crate) fn is_due(&self) -> bool {
         self.newest.is_some() || self.silent_secs % SILENT_SECS == 1
     }
 
-    /// The status of the stream of this name at `now`, with the state of its clock and the fault of
-    /// that, if any.
+    /// The status of the stream of this name at `now`, with the state of its clock and the clock's fault, if any.
     pub(crate) fn status(
         &self,
         name: &str,

@@ -1,4 +1,4 @@
-//! Losses, published as events: they are recorded like any other input, so that a replay counts the same.
+//! Losses, published as events: they are recorded like any other input, so that a replay counts the same losses.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The way from a source to the pump: bounded, counted, in hand-over order.
+//! The path from a source to the pump: bounded, counted, in hand-over order.
 
 mod queue;
 
@@ -24,12 +24,12 @@ pub(crate) use queue::Item;
 pub use queue::Queue;
 use queue::{Budget, declaration_bytes, reading_bytes};
 
-/// What one source may have waiting in front of the pump [bytes].
+/// How much one source may have waiting in front of the pump [bytes].
 const BUDGET_BYTES: usize = 256 << 20;
 /// The same for a recording, which waits instead of dropping [bytes].
 const RECORDED_BYTES: usize = 4 << 20;
 
-/// A source's way to the pump; clones share one budget.
+/// A source's connection to the pump; clones share one budget.
 #[derive(Clone, Debug)]
 pub struct Outlet {
     queue: Queue,
@@ -43,12 +43,12 @@ pub struct Outlet {
 pub struct Closed;
 
 impl Outlet {
-    /// Declares a stream, before its first sample; again when more is known about it.
+    /// Declares a stream, before its first sample; again when it changes.
     pub fn declare(&self, stream: Stream) -> StreamId {
         self.declare_with(stream, None)
     }
 
-    /// Declares a stream as a recording has it: at the time at which it was declared then.
+    /// Declares a stream of a recording, at the time at which it was originally declared.
     pub fn declare_at(&self, stream: Stream, at: Time) -> StreamId {
         self.declare_with(stream, Some(at))
     }
@@ -67,9 +67,9 @@ impl Outlet {
         })
     }
 
-    /// Hands a reading over without ever waiting. When this source has too much waiting the reading
-    /// is dropped and counted. So is a wave that is not [valid](crate::data::Wave::is_valid), which no reader of
-    /// the recording could decode; that is a fault.
+    /// Hands a reading over without ever waiting. When this source has too much waiting, the reading is dropped and
+    /// counted. A wave that is not [valid](crate::data::Wave::is_valid) is dropped as well, since no reader of the
+    /// recording could decode it; this is reported as a fault.
     pub fn offer(&self, reading: Reading) {
         if self.is_invalid(&reading) {
             return self.budget.drop_one(reading.stream);
@@ -80,9 +80,9 @@ impl Outlet {
         self.push(reading, None);
     }
 
-    /// Hands over readings that came at once, each with its own device or source time: the intervals of one
-    /// packet, a chunk with a stamp a sample. All or none, one right behind the other in their order, as one
-    /// arrival. Regular samples are rather one [`Wave`](crate::data::Wave).
+    /// Hands over readings that arrived together, each with its own device or source time: the intervals of one packet,
+    /// or a chunk with a stamp for each sample. They are queued in order as one arrival, all or none. For regular
+    /// samples use one [`Wave`](crate::data::Wave) instead.
     pub fn offer_together(&self, readings: Vec<Reading>) {
         let bytes: usize = readings.iter().map(reading_bytes).sum();
         if self.budget.waiting_bytes() + bytes > BUDGET_BYTES {
@@ -100,7 +100,7 @@ impl Outlet {
     }
 
     /// Hands a reading over, waiting while this source has too much waiting: for recordings, which
-    /// can wait. `arrival` is the time at which it first arrived.
+    /// can wait. `arrival` is when it originally arrived.
     pub async fn send(&self, reading: Reading, arrival: Time) -> Result<(), Closed> {
         let bytes = reading_bytes(&reading);
         loop {
@@ -123,13 +123,13 @@ impl Outlet {
         self.queue.push(|| Item::Passed { until });
     }
 
-    /// States that a recording paused until a time: nothing is concluded from the silence before it.
+    /// States that a recording paused until a time: the silence before it means nothing.
     pub fn pause(&self, until: Time) {
         self.queue.push(|| Item::Paused { until });
     }
 
-    /// Reports that `count` samples of a stream were lost on the way here; NaN says that losses of
-    /// this stream can't be known, and 0 that from now on they are. Sum up: one report a burst.
+    /// Reports that `count` samples of a stream were lost on the way here; NaN means that losses of this stream can't
+    /// be known, and 0 that they are known from now on. Report the sum of each burst once.
     pub fn lost(&self, stream: StreamId, count: f64) {
         let event = Loss::OnTheWay.event(&self.streams.get(stream).name, count);
         let stream = self.declare(Loss::OnTheWay.stream());
@@ -138,7 +138,7 @@ impl Outlet {
         self.push(reading, None);
     }
 
-    /// States that the stamps of a stream are by the clock of another computer: `computer` names it, the
+    /// States that another computer's clock stamps a stream: `computer` names it, the
     /// same for all streams that it stamps.
     pub fn stamped_by(&self, stream: StreamId, computer: &str) {
         let stream = self.streams.get(stream).name.clone();
@@ -146,7 +146,7 @@ impl Outlet {
     }
 
     /// Reports a probe of the clock of another computer: how far it is ahead of the session's clock [s],
-    /// and how long the exchange took without the time spent over there [s].
+    /// and how long the exchange took, without the time spent on that computer [s].
     pub fn probed(&self, computer: &str, offset_secs: f64, round_trip_secs: f64) {
         self.report(&ClockReport::Probed {
             computer: computer.to_owned(),
@@ -155,8 +155,7 @@ impl Outlet {
         });
     }
 
-    /// States who publishes the topic of a stream, where there are several publishers, and when there no
-    /// longer are.
+    /// States who publishes the topic of a stream if there are several publishers, and when there is only one again.
     pub fn published_by(&self, stream: StreamId, publishers: &[String]) {
         let stream = self.streams.get(stream).name.clone();
         let published_by = PublishedBy { stream, publishers: publishers.to_vec() };
@@ -168,8 +167,8 @@ impl Outlet {
         self.happen_at(event, None);
     }
 
-    /// The same, of an event that happened at a known time of the session's clock, such as a click in a browser:
-    /// up to eleven minutes ago, where it was annotated afterwards or waited for a connection.
+    /// The same, for an event that happened at a known time of the session's clock, such as a click in a browser:
+    /// up to eleven minutes ago, if it was annotated afterwards or had to wait for a connection.
     pub fn happen_at(&self, event: Event, at: Option<Time>) {
         let stream = self.declare(session_events());
         let data = Data::Event(Arc::new(event));
@@ -181,13 +180,13 @@ impl Outlet {
         self.hand_over(report.stream(), report.event());
     }
 
-    /// Asks something of the session or of one of its components. What is accepted is an event of the
-    /// session, and so is what is refused.
+    /// Sends a command to the session or to one of its components. Both accepted and refused commands are recorded as
+    /// events of the session.
     pub fn command(&self, sender: &Sender, command: Command) -> Result<(), Refused> {
         self.command_at(sender, command, None)
     }
 
-    /// The same, of a command that was given at a known time of the session's clock.
+    /// The same, for a command that was given at a known time of the session's clock.
     pub fn command_at(
         &self,
         sender: &Sender,
@@ -197,8 +196,8 @@ impl Outlet {
         self.carry_out(sender, command, at, 0.0)
     }
 
-    /// Labels a span [s] that began at a known time of the session's clock: a marker that lasts, for which a sender needs
-    /// to be allowed to `mark`.
+    /// Labels a span [s] that began at a known time of the session's clock: a marker that lasts, for which the sender
+    /// must be allowed to `mark`.
     pub fn annotate(
         &self,
         sender: &Sender,
@@ -236,7 +235,7 @@ impl Outlet {
         Ok(())
     }
 
-    /// Carries out the commands that `accepts` says yes to, as long as what is returned is held.
+    /// Receives the commands for which `accepts` returns true, until the returned value is dropped.
     pub fn commands(
         &self,
         accepts: impl Fn(&Command) -> bool + Send + 'static,
@@ -244,13 +243,12 @@ impl Outlet {
         self.queue.commands().receive(accepts)
     }
 
-    /// Carries out what this component is asked for by [`Command::Do`]: gives each request, as long as what is
-    /// returned is held.
+    /// Receives the requests that [`Command::Do`] sends to this component, until the returned value is dropped.
     pub fn requests(&self, component: &'static str) -> mpsc::Receiver<Instruction> {
         self.commands(move |command| matches!(command, Command::Do { component: asked, .. } if asked == component))
     }
 
-    /// Whether a reading can't be recorded, which is reported once a stream.
+    /// Whether a reading can't be recorded, which is reported once for each stream.
     fn is_invalid(&self, reading: &Reading) -> bool {
         let Data::Wave(wave) = &reading.data else { return false };
         let is_invalid = !wave.is_valid();

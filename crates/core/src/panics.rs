@@ -1,4 +1,4 @@
-//! Panics: caught where a component is called, so that they end the component and not the session.
+//! Panics: caught at calls into a component, so that they end the component and not the session.
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
@@ -17,7 +17,7 @@ const MOST_STRAYS: usize = 16;
 pub struct Panic {
     /// The first line of its message, without control characters.
     pub message: String,
-    /// Where in the code it began; `None` without the [hook](install_hook).
+    /// Where in the code it started; `None` without the [hook](install_hook).
     pub place: Option<String>,
 }
 
@@ -30,7 +30,7 @@ impl fmt::Display for Panic {
 thread_local! {
     /// Whether a caller on this thread catches panics.
     static WATCHED: Cell<bool> = const { Cell::new(false) };
-    /// Where the newest panic of this thread began.
+    /// Where the newest panic of this thread started.
     static PLACE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 

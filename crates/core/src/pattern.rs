@@ -65,8 +65,8 @@ impl Pattern {
         Some((&name[..end], name[end..].strip_prefix('/').unwrap_or(&name[end..])))
     }
 
-    /// Splits a name into the id of the subject whose namespace the pattern is and the rest below it: the id is
-    /// what the first star matched, else the last token of the namespace.
+    /// Splits a name, with the pattern as the namespace of a subject, into the subject's id and the rest below it: the
+    /// id is what the first star matched, else the last token of the namespace.
     pub fn subject<'a>(&self, name: &'a str) -> Option<(&'a str, &'a str)> {
         let (namespace, rest) = self.split(name)?;
         Some((self.starred(namespace).unwrap_or(last_token(namespace)), rest))

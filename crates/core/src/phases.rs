@@ -30,9 +30,9 @@ pub struct Phase {
 
 /// The phases of all subjects in a session, as published.
 ///
-/// A phase begins when its event was measured. It ends after the length in its event, else at the start of
-/// the next one, or of one without a name, else with the session. A subject with phases on a stream of its
-/// own has those from then on; everyone else has the session's.
+/// A phase begins when its event was measured. It ends after the length in its event, else at the start of the next
+/// phase, named or not, else with the session. Once a subject has phases on a stream of its own, those apply to it; to
+/// all others the session's apply.
 #[derive(Clone, Debug, Default)]
 pub struct Phases {
     session: Vec<Phase>,
@@ -86,7 +86,7 @@ impl Phases {
         }
     }
 
-    /// The phases of a subject in the order of their beginnings. More may come, and the last one's end
+    /// The phases of a subject in the order of their starts. More may come, and the last one's end
     /// may become known or earlier; all others stay as they are.
     pub fn of(&self, subject: &Subject) -> &[Phase] {
         self.own.get(subject).unwrap_or(&self.session)
@@ -107,14 +107,14 @@ impl Phases {
     }
 }
 
-/// The name of a phase with this label: `None` if it only ends the one before.
+/// The name of a phase with this label: `None` if it only ends the previous one.
 pub fn name_of(label: &str) -> Option<&str> {
     let is_blank = label.trim().is_empty();
     (!label.is_empty()).then_some(if is_blank { UNNAMED } else { label })
 }
 
-/// Begins a phase and ends the one before; returns whether anything changed. One without a name only
-/// ends the one before.
+/// Begins a phase and ends the previous one; returns whether anything changed. One without a name only ends the
+/// previous one.
 fn begin(phases: &mut Vec<Phase>, at: Time, event: &Event) -> bool {
     let is_next = phases.last().is_none_or(|last| last.begin <= at);
     if !is_next || phases.len() == MOST_PHASES {

@@ -1,4 +1,4 @@
-//! Who publishes a topic, reported in band: with two publishers, a stream mixes the numbers of both.
+//! The publishers of a topic, reported in band: with two publishers, a stream mixes the numbers of both.
 
 use std::sync::Arc;
 
@@ -6,10 +6,10 @@ use crate::data::{Data, Event, EventKind};
 use crate::qos::Qos;
 use crate::stream::{About, Shape, Signal, Stream, Subject};
 
-/// The topic that states who publishes another.
+/// The topic that states who publishes other topics.
 pub(crate) const TOPIC: &str = "/teampulse/published_by";
 
-/// The publishers of a topic, from when there are two.
+/// The publishers of a topic, once there are two.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PublishedBy {
     /// The topic.

@@ -36,7 +36,7 @@ const TICKS_PER_SECOND: i64 = 10;
 /// The most records of a batch.
 pub(crate) const BATCH: usize = 1024;
 
-/// How a sample becomes a ROS message: CDR with its four-byte header.
+/// Converts a sample to a ROS message: CDR with its four-byte header.
 pub type Encode = fn(&Sample) -> Bytes;
 
 /// The pump of a session, without its thread.
@@ -52,7 +52,7 @@ pub struct Pump {
     given: VecDeque<Given>,
     records: Vec<Record>,
     dropped: u64,
-    /// Readings for which there was no time left, by stream.
+    /// The number of readings that were skipped for lack of time, by stream.
     left_out: BTreeMap<StreamId, u64>,
     broken: Vec<Broken>,
 }
@@ -97,7 +97,7 @@ impl Pump {
         }
     }
 
-    /// Discards the next item of the queue, as there is no time left: readings are counted as lost.
+    /// Discards the next item of the queue for lack of time: readings are counted as lost.
     pub(crate) fn leave_out(&mut self, item: Item) {
         match item {
             Item::Arrived { reading, .. } => *self.left_out.entry(reading.stream).or_default() += 1,
@@ -121,7 +121,7 @@ impl Pump {
         true
     }
 
-    /// Up to when time has passed before an item is taken.
+    /// The time that is reached before an item is taken.
     pub(crate) fn time_of(&self, item: &Item) -> Time {
         let is_raw = |track: &Track| track.stream.origin == Origin::Raw;
         match item {
@@ -202,7 +202,7 @@ impl Pump {
         self.settle(at);
     }
 
-    /// Takes a reading; a derived one of a recording keeps the log time of its cause.
+    /// Takes a reading; a derived reading from a recording keeps the log time of its cause.
     fn take_reading(&mut self, mut reading: Reading, arrival: Time) {
         reading.data = reading.data.cleaned();
         let track = self.track(reading.stream).expect("a stream is declared before its readings");
@@ -254,7 +254,7 @@ impl Pump {
         }
     }
 
-    /// Declares and records the output of extractors, and hands it to those that accept it.
+    /// Declares and records the output of extractors, and passes it to those that accept it.
     fn settle(&mut self, log_time: Time) {
         self.settle_given(log_time);
         loop {
@@ -366,7 +366,7 @@ impl Pump {
         self.tracks.get_mut(id.0 as usize)?.as_mut()
     }
 
-    /// Adds a stream. The second type on a topic gets a name of its own.
+    /// Adds a stream. A second type on a topic gets a name of its own.
     fn add_track(&mut self, mut track: Track) {
         let named = self.streams.named(&track.stream.name);
         let is_reported = |pump: &mut Pump, id| {

@@ -1,4 +1,4 @@
-//! Quality of service: what a publisher offers and a subscriber asks for.
+//! Quality of service: what a publisher offers and a subscriber requests.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ pub struct Qos {
     pub history: History,
     /// The longest promised time between two messages; `None` promises nothing.
     pub deadline: Option<Duration>,
-    /// How long a message stays valid; `None` is forever.
+    /// How long a message stays valid; `None` means forever.
     pub lifespan: Option<Duration>,
     /// Who asserts that a publisher is alive.
     pub liveliness: Liveliness,
@@ -30,7 +30,7 @@ pub enum Reliability {
     Reliable,
 }
 
-/// Whether a late joiner is given what was sent before.
+/// Whether a late joiner receives earlier messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Durability {
     /// Only new messages.
@@ -76,7 +76,7 @@ impl Qos {
         Qos { reliability: Reliability::BestEffort, ..Qos::reliable(depth) }
     }
 
-    /// Reliable, and a late joiner is given the last `depth` messages: for states and descriptions.
+    /// Reliable, and late joiners receive the last `depth` messages: for states and descriptions.
     pub const fn latched(depth: u32) -> Qos {
         Qos { durability: Durability::TransientLocal, ..Qos::reliable(depth) }
     }

@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue};
 
 /// A row of a table of components: a kind of source, feature, sink or worker.
 pub struct Entry<T: ?Sized, C> {
-    /// The word that a study uses: `type = "robots"`.
+    /// Its name in a study: `type = "robots"`.
     pub kind: &'static str,
     /// Working settings, as written in a study; shown in the documentation and tested.
     pub example: &'static str,
@@ -94,7 +94,7 @@ pub struct SettingsError {
     /// The setting that is wrong, below the component: keys and numbers of entries, with dots
     /// between, as `script.2.robot`; empty for the whole component.
     pub path: String,
-    /// The bytes of the study that are wrong, where they are known; else `path` leads to them.
+    /// The bytes of the study that are wrong, if known; otherwise `path` leads to them.
     pub span: Option<Range<usize>>,
 }
 

@@ -6,7 +6,7 @@ use crate::data::{Event, EventKind};
 
 /// The label of a report of the Instantaneous Self-Assessment.
 const ISA: &str = "isa";
-/// Its scale, from idle to too much to do.
+/// Its scale, from idle to overloaded.
 pub const SCALE: RangeInclusive<f64> = 1.0..=5.0;
 
 /// A report of the Instantaneous Self-Assessment.

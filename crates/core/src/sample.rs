@@ -1,4 +1,4 @@
-//! Samples, which the pump hands to features and sinks.
+//! Samples, which the pump passes to features and sinks.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::data::Data;
 use crate::stream::{Stream, StreamId};
 use crate::time::Time;
 
-/// A sample with its place in time and in its stream.
+/// A sample with its time and its position in its stream.
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// The stream that it belongs to.
@@ -16,7 +16,7 @@ pub struct Sample {
     /// When it was measured, by the session's clock, as corrected by the time filter: the time of
     /// the first sample of a wave, or of the end of a feature's window.
     pub measured: Time,
-    /// When the pump took it; never goes back. A derived sample has that of what caused it.
+    /// When the pump took it; never goes back. A derived sample has the log time of its cause.
     pub log_time: Time,
     /// The device's own clock [ns]; `None` when it has none.
     pub device_time: Option<i64>,
@@ -26,22 +26,22 @@ pub struct Sample {
     pub period_ns: f64,
     /// Its number in the stream; a jump is a gap.
     pub index: u64,
-    /// Whether it came in its turn.
+    /// Whether it arrived in order.
     pub turn: Turn,
     /// Its content.
     pub data: Data,
 }
 
-/// Whether a sample came in its turn.
+/// Whether a sample arrived in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
-    /// After all that were measured before it.
+    /// After all samples that were measured before it.
     OnTime,
-    /// After one that was measured later; it keeps its true place in time.
+    /// After one that was measured later; it keeps its true time.
     Late,
     /// A duplicate; recorded, not fed to features.
     Duplicate,
-    /// Beyond the limit of what features take; recorded, not fed to features.
+    /// Beyond the limit for features; recorded, not fed to features.
     Excess,
 }
 
@@ -60,9 +60,8 @@ pub struct Record {
 const OVERHEAD_BYTES: usize = 64;
 
 impl Record {
-    /// Its memory in a queue, by which queues are bounded [bytes]: its data and its message, which
-    /// share their bytes where the message came from elsewhere. Its stream is shared by all its
-    /// records.
+    /// Its memory in a queue, by which queues are bounded [bytes]: its data and its message, which share their bytes if
+    /// the message is from another program. Its stream is shared by all its records.
     #[must_use]
     pub fn held_bytes(&self) -> usize {
         let data_bytes = match &self.sample.data {

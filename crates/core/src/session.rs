@@ -1,7 +1,7 @@
 //! A session: sources, features and sinks running together, and their supervisor.
 //!
-//! Every component is called where its panic is caught: it alone is left out, is named in an event and
-//! in the [`Outcome`], and the others go on.
+//! A panic of a component is caught: only that component is dropped, and is named in an event and in the [`Outcome`];
+//! the others go on.
 
 mod sources;
 mod pumping;
@@ -34,7 +34,7 @@ pub use workers::WorkerEnd;
 
 /// The smallest step of the wall clock that is reported.
 const WALL_STEP_NANOS: i64 = 500_000_000;
-/// How long sources may take to end once they are asked to.
+/// How long sources may take to end once they are asked to stop.
 const SOURCES_PATIENCE: Duration = Duration::from_secs(5);
 /// How long a sink may take to end after the end was requested twice.
 const HURRIED: Duration = Duration::from_secs(5);
@@ -51,15 +51,15 @@ pub struct Session {
     pub clocks: Clocks,
     /// The streams, initially empty.
     pub streams: Streams,
-    /// The sources, each with the name it has in messages.
+    /// The sources, each with its name in messages.
     pub sources: Vec<(String, Box<dyn Source>)>,
     /// The features, each with its name, in the order in which they receive a sample.
     pub features: Vec<NamedFeature>,
     /// The sinks.
     pub sinks: Vec<Box<dyn Sink>>,
-    /// The workers, each with the name it has in messages.
+    /// The workers, each with its name in messages.
     pub workers: Vec<(String, Box<dyn Worker>)>,
-    /// How samples become ROS messages.
+    /// Converts samples to ROS messages.
     pub encode: Encode,
     /// Its commands, and who may send them.
     pub commands: Commands,
@@ -68,7 +68,7 @@ pub struct Session {
 /// How time passes in a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// By the session's clock: there are ticks during silence, too.
+    /// By the session's clock: ticks go on during silence.
     Live,
     /// By the times of a recording: as fast as it can be read.
     Recorded,
@@ -85,7 +85,7 @@ pub struct Outcome {
     pub dropped: u64,
     /// How the workers ended.
     pub workers: Vec<WorkerEnd>,
-    /// The features that panicked, and were left out from then on.
+    /// The features that panicked, and were disabled from then on.
     pub features: Vec<Broken>,
     /// Why the pump, and with it the session, ended early.
     pub pump: Option<Panic>,
@@ -274,7 +274,7 @@ async fn passed(duration: Duration) {
     }
 }
 
-/// Reports panics that nothing catches, each once.
+/// Reports panics that no component caught, each once.
 fn report_strays(outlet: &Outlet, reported: &AtomicUsize) {
     for panic in strays_after(reported.load(Ordering::Acquire)) {
         reported.fetch_add(1, Ordering::AcqRel);
@@ -282,8 +282,8 @@ fn report_strays(outlet: &Outlet, reported: &AtomicUsize) {
     }
 }
 
-/// Reports steps of the machine's wall clock, which the session's clock does not follow, and panics that
-/// nothing catches.
+/// Reports steps of the machine's wall clock, which the session's clock does not follow, and panics that no component
+/// caught.
 async fn watch(outlet: Outlet, pace: Pace, reported: Arc<AtomicUsize>) {
     if pace == Pace::Recorded {
         return;

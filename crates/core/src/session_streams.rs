@@ -40,7 +40,7 @@ pub(crate) fn clock_events() -> Stream {
     stream
 }
 
-/// The stream on which every stream is described.
+/// The stream of descriptions of all streams.
 pub fn descriptions() -> Stream {
     let mut stream = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
     stream.origin = Origin::Derived;

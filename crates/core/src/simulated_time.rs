@@ -12,11 +12,11 @@ pub const SIMULATED_CLOCK: &str = "/clock";
 pub enum Break {
     /// It went back by this much [s].
     Back(f64),
-    /// It jumped ahead by this much [s].
+    /// It jumped forward by this much [s].
     Ahead(f64),
     /// It published no new time for this long [s].
     Stopped(f64),
-    /// It goes on; until then the session's time followed the host's clock for this long [s].
+    /// It resumed; until then the session's time followed the host's clock for this long [s].
     GoesOn(f64),
     /// A second publisher of it appeared, and is not followed.
     Several,

@@ -16,7 +16,7 @@ pub trait Sink: Send {
     /// Its name in messages: `bag`, `terminal`.
     fn name(&self) -> &'static str;
 
-    /// What happens when it is slower than the samples.
+    /// What happens when it can't keep up with the samples.
     fn delivery(&self) -> Delivery;
 
     /// Which streams it receives.
@@ -40,13 +40,13 @@ pub trait Sink: Send {
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError>;
 }
 
-/// What happens when a sink is slower than the samples.
+/// What happens when a sink can't keep up with the samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
     /// The sink gets every sample; when its queue is full the pump waits, for five seconds at most.
     /// Then the sink is cut off, which counts as a loss, while the session goes on.
     Lossless,
-    /// The sink gets the newest samples; those that it has no time for are skipped and counted.
+    /// The sink gets the newest samples; those that it can't keep up with are skipped and counted.
     Fresh,
 }
 

@@ -10,13 +10,13 @@ use crate::time::Time;
 
 /// A component that originates data: a device, robots, a simulation, a recording.
 ///
-/// A source declares its streams and hands its readings to the [`Outlet`] as they come. It returns
-/// `Ok` when it has no more data (a recording ended) and an error when its device went away; the
+/// A source declares its streams and hands its readings to the [`Outlet`] as they arrive. It returns
+/// `Ok` when it has no more data (a recording ended) and an error when its device goes away; the
 /// supervisor then calls `run` again after a pause, so a source holds no retry loop of its own. It
 /// must return soon after [`Outlet::closed`].
 #[async_trait]
 pub trait Source: Send {
-    /// Runs until there are no more data, the device goes away or the outlet is closed.
+    /// Runs until there is no more data, the device goes away or the outlet is closed.
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError>;
 }
 
@@ -25,7 +25,7 @@ pub trait Source: Send {
 pub struct Reading {
     /// The stream that it belongs to.
     pub stream: StreamId,
-    /// Its number by its publisher or its recording; `None` when it has none.
+    /// The number given by its publisher or its recording; `None` when it has none.
     pub index: Option<u64>,
     /// The device's own clock [ns]; `None` when it has none.
     pub device_time: Option<i64>,

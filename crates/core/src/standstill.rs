@@ -1,7 +1,7 @@
-//! Times in which this process itself did not run: it was stopped, or the machine slept.
+//! Times during which this process itself was suspended: it was stopped, or the machine slept.
 //!
 //! Silence during that time says nothing about a stream. A standstill is reported in band, as an event of
-//! the session, so that a replay judges as its run did.
+//! the session, so that a replay judges streams as the original run did.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use crate::fault::passing;
 /// The start of the event's label.
 const STOOD_STILL: &str = "teampulse itself stood still";
 
-/// The event that this process did not run for this long.
+/// The event that this process was suspended for this long.
 pub(crate) fn stood_still(lasted: Duration) -> Event {
     let secs = lasted.as_secs_f64();
     let label = format!(

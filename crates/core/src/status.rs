@@ -84,7 +84,7 @@ pub enum State {
     Degraded = 2,
     /// Its next sample is overdue.
     Stale = 3,
-    /// It has had no sample for long.
+    /// It has had no samples for a long time.
     Dead = 4,
 }
 

@@ -46,20 +46,20 @@ pub struct Stream {
     pub method: String,
     /// The family of its feature, such as `heart`, `skin` or `deployment`; empty for a raw stream.
     pub family: String,
-    /// The span of its values; `None` where they are instantaneous.
+    /// The span of its values; `None` if they are instantaneous.
     pub window: Option<Window>,
     /// The topic of which this stream holds the samples of a second publisher: it is recorded, and no
     /// feature receives it. Empty for any other stream.
     pub beside: String,
-    /// One sentence for people.
+    /// One sentence for readers.
     pub doc: String,
     /// Its first publisher, with the publisher's id on its bus; empty where that is unknown or
     /// ourselves. A bag keeps it with its channel.
     pub publisher: String,
     /// The quality of service that its publishers offer, or that it is published with.
     pub qos: Vec<Qos>,
-    /// Whether it is for what shows it live and for workers only: it is neither recorded nor published, and no
-    /// message says so.
+    /// Whether it is only for live display and for workers: it is neither recorded nor published, and no message
+    /// mentions this.
     pub is_live_only: bool,
 }
 
@@ -239,7 +239,7 @@ impl Channel {
 pub enum Window {
     /// Windows of this length.
     Of(Duration),
-    /// Each phase, when it is over.
+    /// Each phase, when it has ended.
     Phases,
 }
 
@@ -284,7 +284,7 @@ pub enum Shape {
     Status,
     /// The streams themselves.
     Description,
-    /// ROS messages from elsewhere, of this type.
+    /// ROS messages of other programs, of this type.
     Message(Arc<Schema>),
 }
 

@@ -41,7 +41,7 @@ impl Streams {
         Declared { id: StreamId(id), is_new }
     }
 
-    /// The stream with this id, which was given out here.
+    /// The stream with this id, which must have been issued by this session.
     pub fn get(&self, id: StreamId) -> Arc<Stream> {
         Arc::clone(&self.known().streams[id.0 as usize])
     }

@@ -1,11 +1,11 @@
-//! Text from elsewhere, cut and cleaned where it enters.
+//! Text from outside, cut and cleaned where it enters.
 //!
-//! A label, a name or a unit comes from a robot, a bag or a study, and ends on a terminal, in a table and as
-//! the name of a file. So it has no control characters (C0, DEL, C1), line or paragraph separators, or marks
-//! that turn the direction of writing (which make a text look like another one): each becomes a space. And it
-//! has a limited length. A clean text stays unchanged; cleaning twice changes nothing more.
+//! A label, a name or a unit comes from a robot, a bag or a study, and ends up on a terminal, in a table or as the name
+//! of a file. So it has no control characters (C0, DEL, C1), line or paragraph separators, or marks that change the
+//! direction of writing (which make a text look like a different one): each becomes a space. And it has a limited
+//! length. A clean text stays unchanged; cleaning twice changes nothing more.
 //!
-//! Messages from elsewhere are not text: they are recorded byte for byte.
+//! Messages from outside are not text: they are recorded byte for byte.
 
 use std::borrow::Cow;
 
@@ -59,7 +59,7 @@ pub fn longest_method(channels: usize) -> usize {
 }
 
 /// The file name for a name, without its extension: letters and digits of any script, `_`, `-` and `.`,
-/// with `_` for every other character; never like an option of a command, never hidden, and not too long
+/// with `_` for every other character; never starting like a command-line option, never hidden, and not too long
 /// for a file system.
 pub fn file_name(text: &str) -> String {
     let fits = |each: char| each.is_alphanumeric() || matches!(each, '_' | '-' | '.');
@@ -76,7 +76,7 @@ pub fn file_name(text: &str) -> String {
     format!("{kept}_{:08x}", digest(text))
 }
 
-/// Replaces each character that has no place in a line by a space.
+/// Replaces each character that does not belong in a line with a space.
 pub fn on_one_line(text: &str) -> Cow<'_, str> {
     if text.chars().any(is_unwanted) {
         Cow::Owned(text.replace(is_unwanted, " "))
@@ -91,7 +91,7 @@ pub fn is_clean(text: &str, longest: usize) -> bool {
     fits && !text.chars().any(is_unwanted)
 }
 
-/// Whether a character commands a terminal, breaks a line or turns the direction of writing.
+/// Whether a character controls a terminal, breaks a line or changes the direction of writing.
 pub fn is_unwanted(each: char) -> bool {
     let turns = matches!(
         each,
@@ -120,7 +120,7 @@ mod tests {
 
     use super::*;
 
-    /// Any text, often with characters that have no place in a line.
+    /// Any text, often with characters that do not belong in a line.
     fn any_text() -> impl Strategy<Value = String> {
         let odd = prop::sample::select(vec![
             '\u{1b}', '\r', '\n', '\t', '\0', '\u{7f}', '\u{9b}', '\u{202e}', '\u{2066}',

@@ -42,7 +42,7 @@ pub(crate) struct Track {
     density: Density,
     /// The name in reports of its health.
     pub(crate) reported_as: String,
-    /// The kind of losses that this stream reports, if it does.
+    /// The kind of losses that this stream reports, if any.
     pub(crate) gives: Option<Loss>,
     /// The reports in its readings that the pump itself acts on, if any.
     pub(crate) word: Option<Word>,
@@ -94,8 +94,8 @@ struct Joining {
     last: Time,
 }
 
-/// Whether a stream is irregular by its nature: events, the input of people, and the state of what they wear, which
-/// is reported when it changes.
+/// Whether a stream is irregular by nature: events, people's input, and the state of their wearables, which is reported
+/// when it changes.
 fn is_irregular(stream: &Stream) -> bool {
     match stream.signal {
         Signal::Input => true,
@@ -197,16 +197,15 @@ impl Track {
         }
     }
 
-    /// The stated rate, by the period of a wave [ns] or by the description, whichever is lower [Hz]; 0 where
-    /// none is.
+    /// The stated rate, by the period of a wave [ns] or by the description, whichever is lower [Hz]; 0 if neither
+    /// states one.
     fn stated_hz(&self, period_nanos: f64) -> f64 {
         let rates_hz = [1e9 / period_nanos, self.stream.rate_hz];
         let stated_hz = rates_hz.into_iter().filter(|hz| hz.is_finite() && *hz > 0.0);
         stated_hz.reduce(f64::min).unwrap_or(0.0)
     }
 
-    /// Marks a sample in its turn, or a late one, as excess where the limit of what features take is
-    /// reached.
+    /// Marks a sample that is on time or late as excess once the limit for features is reached.
     pub(crate) fn bound(&mut self, sample: &mut Sample, all: &mut Shared) {
         let is_computed_with = matches!(sample.turn, Turn::OnTime | Turn::Late);
         if is_computed_with && !self.intake.admits(all, &self.stream, &sample.data, sample.log_time)
@@ -246,8 +245,8 @@ impl Track {
         }
     }
 
-    /// The number of the next sample: its publisher's `own`, if that continues the count, so that gaps
-    /// there are gaps here; else one more than the last.
+    /// The number of the next sample: its publisher's `own`, if that continues the count, so that its gaps show here
+    /// too; otherwise one more than the last.
     pub(crate) fn number(&mut self, own: Option<u64>) -> u64 {
         let goes_on = |own: &u64| self.last_index.is_none_or(|last| *own > last);
         let index = own.filter(goes_on).unwrap_or(self.next_index);

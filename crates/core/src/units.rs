@@ -1,11 +1,11 @@
-//! The spelling of units, one for machines and one for people; and conversions between units.
+//! The spelling of units, one machine-readable and one for display; and conversions between units.
 
 mod conversion;
 
 pub use conversion::{Conversion, accepted, worked_in};
 
-/// THE table of spellings: that for machines (in messages, bags, tables and JSON: ASCII, as in most
-/// ROS drivers and BIDS), that for people, and synonyms.
+/// THE table of spellings: the machine-readable one (in messages, bags, tables and JSON: ASCII, as in most ROS drivers
+/// and BIDS), the one for display, and synonyms.
 const SPELLINGS: &[(&str, &str, &[&str])] = &[
     ("degC", "°C", &["℃"]),
     ("deg", "°", &[]),
@@ -15,7 +15,7 @@ const SPELLINGS: &[(&str, &str, &[&str])] = &[
     (" ", "·", &["⋅"]),
     ("u", "µ", &["μ"]),
 ];
-/// THE table of units: all units of our own streams, as spelt for machines, and each of them per second
+/// THE table of units: all units of our own streams, in their machine-readable spelling, and each of them per second
 /// (`V/s`).
 pub const UNITS: &[&str] = &[
     "1", "%", "%/min", "s", "ms", "ms^2", "ln(ms)", "ln(ms^2)", "1/min", "Hz", "Hz/min", "uS",
@@ -29,10 +29,10 @@ pub fn is_known(unit: &str) -> bool {
     UNITS.contains(&unit) || unit.strip_suffix("/s").is_some_and(|of| UNITS.contains(&of))
 }
 
-/// Units that may follow a `u` for micro; an arbitrary unit `u` has none after it.
+/// Units that may follow a `u` for micro; the arbitrary unit `u` has none after it.
 const OF_MICRO: &[&str] = &["A", "S", "V", "W", "g", "m", "s"];
 
-/// The unit as spelt for machines: `uS`, `degC`, `m/s^2`, `1/min`.
+/// The machine-readable spelling of a unit: `uS`, `degC`, `m/s^2`, `1/min`.
 pub fn spelt(unit: &str) -> String {
     SPELLINGS.iter().fold(unit.to_owned(), |unit, (machine, shown, others)| {
         let alike = others.iter().chain([shown]);
@@ -40,7 +40,7 @@ pub fn spelt(unit: &str) -> String {
     })
 }
 
-/// The unit as spelt for people: `µS`, `°C`, `m/s²`; empty for a number without a unit.
+/// The spelling of a unit for display: `µS`, `°C`, `m/s²`; empty for a number without a unit.
 pub fn shown(unit: &str) -> String {
     let unit = spelt(unit);
     if unit == "1" {

@@ -1,4 +1,4 @@
-//! Workers: components that look at streams at their own pace, such as models of face, pose and voice.
+//! Workers: components that process streams at their own pace, such as models of face, pose and voice.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -14,33 +14,32 @@ use crate::sink::Wants;
 use crate::stream::StreamId;
 use crate::streams::Streams;
 
-/// The most that waits for a worker [bytes].
+/// The most data waiting for a worker [bytes].
 const MOST_BYTES: usize = 64 << 20;
 
-/// A component that is fed with streams on a thread of its own, as fast as it can take them, and offers
-/// readings of what it found. It never holds the pump.
+/// A component that is fed with streams on a thread of its own, as fast as it can take them, and offers its results as
+/// readings. It never holds up the pump.
 ///
-/// Of each stream it is given the newest record; what came since it last looked is skipped and counted.
-/// Events are not skipped, nor are the streams that it [keeps](Worker::keeps). What it offers are raw streams with [`inputs`](crate::stream::Stream::inputs), stamped
-/// (`source_time`) with the time of what it looked at: those stamps are believed however long it took.
-/// They are recorded, and never computed again in a replay.
+/// It receives the newest record of each stream; older ones that it did not get to are skipped and counted.
+/// Events are not skipped, nor are the streams that it [keeps](Worker::keeps). Its outputs are raw streams with
+/// [`inputs`](crate::stream::Stream::inputs), stamped (`source_time`) with the time of its input: those stamps are
+/// trusted however long it took. They are recorded, and never computed again in a replay.
 pub trait Worker: Send {
     /// The streams that it is fed with.
     fn wants(&self) -> Wants;
 
-    /// The streams of which it is given every record, in order, as long as 64 MiB hold what waits: a voice
-    /// has no newest block. By default those of events.
+    /// The streams of which it receives every record, in order, as long as no more than 64 MiB are waiting: sound, for
+    /// example, is of no use with blocks missing. By default the streams of events.
     fn keeps(&self) -> Wants {
         Wants::Only(Box::new(|_| false))
     }
 
-    /// Whether it carries out a [command](crate::command::Command); the feed then gives it.
+    /// Whether it carries out a [command](crate::command::Command); the feed then delivers it.
     fn carries_out(&self) -> Box<dyn Fn(&Command) -> bool + Send> {
         Box::new(|_| false)
     }
 
-    /// Looks at what the feed gives until that is closed. An error says why it can't go on; it is then
-    /// run again after a pause.
+    /// Processes the feed until it is closed. After an error the worker is restarted after a pause.
     fn run(&mut self, feed: &Feed, outlet: &Outlet) -> Result<(), WorkerError>;
 }
 
@@ -54,23 +53,23 @@ pub struct WorkerError {
     pub hint: String,
 }
 
-/// How much a worker has looked at.
+/// How much a worker has processed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorkerCounts {
-    /// How many records it was given.
+    /// The number of records that it received.
     pub taken: u64,
-    /// How many it was not, as newer ones came.
+    /// The number of records that were skipped for newer ones.
     pub skipped: u64,
 }
 
-/// What a feed gives.
+/// An item from a feed.
 #[derive(Debug)]
 pub enum Fed {
     /// Records, in the pump's order.
     Records(Vec<Record>),
     /// A command that it carries out.
     Command(Instruction),
-    /// Nothing came for as long as was asked.
+    /// Nothing arrived within the given time.
     Silence,
     /// The session is over.
     Closed,
@@ -96,12 +95,12 @@ struct Shared {
     filled: Condvar,
 }
 
-/// What waits for a worker.
+/// The items waiting for a worker.
 #[derive(Debug, Default)]
 struct Waiting {
     /// The newest record of each stream, with its place in the order of arrival.
     newest: BTreeMap<StreamId, (u64, Record)>,
-    /// Events, and the streams of which all is kept.
+    /// Events, and records of the streams that are kept.
     kept: VecDeque<(u64, Record)>,
     commands: VecDeque<Instruction>,
     bytes: usize,
@@ -168,7 +167,7 @@ pub(crate) fn feed(streams: Streams, wants: Wants, keeps: Wants) -> (FeedPost, F
 }
 
 impl FeedPost {
-    /// Puts what the worker wants into its queue; never waits.
+    /// Queues the records that the worker wants; never waits.
     pub(crate) fn offer(&self, records: &[Record]) {
         // Asked for each record, as of sinks: more may have become known of a stream.
         let mut wanted = records.iter().filter(|record| self.wants.include(&record.stream));
@@ -187,7 +186,7 @@ impl Feed {
         &self.streams
     }
 
-    /// Waits for what comes next, at most for `patience`.
+    /// Waits for the next item, at most for `patience`.
     pub fn next(&self, patience: Duration) -> Fed {
         let is_idle =
             |state: &mut Waiting| state.bytes == 0 && state.commands.is_empty() && !state.is_closed;
@@ -210,12 +209,12 @@ impl Feed {
         self.shared.lock().counts
     }
 
-    /// Whether the session is over: what takes long should look at this.
+    /// Whether the session is over; long computations should check this.
     pub fn is_closed(&self) -> bool {
         self.shared.lock().is_closed
     }
 
-    /// Hands over a command; it comes before the records that wait.
+    /// Queues a command, ahead of the waiting records.
     pub(crate) fn command(&self, instruction: Instruction) {
         self.shared.lock().commands.push_back(instruction);
         self.shared.filled.notify_all();
@@ -226,7 +225,7 @@ impl Feed {
         self.shared.lock().commands.len()
     }
 
-    /// The session is over: what still waits is skipped.
+    /// Closes the feed at the end of the session: whatever is still waiting is skipped.
     pub(crate) fn close(&self) {
         let mut state = self.shared.lock();
         let left = state.newest.len() + state.kept.len();
@@ -237,7 +236,7 @@ impl Feed {
         self.shared.filled.notify_all();
     }
 
-    /// Waits for the end of the session, at most for `patience`; whether it has come.
+    /// Waits for the end of the session, at most for `patience`; returns whether it is over.
     pub(crate) fn closes_within(&self, patience: Duration) -> bool {
         let is_open = |state: &mut Waiting| !state.is_closed;
         let waited = self.shared.filled.wait_timeout_while(self.shared.lock(), patience, is_open);

@@ -26,7 +26,7 @@ use session::{Keeper, Recording, derived, encode};
 const SECOND_NANOS: i64 = 1_000_000_000;
 const BEGAN_NANOS: i64 = 1_700_000_000 * SECOND_NANOS;
 
-/// A reading, with the stream that it belongs to.
+/// A reading to come, with its stream.
 struct Coming {
     arrival: i64,
     stream: Stream,

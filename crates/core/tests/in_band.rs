@@ -1,5 +1,5 @@
-//! Reports in band on publishers, on simulated time and on messages kept for late joiners: streams
-//! are judged by them, live and in a replay.
+//! In-band reports on publishers, simulated time and messages kept for late joiners: streams are judged by them, live
+//! and in a replay.
 
 mod session;
 
@@ -26,19 +26,19 @@ use session::{Keeper, Recording, derived, encode};
 
 const TOPIC: &str = "/r1/map";
 
-/// What comes, by the second at which it does.
+/// What happens, by the second at which it does.
 enum Coming {
     /// A message that was stamped at a second.
     Message { stamp_secs: f64 },
-    /// The number of publishers that are reported.
+    /// A report on the publishers.
     Publishers(Vec<String>),
     /// An event of the session.
     Event(&'static str),
-    /// Teampulse itself did not run for so long [s].
+    /// teampulse itself was suspended for this long [s].
     Standstill(f64),
 }
 
-/// Hands over what comes on one stream of messages.
+/// Plays a script on one stream of messages.
 struct Script(Stream, Vec<(f64, Coming)>);
 
 fn at(secs: f64) -> Time {
@@ -117,7 +117,7 @@ fn statuses(records: &[Record]) -> Vec<&StreamStatus> {
     statuses.filter(|status| status.name == TOPIC).collect()
 }
 
-/// Runs a script and a replay of what it recorded; both must give the same results.
+/// Runs a script, then a replay of the recording; both must give the same results.
 async fn twice(stream: Stream, script: Vec<(f64, Coming)>) -> Vec<Record> {
     let records = keep(Clocks::default(), Script(stream, script)).await;
     let again = keep(Clocks::default(), Recording(records.clone())).await;
@@ -125,7 +125,7 @@ async fn twice(stream: Stream, script: Vec<(f64, Coming)>) -> Vec<Record> {
     records
 }
 
-/// One message a second, stamped at once.
+/// One message a second, stamped when sent.
 fn live(secs: std::ops::Range<u32>) -> impl Iterator<Item = (f64, Coming)> {
     secs.map(|secs| (f64::from(secs), Coming::Message { stamp_secs: f64::from(secs) - 0.002 }))
 }

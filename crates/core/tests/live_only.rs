@@ -1,4 +1,4 @@
-//! Streams that are live only reach what shows them, and no other sink.
+//! Live-only streams reach the sinks that show them, and no others.
 
 mod session;
 
@@ -26,7 +26,7 @@ const OPEN: &str = "/r1/number";
 
 type Kept = Arc<Mutex<Vec<Record>>>;
 
-/// Numbers of two streams by turns, one of which is live only.
+/// Numbers of two streams in turn, one of which is live only.
 struct Both;
 
 #[async_trait]

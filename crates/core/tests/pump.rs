@@ -23,7 +23,7 @@ use teampulse_core::time::Time;
 
 use session::{Keeper, Recording, derived, encode};
 
-/// Counts samples and ticks of a robot's raw streams, and reports both at each tenth sample.
+/// Counts samples and ticks of a robot's raw streams, and reports both at every tenth sample.
 struct Counting;
 
 #[derive(Default)]
@@ -218,7 +218,7 @@ async fn the_end_is_recorded_after_everything_raw() {
     );
 }
 
-/// Hands over a reading, and the next only when the first was delivered.
+/// Hands over a reading, and the next one only after the first was delivered.
 struct Paced(Arc<std::sync::Mutex<Vec<Record>>>);
 
 #[async_trait]
@@ -261,7 +261,7 @@ async fn a_recording_that_is_played_slowly_is_delivered_as_it_comes() {
     assert!(ended.await.is_ok(), "readings are held back");
 }
 
-/// Computes for long with each sample.
+/// Takes a long time for each sample.
 struct Slow;
 
 impl Feature for Slow {
@@ -357,7 +357,7 @@ impl Source for Leap {
     }
 }
 
-/// Notes how large the largest batch was, and how many records came.
+/// Notes how large the largest batch was, and how many records arrived.
 struct Largest(Arc<std::sync::Mutex<(usize, usize)>>);
 
 impl Sink for Largest {

@@ -1,4 +1,4 @@
-//! Components that panic, stall or never return are left out and named, and the session goes on.
+//! Components that panic, stall or never return are dropped and named, and the session goes on.
 
 mod session;
 
@@ -32,7 +32,7 @@ const READINGS: u64 = 300;
 /// The reading at which something panics.
 const MIDWAY: u64 = 150;
 
-/// Hands over numbers, and panics at one of them if it is to.
+/// Hands over numbers, and panics at one of them if asked to.
 struct Numbers {
     id: &'static str,
     panics_at: Option<u64>,
@@ -72,7 +72,7 @@ enum At {
     Ticking,
 }
 
-/// Doubles numbers of robots, and panics somewhere on the way for one of them.
+/// Doubles numbers of robots, and panics at some point for one of them.
 struct Doubling(At);
 
 struct Doubles {
@@ -124,7 +124,7 @@ impl Extractor for Doubles {
     }
 }
 
-/// A sink that panics when it has received so many records.
+/// A sink that panics once it has received this many records.
 struct Clumsy {
     delivery: Delivery,
     after: u64,
@@ -336,7 +336,7 @@ async fn a_pump_that_panics_ends_the_session_at_once_and_each_sink_knows() {
     assert_eq!(message, "go on: the pump panicked: no room for it");
 }
 
-/// The component that panics, in a session at a random moment.
+/// The component that panics, at a random time in a session.
 #[derive(Clone, Copy, Debug)]
 enum Unlucky {
     Source,
@@ -345,7 +345,7 @@ enum Unlucky {
     Pump,
 }
 
-/// The number that can't be encoded, for the pump that panics by it.
+/// The number that can't be encoded: the pump panics at it.
 static UNENCODABLE: AtomicU64 = AtomicU64::new(u64::MAX);
 
 fn encode_but_one(sample: &Sample) -> Bytes {
@@ -411,7 +411,7 @@ proptest! {
     }
 }
 
-/// A sink that takes nothing until it is let.
+/// A sink that takes nothing until it is released.
 struct Stubborn(Arc<(Mutex<bool>, Condvar)>);
 
 impl Sink for Stubborn {

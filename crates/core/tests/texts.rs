@@ -24,7 +24,7 @@ use teampulse_core::time::Time;
 
 use session::{Keeper, Recording, derived, encode};
 
-/// A robot that puts the same text everywhere.
+/// A robot that uses the same text everywhere.
 struct Odd(String);
 
 impl Odd {
@@ -67,7 +67,7 @@ impl Source for Odd {
     }
 }
 
-/// Publishes the texts of messages as an event.
+/// Publishes the texts of messages as events.
 #[derive(Clone, Default)]
 struct ReadOut(Option<OutputId>);
 

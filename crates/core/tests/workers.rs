@@ -47,7 +47,7 @@ fn number(stream: teampulse_core::stream::StreamId, at: Time, value: f64) -> Rea
     Reading { index: None, stream, device_time: None, source_time: Some(at), data }
 }
 
-/// A frame a second of the session's time, of which the second comes when the worker looks at the first.
+/// One frame per second of session time; the second arrives while the worker processes the first.
 struct Camera {
     kept: Kept,
     looks: Receiver<()>,
@@ -184,10 +184,10 @@ impl Source for Numbers {
     }
 }
 
-/// What a worker does at its first record.
+/// What happens to a worker at its first record.
 enum Fate {
     Panics,
-    /// It fails, and works when it is run again.
+    /// It fails, and works after a restart.
     Fails,
     NeverReturns,
 }

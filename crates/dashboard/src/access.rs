@@ -17,17 +17,17 @@ const SHORTEST_TOKEN: usize = 16;
 pub const COOKIE_NAME: &str = "teampulse_token";
 const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
-/// What somebody may do, and where they connect from.
+/// What a client may do, and where it connects from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grant {
-    /// What they may do.
+    /// Its right.
     pub right: Right,
-    /// Their address; `None` for this computer.
+    /// Its address; `None` for this computer.
     pub address: Option<IpAddr>,
 }
 
 impl Grant {
-    /// Who they are in the bag.
+    /// How the client is named in the bag.
     pub fn sender(&self) -> Sender {
         let address = self.address.map(|address| address.to_string()).unwrap_or_default();
         Sender::through("dashboard", &address)
@@ -90,7 +90,7 @@ pub enum TokensError {
 }
 
 impl Access {
-    /// Who may connect at an address, by these names of it and the tokens of a file.
+    /// The access rules of an address, by which it may be named and with the tokens of a file.
     pub fn new(
         address: IpAddr,
         names: &[String],
@@ -105,7 +105,7 @@ impl Access {
         Ok(Access { is_loopback, names, tokens })
     }
 
-    /// What a request may do. `asks` is for more than the page itself, which other sites may link to.
+    /// What a request may do. `asks` is true for everything but the page itself, which other sites may link to.
     pub fn admit(&self, headers: &HeaderMap, peer: IpAddr, asks: bool) -> Result<Grant, Denied> {
         let host = headers.get(HOST).and_then(|host| host.to_str().ok()).ok_or(Denied::Host)?;
         if headers.get_all(HOST).iter().count() != 1 || !self.is_known(name_of(host)) {
@@ -122,7 +122,7 @@ impl Access {
         right.map(|right| Grant { right, address }).ok_or(Denied::Token)
     }
 
-    /// The right that comes with a token.
+    /// The right that a token grants.
     pub fn right_of(&self, token: &str) -> Option<Right> {
         // All of them are compared, so that the time does not depend on which one it is.
         let rights =
@@ -170,7 +170,7 @@ fn token_of(headers: &HeaderMap) -> Option<&str> {
     pairs.find(|(name, _)| *name == COOKIE_NAME).map(|(_, token)| token)
 }
 
-/// Whether two texts are equal, in a time that depends on their lengths only.
+/// Whether two texts are equal, in a time that depends only on their lengths.
 fn is_equal(one: &str, other: &str) -> bool {
     let pairs = one.bytes().zip(other.bytes());
     let differing = pairs.fold(0, |differing, (one, other)| black_box(differing | (one ^ other)));

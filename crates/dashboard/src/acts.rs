@@ -1,4 +1,4 @@
-//! What viewers do: each becomes an event of the session.
+//! Actions of viewers, each of which becomes an event of the session.
 
 use std::sync::Arc;
 
@@ -15,16 +15,17 @@ use crate::wire::{
     Description, FromBrowser, FromServer, HistoryReply, HistoryRequest, MOST_WANTED, Right,
 };
 
-/// The longest note, and the longest label of what is acknowledged [bytes].
+/// The longest note, and the longest label of an acknowledged event [bytes].
 const LONGEST_TEXT: usize = 1000;
 /// The longest reference, and the longest name of a scale or a person [bytes].
 const LONGEST_WORD: usize = 100;
-/// The most columns of an answer.
+/// The most columns in an answer.
 const MOST_POINTS: u32 = 4000;
-/// How old an act may be, and how far it may lie ahead, as it waited for a connection [s].
+/// How long ago an action may have happened, since it may have waited for a connection, and how far ahead it may lie
+/// [s].
 const AGES_SECS: (f64, f64) = (60.0, 1.0);
 
-/// Why something was not done.
+/// Why an action was refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     /// Why.
@@ -55,7 +56,7 @@ pub fn reference(asked: &FromBrowser) -> Option<&str> {
     }
 }
 
-/// Does what a client asks for; returns an answer where it has one at once.
+/// Carries out a client's message; returns the answer if there is one immediately.
 pub fn act(
     hub: &Hub,
     client: &Arc<Client>,
@@ -114,7 +115,7 @@ pub fn act(
     Ok(None)
 }
 
-/// Moves the position in a recording, for all who look at it.
+/// Moves the position in a recording, for all viewers.
 fn play(
     hub: &Hub,
     client: &Client,
@@ -168,13 +169,13 @@ fn history(hub: &Hub, client: &Client, asked: HistoryRequest) -> Result<HistoryR
     Ok(HistoryReply { reference, stream, from, step, channels })
 }
 
-/// Somebody who does something: a viewer, or a program through `/api`.
+/// Who acts: a viewer, or a program through `/api`.
 pub struct Doer<'a> {
     /// The session.
     pub hub: &'a Hub,
-    /// What they may do.
+    /// Their right.
     pub right: Right,
-    /// Who they are in the bag.
+    /// How they are named in the bag.
     pub sender: Sender,
     /// The client that awaits the echo.
     pub client: Option<u64>,
@@ -241,7 +242,7 @@ impl Doer<'_> {
         self.write("acknowledge", alert, at, reference)
     }
 
-    /// Reports an answer on a scale, of a person where there are several.
+    /// Reports a rating on a scale; names the person if there are several.
     pub fn report(
         &self,
         scale: &str,
@@ -308,7 +309,7 @@ impl Doer<'_> {
             .ok_or_else(|| Refusal::new("this is a recording: nothing is added to it", ""))
     }
 
-    /// When it was done; waits for its event.
+    /// Returns when the action was done, and waits for its event.
     fn expect(&self, kind: EventKind, at: Option<f64>, reference: String) -> Result<Time, Refusal> {
         let now = self.hub.now();
         let (old, ahead) = AGES_SECS;
@@ -328,7 +329,7 @@ impl Doer<'_> {
     }
 }
 
-/// A text without what surrounds it, if it is short enough to be recorded.
+/// The trimmed text, if it is short enough to be recorded.
 fn recordable(text: &str) -> Result<&str, Refusal> {
     let text = text.trim();
     if text.is_empty() || text.len() > LONGEST_TEXT {

@@ -1,4 +1,4 @@
-//! For programs: `/api`, in JSON.
+//! The interface for programs: `/api`, in JSON.
 
 use axum::extract::rejection::JsonRejection;
 use axum::extract::{Query, State};
@@ -15,7 +15,7 @@ use crate::hub::Known;
 use crate::server::Shared;
 use crate::wire::Stream;
 
-/// The most columns of an answer.
+/// The most columns in an answer.
 const MOST_POINTS: u32 = 4000;
 
 /// The routes below `/api`.
@@ -28,7 +28,7 @@ pub fn routes() -> Router<Shared> {
         .route("/api/events", post(post_event))
 }
 
-/// What there is, for whoever looks.
+/// An overview of the routes.
 async fn index(State(shared): State<Shared>) -> Json<Value> {
     Json(json!({
         "session": shared.hub.context.session,
@@ -46,7 +46,7 @@ async fn index(State(shared): State<Shared>) -> Json<Value> {
     }))
 }
 
-/// Whether programs see everything: not where some stay blind.
+/// Whether some streams are hidden from programs, because viewers are to stay blind.
 fn is_blind(shared: &Shared) -> bool {
     shared.hub.context.is_blinding
 }
@@ -78,7 +78,7 @@ async fn latest(State(shared): State<Shared>, Query(asked): Query<OfStream>) -> 
     Json(Value::Object(values)).into_response()
 }
 
-/// The newest of a stream, by channel; `None` where there is nothing.
+/// The newest of a stream, by channel; `None` if there are none.
 fn latest_of(known: &Known, id: u32) -> Option<(String, Value)> {
     let stream = known.streams.get(&id)?;
     let health = known.health.get(&id);

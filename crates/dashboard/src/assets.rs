@@ -34,7 +34,7 @@ const ASSETS: [Asset; 4] = assets! {
     "/icon.svg" "icon.svg" "image/svg+xml"
 };
 
-/// The files with their compressed forms, made once.
+/// The files with their compressed forms, computed once.
 #[derive(Clone, Debug)]
 pub struct Assets(Vec<Bytes>);
 

@@ -27,13 +27,13 @@ pub const MOST_CLIENTS: usize = 64;
 pub const LARGEST_BYTES: usize = 64 << 10;
 /// One message must be taken within this time.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// What is sent of the past of waves when they begin to be drawn [bytes].
+/// How much of a wave's past is sent when a client starts to draw it [bytes].
 const BACKLOG_BYTES: usize = 128 << 10;
-/// The time for saying why the connection ends.
+/// The time allowed for sending the reason why the connection ends.
 const FAREWELL: Duration = Duration::from_secs(1);
 /// A client that sends nothing, not even a probe of the clock, for this long is gone.
 const SILENCE: Duration = Duration::from_secs(60);
-/// The messages of a client each second, and at once.
+/// The messages allowed from a client: per second, and in a burst.
 const RATE: (f64, f64) = (100.0, 300.0);
 /// The longest reason of a close frame [bytes].
 const LONGEST_REASON: usize = 120;
@@ -43,7 +43,7 @@ const LONGEST_REASON: usize = 120;
 pub struct Client {
     /// Its number.
     pub number: u64,
-    /// What waits for it.
+    /// The messages waiting for it.
     pub outbox: Outbox,
     /// What it may do.
     pub grant: Grant,
@@ -69,17 +69,17 @@ impl Client {
         !self.is_unblinded.load(Ordering::Acquire)
     }
 
-    /// Shows it everything from now on.
+    /// No longer hides anything from it.
     pub fn unblind(&self) {
         self.is_unblinded.store(true, Ordering::Release);
     }
 
-    /// The streams that it draws, with the points a second that it needs.
+    /// The streams that it draws, with the points per second that it needs.
     pub fn wanted(&self) -> BTreeMap<u32, f64> {
         self.wanted.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Replaces what it draws, and sends of what it did not draw before the last half minute of each wave, as far as
+    /// Replaces the streams that it draws. For those that are new it sends the last half minute of each wave, as far as
     /// that fits, and the newest picture.
     pub fn want(&self, streams: &[Wanted], known: &Known) {
         let mut wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
@@ -89,7 +89,7 @@ impl Client {
         self.send_recent(new.map(|(stream, points)| (*stream, *points)).collect(), known);
     }
 
-    /// Shows another moment of a recording, of which it gets what it draws.
+    /// Shows another time of a recording: sends the streams that it draws.
     pub fn move_to(&self, playback: Playback, known: &Known) {
         self.outbox.forget();
         self.outbox.urgent(message(&FromServer::Moved(playback)));
@@ -120,7 +120,7 @@ impl Client {
 }
 
 impl Client {
-    /// Says why the pictures of a stream can't be shown.
+    /// Reports why the pictures of a stream can't be shown.
     pub fn unshown(&self, stream: u32, why: &Unshown) {
         let reason = why.to_string();
         self.outbox.urgent(message(&FromServer::Unshown { stream, reason }));
@@ -148,7 +148,7 @@ pub async fn serve(socket: WebSocket, hub: Arc<Hub>, grant: Grant) {
     farewell(&mut sender, code, &reason).await;
 }
 
-/// Sends what comes next until the connection ends; returns the code and the reason.
+/// Sends waiting messages until the connection ends; returns the code and the reason.
 async fn sending(client: &Client, sender: &mut (impl SinkExt<Message> + Unpin)) -> (u16, String) {
     let send = async {
         loop {
@@ -176,7 +176,7 @@ async fn sending(client: &Client, sender: &mut (impl SinkExt<Message> + Unpin)) 
     }
 }
 
-/// A picture as a message; `None` of one that can't be shown, and the client is told why.
+/// A picture as a message; `None` for one that can't be shown, which is reported to the client.
 async fn encoded(client: &Client, picture: Arc<Picture>) -> Option<Message> {
     let stream = picture.stream;
     // Other clients don't wait for pixels to become JPEG.
@@ -191,7 +191,7 @@ async fn encoded(client: &Client, picture: Arc<Picture>) -> Option<Message> {
     }
 }
 
-/// Does what is asked for until the connection ends; returns the code and the reason.
+/// Carries out the client's messages until the connection ends; returns the code and the reason.
 async fn receiving(
     hub: &Hub,
     client: &Arc<Client>,
@@ -219,7 +219,7 @@ async fn receiving(
     }
 }
 
-/// Says why the connection ends, if the client still reads.
+/// Sends the reason why the connection ends, if the client still reads.
 async fn farewell(sender: &mut (impl SinkExt<Message> + Unpin), code: u16, reason: &str) {
     let mut end = reason.len().min(LONGEST_REASON);
     while !reason.is_char_boundary(end) {
@@ -230,8 +230,8 @@ async fn farewell(sender: &mut (impl SinkExt<Message> + Unpin), code: u16, reaso
     drop(timeout(FAREWELL, sender.send(close)).await);
 }
 
-/// Reads a text as if a browser had sent it in a session with nothing in it, and returns the number of bytes that wait as
-/// the answer: for fuzzing.
+/// Handles a text as if a browser had sent it in an empty session, and returns the number of bytes waiting as the
+/// answer: for fuzzing.
 pub fn receive_any(text: &str) -> u64 {
     let context = Context::new("any", Clock::host());
     let hub = Hub::new(context, Settings::default(), None);
@@ -240,7 +240,7 @@ pub fn receive_any(text: &str) -> u64 {
     client.outbox.waiting_bytes()
 }
 
-/// Reads one message and does what it asks for; what can't be read or done is refused.
+/// Reads one message and carries it out; refuses one that can't be read or carried out.
 pub fn receive(hub: &Hub, client: &Arc<Client>, text: &str) {
     let received = hub.now();
     let answer = match serde_json::from_str::<FromBrowser>(text) {

@@ -1,4 +1,4 @@
-//! What a dashboard knows of its session from the start, and its settings.
+//! What a dashboard knows about its session from the start, and its settings.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -14,28 +14,28 @@ use crate::playhead::Playhead;
 use crate::tls::Tls;
 use crate::wire::{Marker, PhasePlan, RecordingStage, Unmet};
 
-/// The port of a dashboard, or the first of those after it that is free.
+/// The port of a dashboard; if it is taken, the next free one is used.
 pub const PORT: u16 = 8742;
 
 /// Where a dashboard listens, and what it offers.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// The address. Any but a loopback address needs `tokens`.
+    /// The address. Any address other than a loopback address needs `tokens`.
     pub listen: IpAddr,
-    /// The port; without it [`PORT`] or the first of the next hundred that is free.
+    /// The port; by default [`PORT`], or the first free one of the next hundred.
     pub port: Option<u16>,
     /// The file with a right and a token on each line.
     pub tokens: Option<PathBuf>,
     /// The certificate with which it is served as https; without one it is http.
     pub tls: Option<Tls>,
-    /// Names of this computer that a browser may use beside its addresses.
+    /// Names of this computer that a browser may use besides its addresses.
     pub names: Vec<String>,
     /// The markers of the study.
     pub markers: Vec<Marker>,
 }
 
 impl Settings {
-    /// Whether it listens where every session does: without it the session goes on.
+    /// Whether it listens at the default address: if that fails, the session goes on without it.
     pub fn is_default(&self) -> bool {
         let is_here = self.listen == IpAddr::V4(Ipv4Addr::LOCALHOST);
         is_here && self.port.is_none() && self.tls.is_none()
@@ -53,7 +53,7 @@ impl Default for Settings {
 /// The part of a recording that is on the disk.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Disk {
-    /// Where it stands.
+    /// The stage of the recording.
     pub stage: RecordingStage,
     /// The folder of the newest bag; empty before the first.
     pub path: String,
@@ -67,20 +67,20 @@ pub struct Disk {
     pub reason: String,
 }
 
-/// A bus that was joined, as it is now.
+/// The present state of a bus that was joined.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BusView {
     /// Its name: `ROS domain 0`.
     pub name: String,
     /// Our node there.
     pub node: String,
-    /// How many others were discovered.
+    /// The number of other participants.
     pub participants: u32,
     /// The topics that they publish.
     pub topics: BTreeSet<String>,
 }
 
-/// Returns what a study requires and is not there, of the raw streams that were received with their status.
+/// Returns the requirements of a study that are not met by the received raw streams and their status.
 pub type FindUnmet = Arc<dyn Fn(&[(Arc<Stream>, StreamStatus)]) -> Vec<Unmet> + Send + Sync>;
 
 /// The session that a dashboard shows.
@@ -92,25 +92,25 @@ pub struct Context {
     pub path: String,
     /// Its clock.
     pub clock: Clock,
-    /// The position in the recording that is shown; `None` of a session that happens now.
+    /// The position in the recording that is shown; `None` for a live session.
     pub playhead: Option<Playhead>,
     /// Its phases, as planned.
     pub phases: Vec<PhasePlan>,
     /// The verbs of the commands that `[commands]` allows here.
     pub commands: Vec<&'static str>,
-    /// Returns what the study requires and is not there; `None` where nothing is known of a study.
+    /// Returns the unmet requirements of the study; `None` if there is no study.
     pub required: Option<FindUnmet>,
-    /// Returns what is on the disk.
+    /// Returns the state of the recording on the disk.
     pub disk: Arc<dyn Fn() -> Disk + Send + Sync>,
     /// Returns the name of the next phase.
     pub next_phase: Arc<dyn Fn() -> Option<String> + Send + Sync>,
     /// Returns the buses that were joined.
     pub buses: Arc<dyn Fn() -> Vec<BusView> + Send + Sync>,
-    /// Whether there are viewers who shall stay blind.
+    /// Whether some viewers must stay blind.
     pub is_blinding: bool,
-    /// Returns whether a stream is hidden from those who shall stay blind.
+    /// Returns whether a stream is hidden from viewers who must stay blind.
     pub hides: Arc<dyn Fn(&Stream) -> bool + Send + Sync>,
-    /// Is called with the address once it is known.
+    /// Called with the address once it is known.
     pub announce: Arc<dyn Fn(&str) + Send + Sync>,
 }
 

@@ -1,4 +1,4 @@
-//! From records to what a browser gets.
+//! Converting records to messages for a browser.
 
 use teampulse_core::alerts::{Alert, holds_alerts};
 use teampulse_core::command::Accepted;
@@ -8,7 +8,7 @@ use teampulse_core::stream::Stream;
 
 use crate::wire::{self, known};
 
-/// The verbs of what people write here that are no commands.
+/// The verbs of what people write that are not commands.
 pub const WRITTEN: [&str; 3] = ["note", "acknowledge", "show_estimates"];
 
 /// The health of a stream.
@@ -89,13 +89,13 @@ pub fn event(number: u64, id: u32, t: f64, stream: &Stream, event: &data::Event)
     }
 }
 
-/// Whether an event is one of a body's many, which a slow client may miss.
+/// Whether an event is one of the frequent ones of a body, which a slow client may miss.
 pub fn is_minor(event: &data::Event) -> bool {
     use EventKind::{Beat, Blink, Breath, Burst, Response};
     matches!(event.kind, Beat | Response | Breath | Burst | Blink)
 }
 
-/// What somebody asked for or wrote.
+/// A command, note or acknowledgement in an event.
 fn request(stream: &Stream, event: &data::Event) -> Option<wire::Request> {
     let asked = |who: String, verb: &str, text: &str| wire::Request {
         who,

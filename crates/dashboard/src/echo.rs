@@ -1,4 +1,4 @@
-//! What clients did, as it was read back.
+//! Actions of clients, as read back from the session.
 
 use std::sync::Arc;
 
@@ -9,14 +9,14 @@ use crate::context::Disk;
 use crate::hub::{Awaited, message};
 use crate::wire::{Echo, FromServer, RecordingStage};
 
-/// How many syncs must follow a record before it is on the disk: one may have begun before.
+/// How many syncs must follow a record before it is surely on the disk: the first may have begun before it.
 const SYNCS: u64 = 2;
 
-/// How long after a sync all records before it are on the disk, if nothing more was synced: twice the time between two
-/// syncs of a bag [s].
+/// How long after a sync all records before it are surely on the disk, if there are no further syncs: twice the time
+/// between two syncs of a bag [s].
 const SETTLED_SECS: f64 = 2.0;
 
-/// Acts whose records are not yet on the disk.
+/// Actions whose records are not yet on the disk.
 #[derive(Debug, Default)]
 pub struct Echoes {
     waiting: Vec<(u64, u64, Echo)>,
@@ -27,7 +27,7 @@ pub struct Echoes {
 }
 
 impl Echoes {
-    /// Sends the echo of an act that is among the records, at its time [s] and so far off it [s].
+    /// Sends the echo of an action that is among the records, with its time [s] and how far that is off [s].
     pub fn add(
         &mut self,
         act: Awaited,
@@ -43,7 +43,7 @@ impl Echoes {
         }
     }
 
-    /// Sends the echoes of what is on the disk by now.
+    /// Sends the echoes of actions that are on the disk by now.
     pub fn look(&mut self, disk: &Disk, clients: &[Arc<Client>]) {
         self.is_recorded = disk.stage == RecordingStage::Open;
         if disk.bytes > self.synced_bytes {

@@ -2,9 +2,9 @@
 
 use crate::wire::{Column, known};
 
-/// For how long the past is stored [s].
+/// How much of the past is stored [s].
 pub const STORED_SECS: f64 = 600.0;
-/// The width of a column of a wave [s]; of anything else four times as much.
+/// The width of a column of a wave [s]; four times as much for anything else.
 const WAVE_STEP_SECS: f64 = 0.25;
 /// The most channels of a stream that are stored.
 const MOST_CHANNELS: usize = 64;
@@ -55,7 +55,7 @@ impl Cell {
     }
 }
 
-/// What is stored of a stream within a span of time.
+/// The stored data of a stream within a span of time.
 #[derive(Debug)]
 pub struct Excerpt {
     /// When the first column begins [s].
@@ -67,7 +67,7 @@ pub struct Excerpt {
 }
 
 impl Track {
-    /// The track of a wave or of anything else, with this number of channels.
+    /// A track for waves or for other streams, with this number of channels.
     pub fn new(is_wave: bool, channels: usize) -> Track {
         let step_secs = if is_wave { WAVE_STEP_SECS } else { 4.0 * WAVE_STEP_SECS };
         let depth = (STORED_SECS / step_secs) as i64;
@@ -81,7 +81,7 @@ impl Track {
         size_of_val(&*self.cells)
     }
 
-    /// Adds a sample: a number for each channel, at a time [s]. What is older than the oldest column is left out.
+    /// Adds a sample: a number for each channel, at a time [s]. Samples older than the oldest column are dropped.
     pub fn add(&mut self, t: f64, numbers: impl Iterator<Item = f64>) {
         let column = (t / self.step_secs).floor() as i64;
         let newest = *self.newest.get_or_insert(column);
@@ -100,7 +100,7 @@ impl Track {
         }
     }
 
-    /// What is stored between two times [s], in this number of columns at most.
+    /// The stored data between two times [s], in at most this number of columns.
     pub fn excerpt(&self, from: f64, to: f64, points: u32) -> Excerpt {
         let newest = self.newest.unwrap_or(i64::MIN / 2);
         let first = ((from / self.step_secs).floor() as i64).max(newest - self.depth + 1);

@@ -1,4 +1,4 @@
-//! What the thread of the sink and the clients share.
+//! The state shared by the sink's thread and the clients.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -18,14 +18,14 @@ use crate::playhead::Playhead;
 use crate::recent::Recent;
 use crate::wire::{self, FromServer, Playback, Recording, Timeline, Unmet};
 
-/// The most events that are kept for whoever joins: of the session, and of bodies.
+/// The most events that are kept for clients that join later: of the session, and of bodies.
 const MOST_EVENTS: usize = 4000;
-/// The memory of all stored columns [bytes]; streams that come after have no history.
+/// The memory of all stored columns [bytes]; streams declared after that have no history.
 const HISTORY_BYTES: usize = 64 << 20;
-/// The most acts whose echo is awaited.
+/// The most actions whose echo is awaited.
 const MOST_AWAITED: usize = 1000;
 
-/// What the thread of the sink and the clients share. No lock is held while anything is sent.
+/// The state shared by the sink's thread and the clients. No lock is held while anything is sent.
 #[derive(Debug)]
 pub struct Hub {
     /// The session.
@@ -43,7 +43,7 @@ pub struct Hub {
     cut_off: AtomicU64,
 }
 
-/// An act of a client that is not yet read back.
+/// An action of a client that has not been read back yet.
 #[derive(Debug)]
 pub struct Awaited {
     /// The client's number.
@@ -54,22 +54,22 @@ pub struct Awaited {
     pub kind: EventKind,
     /// When it was done.
     pub at: Time,
-    /// Whether that is the client's own time.
+    /// Whether the client gave that time.
     pub is_timed: bool,
 }
 
-/// What is known of the session.
+/// What is known about the session.
 #[derive(Debug, Default)]
 pub struct Known {
     /// Its streams, by their numbers.
     pub streams: BTreeMap<u32, Arc<Declared>>,
-    /// Their numbers by topic; of a second type on a topic, with the type.
+    /// Their numbers by topic; for a second type on a topic, with the type appended.
     pub named: BTreeMap<String, u32>,
-    /// The streams that are hidden from those who shall stay blind.
+    /// The streams that are hidden from viewers who must stay blind.
     pub hidden: BTreeSet<u32>,
     /// The newest health of each stream.
     pub health: BTreeMap<u32, wire::StreamHealth>,
-    /// When it was judged [s].
+    /// When that was determined [s].
     pub health_t: f64,
     /// The newest values of each feature.
     pub features: BTreeMap<u32, Arc<wire::Feature>>,
@@ -85,7 +85,7 @@ pub struct Known {
     pub pictures: Newest,
     /// The recording as it was last seen.
     pub recording: Option<Recording>,
-    /// What the study requires and is not there; `None` before that was looked at.
+    /// The unmet requirements of the study; `None` before they were checked.
     pub unmet: Option<Vec<Unmet>>,
     /// The records that the sink skipped.
     pub skipped: u64,
@@ -93,7 +93,7 @@ pub struct Known {
 }
 
 impl Known {
-    /// Keeps an event for whoever joins.
+    /// Keeps an event for clients that join later.
     pub fn keep(&mut self, is_minor: bool, stream: u32, event: Fragment) {
         let kept = &mut self.events[usize::from(is_minor)];
         kept.push_back((stream, event));
@@ -102,7 +102,7 @@ impl Known {
         }
     }
 
-    /// Forgets what was measured and what happened: another moment of a recording is shown.
+    /// Forgets all data and events, to show another time of a recording.
     pub fn forget(&mut self) {
         *self = Known {
             streams: std::mem::take(&mut self.streams),
@@ -113,7 +113,7 @@ impl Known {
         };
     }
 
-    /// The track of a stream with this many channels; `None` where all memory is used.
+    /// The track of a stream with this many channels; `None` if all memory is used.
     pub fn track(&mut self, stream: u32, is_wave: bool, channels: usize) -> Option<&mut Track> {
         if !self.tracks.contains_key(&stream) {
             let track = Track::new(is_wave, channels);
@@ -126,13 +126,13 @@ impl Known {
         self.tracks.get_mut(&stream)
     }
 
-    /// A stream as a viewer gets it, who is blind or not.
+    /// A stream as shown to a viewer, who may be blind.
     pub fn stream(&self, id: u32, is_blind: bool) -> Option<wire::Stream> {
         let hidden = is_blind && self.hidden.contains(&id);
         Some(wire::Stream::of(StreamId(id), self.streams.get(&id)?, hidden))
     }
 
-    /// These streams as they are declared to a viewer, who is blind or not.
+    /// The declarations of these streams for a viewer, who may be blind.
     pub fn declared(&self, ids: impl IntoIterator<Item = u32>, is_blind: bool) -> FromServer {
         let streams = ids.into_iter().filter_map(|id| self.stream(id, is_blind)).collect();
         FromServer::Streams(wire::Declared::of(streams, |name| self.named.get(name).copied()))
@@ -162,7 +162,7 @@ impl Hub {
         }
     }
 
-    /// What is known.
+    /// Locks what is known.
     pub fn known(&self) -> MutexGuard<'_, Known> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -183,7 +183,7 @@ impl Hub {
         self.secs(playhead.map_or_else(|| self.context.clock.now(), Playhead::now))
     }
 
-    /// The position in the recording that is shown; `None` of a session that happens now.
+    /// The position in the recording that is shown; `None` for a live session.
     pub fn playback(&self) -> Option<Playback> {
         let playhead = self.context.playhead.as_ref()?;
         let position = playhead.position();
@@ -195,19 +195,19 @@ impl Hub {
         })
     }
 
-    /// What happened in the whole recording, once it is read.
+    /// The events of the whole recording, once it is read.
     pub fn timeline(&self) -> Option<Arc<Timeline>> {
         self.timeline.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Keeps what happened in the whole recording.
+    /// Keeps the events of the whole recording.
     pub fn keep_timeline(&self, timeline: Timeline) {
         let mut kept = self.timeline.lock().unwrap_or_else(PoisonError::into_inner);
         *kept = Some(Arc::new(timeline));
     }
 
-    /// The time of an act [s since the session began]: each has another one, by less than a microsecond, so that
-    /// it is found again among the session's events. Without a time it is now.
+    /// The time of an action [s since the session began]: unique, by shifts of less than a microsecond, so that the
+    /// action can be found among the session's events. By default it is now.
     pub fn moment(&self, at: Option<f64>) -> Time {
         let at =
             at.map(|secs| Time::from_nanos(self.began.nanos().saturating_add((secs * 1e9) as i64)));
@@ -218,7 +218,7 @@ impl Hub {
         )
     }
 
-    /// Waits for the event of an act; more than a thousand are not waited for.
+    /// Waits for the event of an action; at most a thousand are awaited.
     pub fn expect(&self, awaited: Awaited) {
         let mut waiting = self.awaited.lock().unwrap_or_else(PoisonError::into_inner);
         if waiting.len() == MOST_AWAITED {
@@ -227,14 +227,14 @@ impl Hub {
         waiting.push_back(awaited);
     }
 
-    /// The act that an event of the session records.
+    /// The action that an event of the session records.
     pub fn take_awaited(&self, kind: EventKind, at: Time) -> Option<Awaited> {
         let mut waiting = self.awaited.lock().unwrap_or_else(PoisonError::into_inner);
         let place = waiting.iter().position(|each| each.kind == kind && each.at == at)?;
         waiting.remove(place)
     }
 
-    /// No longer waits for an act that was refused.
+    /// Stops waiting for an action that was refused.
     pub fn forget_awaited(&self, at: Time) {
         let mut waiting = self.awaited.lock().unwrap_or_else(PoisonError::into_inner);
         waiting.retain(|each| each.at != at);
@@ -280,7 +280,7 @@ impl Hub {
     }
 }
 
-/// A value of the contract as JSON.
+/// A value of the protocol as JSON.
 pub fn json(value: &impl serde::Serialize) -> String {
     serde_json::to_string(value).expect("the contract has string keys only")
 }

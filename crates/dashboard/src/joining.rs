@@ -1,4 +1,4 @@
-//! What a client gets when it joins: all that is known.
+//! What a client receives when it joins: everything known so far.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::hub::{Hub, Known, json, message};
 use crate::outbox::StateKind;
 use crate::wire::{FromServer, Hello, Mode, PROTOCOL, Right, Timeline, Viewer};
 
-/// Sends a client all that is known, and from then on what is new; returns whether there was room for it.
+/// Sends a client everything known so far, and from then on whatever is new; returns whether there was room for it.
 pub fn welcome(hub: &Hub, client: &Arc<Client>) -> bool {
     // Nothing is taken in meanwhile, so that nothing comes twice or is left out.
     let known = hub.known();
@@ -49,7 +49,7 @@ pub fn welcome(hub: &Hub, client: &Arc<Client>) -> bool {
     true
 }
 
-/// Sends a client all that it may see.
+/// Sends a client everything that it may see.
 pub fn show(known: &Known, client: &Client) {
     let is_blind = client.is_blind();
     let streams = known.declared(known.streams.keys().copied(), is_blind);
@@ -57,7 +57,7 @@ pub fn show(known: &Known, client: &Client) {
     show_moment(known, client);
 }
 
-/// Sends a client the newest of all that it may see.
+/// Sends a client the newest data of everything that it may see.
 pub fn show_moment(known: &Known, client: &Client) {
     let is_blind = client.is_blind();
     for (id, health) in &known.health {
@@ -81,7 +81,7 @@ pub fn show_moment(known: &Known, client: &Client) {
     }
 }
 
-/// A viewer as the browser sees itself.
+/// The description of a viewer for its own browser.
 fn viewer(hub: &Hub, client: &Client) -> Viewer {
     let grant = &client.grant;
     let allowed =

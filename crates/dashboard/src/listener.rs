@@ -1,4 +1,4 @@
-//! Connections: bounded in number, and as https where there is a certificate.
+//! Connections: bounded in number, and with https if there is a certificate.
 
 use std::io;
 use std::net::SocketAddr;
@@ -18,16 +18,16 @@ use crate::tls::Tls;
 
 /// The most connections at once, of browsers and programs.
 const MOST_CONNECTIONS: usize = 256;
-/// What the kernel may hold for a slow client [bytes]: a marker waits behind it.
+/// What the kernel may hold for a slow client [bytes]: a marker has to wait for it.
 const SEND_BUFFER_BYTES: usize = 64 << 10;
-/// The time for a handshake; who needs longer keeps no connection from others.
+/// The time for a handshake; a client that needs longer does not block others.
 const HANDSHAKE: Duration = Duration::from_secs(10);
 /// The first byte of a TLS connection: the type of a handshake's record.
 const HANDSHAKE_RECORD: u8 = 22;
-/// The answer to one who asks for http where there is https.
+/// The answer to an http request when only https is served.
 const PLAIN: &str = "this dashboard is served as https: open the same address with https://\n";
 
-/// A listener with a bound on its connections: one too many is closed at once.
+/// A listener with a limited number of connections: any beyond it are closed at once.
 pub struct Limited {
     listener: TcpListener,
     room: Arc<Semaphore>,
@@ -35,7 +35,7 @@ pub struct Limited {
 }
 
 impl Limited {
-    /// Accepts connections, of https where there is a certificate.
+    /// Accepts connections, with https if there is a certificate.
     pub fn new(listener: TcpListener, tls: Option<&Tls>) -> Limited {
         let room = Arc::new(Semaphore::new(MOST_CONNECTIONS));
         Limited { listener, room, acceptor: tls.map(Tls::acceptor) }
@@ -71,7 +71,7 @@ impl Listener for Limited {
     }
 }
 
-/// A connection that is counted as long as it lives.
+/// A connection that is counted while it is open.
 pub struct Connection {
     stage: Stage,
     _permit: OwnedSemaphorePermit,
@@ -80,13 +80,13 @@ pub struct Connection {
 type Handshake = dyn Future<Output = io::Result<Box<dyn Stream>>> + Send;
 
 enum Stage {
-    /// It is being secured, while it is first read or written: a slow one keeps nobody waiting.
+    /// A TLS handshake, done when the connection is first read or written: a slow one keeps nobody waiting.
     Handshake(Pin<Box<Handshake>>),
     Open(Box<dyn Stream>),
     Failed,
 }
 
-/// What is read and written.
+/// A stream that is read and written.
 trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
 
 impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
@@ -125,7 +125,7 @@ impl Connection {
     }
 }
 
-/// Makes a connection one of TLS; answers one that is not with the reason.
+/// Secures a connection with TLS; answers a plain one with the reason.
 async fn secure(mut stream: TcpStream, acceptor: TlsAcceptor) -> io::Result<Box<dyn Stream>> {
     let mut first = [0];
     if stream.peek(&mut first).await? == 0 {

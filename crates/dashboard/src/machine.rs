@@ -1,10 +1,10 @@
-//! What this program itself takes of its machine.
+//! The resources that this program itself uses.
 
 use rustix::param::page_size;
 use rustix::time::{ClockId, clock_gettime};
 use teampulse_core::clock::Stopwatch;
 
-/// The processor time of this program since it was last looked at.
+/// The processor time of this program since the last check.
 #[derive(Debug)]
 pub struct Usage {
     used_secs: f64,
@@ -12,7 +12,7 @@ pub struct Usage {
 }
 
 impl Usage {
-    /// From now on.
+    /// Starts counting now.
     pub fn start() -> Usage {
         Usage { used_secs: processor_secs(), since: Stopwatch::start() }
     }

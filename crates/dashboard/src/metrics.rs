@@ -23,7 +23,7 @@ pub async fn answer(State(shared): State<Shared>) -> Response {
 /// A number of the health of a stream; `None` where it is unknown.
 type Figure = fn(&StreamHealth) -> Option<f64>;
 
-/// The metrics of each raw stream: name, kind, what it is, and where it is from.
+/// The metrics of each raw stream: name, kind, description, and source.
 const FIGURES: [(&str, &str, &str, Figure); 8] = [
     ("stream_state", "gauge", "0 never seen, 1 ok, 2 degraded, 3 stale, 4 dead", |health| {
         STATES.iter().position(|state| *state == health.state).map(|state| state as f64)

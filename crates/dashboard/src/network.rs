@@ -1,4 +1,4 @@
-//! The computers whose clocks stamp streams, and the buses on which streams come.
+//! The computers whose clocks stamp streams, and the buses that carry the streams.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -8,19 +8,19 @@ use teampulse_core::status::StreamStatus;
 use crate::context::BusView;
 use crate::wire::{Bus, Computer, known};
 
-/// The most computers, and the most streams, that are followed; those that come after are left out.
+/// The most computers, and the most streams, that are followed; any beyond that are ignored.
 const MOST: usize = 1000;
-/// For how long a probe counts among the fastest [s].
+/// How long a probe is considered for the fastest one [s].
 const PROBES_SECS: f64 = 60.0;
 
-/// What is known of other computers and of the buses.
+/// What is known about other computers and the buses.
 #[derive(Debug, Default)]
 pub struct Network {
     /// The computer that stamps each stream, by topic.
     stamped_by: BTreeMap<String, String>,
     /// The probes of the last minute: when [s], and the round trip [s].
     probes: BTreeMap<String, VecDeque<(f64, f64)>>,
-    /// The bus on which each stream came, by topic.
+    /// The bus that carries each stream, by topic.
     carried_by: BTreeMap<String, String>,
 }
 
@@ -78,7 +78,7 @@ impl Network {
         }
     }
 
-    /// The buses, each with what came on it.
+    /// The buses, each with its traffic.
     pub fn buses<'a>(
         &mut self,
         views: &[BusView],
@@ -117,7 +117,7 @@ impl Network {
     }
 }
 
-/// Adds what the status of a stream states of the clock that stamps it: the most certain one counts.
+/// Adds what a stream's status states about the clock that stamps it: the most certain status counts.
 fn describe(computer: &mut Computer, status: &StreamStatus) {
     let known_by = match status.clock {
         2 => "probes",

@@ -1,5 +1,5 @@
-//! What waits for one client: events first, then states, then signals, pictures last; each with a bound, and what does not
-//! fit counted.
+//! The messages waiting for one client: events first, then states, then signals, pictures last; each with a limit,
+//! beyond which they are dropped and counted.
 
 mod pictures;
 
@@ -14,17 +14,17 @@ use self::pictures::Pictures;
 use crate::pictures::Picture;
 use crate::wire::Missed;
 
-/// What is never dropped: with more waiting, the client does not read and is cut off [bytes].
+/// The limit for messages that are never dropped [bytes]: beyond it the client is not reading, and is cut off.
 const URGENT_BYTES: usize = 8 << 20;
-/// Beats, breaths and the like that wait [bytes].
+/// The limit for waiting beats, breaths and the like [bytes].
 const MINOR_BYTES: usize = 256 << 10;
-/// Waves and readings that wait [bytes]: at 5 Mbit/s less than half a second.
+/// The limit for waiting waves and readings [bytes]: at 5 Mbit/s less than half a second.
 const SIGNAL_BYTES: usize = 256 << 10;
 
-/// A part of a message, JSON: shared by all clients.
+/// A part of a JSON message, shared by all clients.
 pub type Fragment = Arc<str>;
 
-/// A kind of state; of each stream only the newest waits.
+/// A kind of state; only the newest of each stream is kept waiting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StateKind {
     /// The health of a stream.
@@ -35,14 +35,14 @@ pub enum StateKind {
     Sample,
 }
 
-/// A message of which only the newest waits.
+/// A kind of message; only the newest is kept waiting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Slot {
     /// The recording.
     Recording,
     /// The next phase.
     NextPhase,
-    /// What is required and not there.
+    /// The unmet requirements.
     Required,
     /// The machine.
     Machine,
@@ -71,12 +71,12 @@ struct State {
     minor_bytes: usize,
     signal_bytes: usize,
     missed: Missed,
-    /// Whether what is missed counts.
+    /// Whether missed messages are counted.
     is_settled: bool,
     reported: Missed,
     /// Why nothing more is sent.
     ended: Option<String>,
-    /// Why the client is cut off: what must arrive does not.
+    /// Why the client is cut off: messages that must arrive don't.
     overflow: Option<String>,
 }
 
@@ -95,7 +95,7 @@ impl Signal {
     }
 }
 
-/// What comes next.
+/// The next item to send.
 #[derive(Debug)]
 pub enum Next {
     /// A message to send.
@@ -107,7 +107,7 @@ pub enum Next {
 }
 
 impl Outbox {
-    /// Adds what must arrive: markers, alerts, answers.
+    /// Adds a message that must arrive: a marker, an alert, an answer.
     pub fn urgent(&self, text: impl Into<Utf8Bytes>) {
         let text = text.into();
         let mut state = self.lock();
@@ -124,7 +124,7 @@ impl Outbox {
         self.wake.notify_one();
     }
 
-    /// Adds this many events of the body, which are left out where too many wait.
+    /// Adds this many events of the body, which are dropped if too many are waiting.
     pub fn minor(&self, text: impl Into<Utf8Bytes>, count: u64) {
         let text = text.into();
         let mut state = self.lock();
@@ -179,7 +179,7 @@ impl Outbox {
         self.wake.notify_one();
     }
 
-    /// Adds a picture, of which at most so many a second are shown; 0 for all of them.
+    /// Adds a picture of a stream that is shown at no more than this rate; 0 for no limit.
     pub fn picture(&self, picture: Arc<Picture>, most_per_sec: f64) {
         let mut state = self.lock();
         let is_replaced = state.pictures.put(picture, most_per_sec);
@@ -187,13 +187,13 @@ impl Outbox {
         self.wake.notify_one();
     }
 
-    /// The client has shown a picture of a stream: the next one may leave.
+    /// Notes that the client has shown a picture of a stream: the next one may be sent.
     pub fn shown(&self, stream: u32) {
         self.lock().pictures.shown(stream);
         self.wake.notify_one();
     }
 
-    /// Forgets what it would have sent of states, signals and pictures: another moment of a recording is shown.
+    /// Drops waiting states, signals and pictures, to show another time of a recording.
     pub fn forget(&self) {
         let mut state = self.lock();
         state.states.clear();
@@ -209,7 +209,7 @@ impl Outbox {
         self.wake.notify_one();
     }
 
-    /// Waits until what must arrive no longer fits; returns the reason to cut the client off.
+    /// Waits until messages that must arrive no longer fit; returns the reason to cut the client off.
     pub async fn overflow(&self) -> String {
         loop {
             let overflowed = self.overflowed.notified();
@@ -220,8 +220,8 @@ impl Outbox {
         }
     }
 
-    /// What was missed, if it has grown. What was skipped before the first call is not counted: a client that joins gets
-    /// all that is known at once, and of that the newest.
+    /// The counts of missed messages, if they have grown. Nothing skipped before the first call is counted: a client
+    /// that joins receives everything known at once, and only the newest of it.
     pub fn missed(&self) -> Option<Missed> {
         let mut state = self.lock();
         if !std::mem::replace(&mut state.is_settled, true) {
@@ -231,14 +231,14 @@ impl Outbox {
         (std::mem::replace(&mut state.reported, missed) != missed).then_some(missed)
     }
 
-    /// What waits [bytes].
+    /// The size of the waiting messages [bytes].
     pub fn waiting_bytes(&self) -> u64 {
         let state = self.lock();
         let states: usize = state.states.values().map(|fragment| fragment.len()).sum();
         (state.urgent_bytes + state.minor_bytes + state.signal_bytes + states) as u64
     }
 
-    /// Waits for what comes next.
+    /// Waits for the next item to send.
     pub async fn next(&self) -> Next {
         loop {
             let woken = self.wake.notified();

@@ -1,4 +1,4 @@
-//! Pictures of cameras: from messages of ROS to what a browser shows.
+//! Pictures of cameras: from ROS messages to the formats that browsers show.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -30,7 +30,7 @@ pub struct Picture {
     encoded: OnceLock<Result<Bytes, Unshown>>,
 }
 
-/// What a picture came as. Nothing is copied.
+/// The contents of a picture as received. Nothing is copied.
 #[derive(Debug, PartialEq)]
 enum Content {
     /// A file that browsers can show.
@@ -45,7 +45,7 @@ pub enum Unshown {
     /// The message has no picture that can be read.
     #[error(transparent)]
     Message(#[from] PictureError),
-    /// A format that no browser knows.
+    /// A format that no browser supports.
     #[error("browsers can't show `{0}`; JPEG, PNG and WebP can be shown")]
     Format(String),
     /// Pixels of another kind.
@@ -98,13 +98,13 @@ impl Picture {
         Ok(Picture { stream: id, t, content, encoded: OnceLock::new() })
     }
 
-    /// As it is sent; pixels become JPEG, once for all who look, which takes milliseconds.
+    /// The frame to send; pixels are converted to JPEG once for all viewers, which takes milliseconds.
     pub fn encode(&self) -> Result<Bytes, Unshown> {
         let encoded = self.encoded.get_or_init(|| encode(self.stream, self.t, &self.content));
         encoded.clone()
     }
 
-    /// About what it takes to send it [bytes].
+    /// Its approximate size when sent [bytes].
     pub fn size(&self) -> usize {
         match (self.encoded.get(), &self.content) {
             (Some(Ok(encoded)), _) => encoded.len(),
@@ -162,7 +162,7 @@ fn write_jpeg(pixels: &Pixels, out: &mut Vec<u8>) -> Result<(), Unshown> {
     encoded.map_err(|error| Unshown::Encode(error.to_string()))
 }
 
-/// Pairs of pixels that share their colour, as pixels of their own.
+/// Expands pairs of pixels that share their colour into separate pixels.
 fn ycbcr(pixels: &Pixels) -> Vec<u8> {
     let mut out = Vec::with_capacity(pixels.size() / 2 * 3);
     for row in pixels.rows() {
@@ -178,7 +178,7 @@ fn ycbcr(pixels: &Pixels) -> Vec<u8> {
     out
 }
 
-/// Numbers of 16 bits as greys of eight.
+/// Converts 16-bit numbers to 8-bit grey levels.
 fn greys(pixels: &Pixels, is_big_endian: bool) -> Vec<u8> {
     let number = |bytes: &[u8; 2]| {
         if is_big_endian { u16::from_be_bytes(*bytes) } else { u16::from_le_bytes(*bytes) }

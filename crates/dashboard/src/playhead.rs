@@ -1,4 +1,4 @@
-//! The position in a recording that is shown: everybody who looks sees the same moment.
+//! The position in a recording that is shown: all viewers see the same time.
 
 use std::sync::Arc;
 
@@ -6,10 +6,10 @@ use teampulse_core::clock::Stopwatch;
 use teampulse_core::time::Time;
 use tokio::sync::watch;
 
-/// The slowest and the fastest that a recording is played.
+/// The slowest and the fastest rate of playback.
 pub const RATES: (f64, f64) = (0.1, 20.0);
 
-/// The position in a recording, and how it moves on; clones share it.
+/// The position in a recording, and its motion; clones share it.
 #[derive(Clone, Debug)]
 pub struct Playhead {
     first: Time,
@@ -17,14 +17,14 @@ pub struct Playhead {
     state: Arc<watch::Sender<Position>>,
 }
 
-/// A position that moves on.
+/// A moving position.
 #[derive(Clone, Copy, Debug)]
 pub struct Position {
     at: Time,
     since: Stopwatch,
     /// How many times as fast as it was recorded.
     pub rate: f64,
-    /// Whether it stands still.
+    /// Whether it is paused.
     pub is_paused: bool,
     /// How often it was moved to another place.
     pub jumps: u64,
@@ -40,14 +40,14 @@ impl Position {
         Time::from_nanos(nanos).min(last)
     }
 
-    /// The same, as counted from now on.
+    /// The same position, counted from now.
     fn kept(self, last: Time) -> Position {
         Position { at: self.now(last), since: Stopwatch::start(), ..self }
     }
 }
 
 impl Playhead {
-    /// Starts at a time of a recording from `first` to `last`, so many times as fast as it was recorded.
+    /// Starts at a time of a recording from `first` to `last`, at this multiple of the recorded speed.
     pub fn new((first, last): (Time, Time), at: Time, rate: f64) -> Playhead {
         let (at, since) = (at.clamp(first, last), Stopwatch::start());
         let rate = if rate.is_finite() { rate.max(RATES.0 / 100.0) } else { 1.0 };
@@ -75,17 +75,17 @@ impl Playhead {
         self.now() >= self.last
     }
 
-    /// How it moves on.
+    /// The moving position.
     pub fn position(&self) -> Position {
         *self.state.borrow()
     }
 
-    /// Resolves whenever somebody changes how it moves on.
+    /// Receives every change of its motion.
     pub fn changes(&self) -> watch::Receiver<Position> {
         self.state.subscribe()
     }
 
-    /// Stops, or goes on; at the end it goes on from the beginning.
+    /// Pauses or resumes; at the end it resumes from the beginning.
     pub fn set_paused(&self, is_paused: bool) {
         if !is_paused && self.is_over() {
             self.jump(self.first);
@@ -93,7 +93,7 @@ impl Playhead {
         self.change(|position| position.is_paused = is_paused);
     }
 
-    /// Goes on faster or slower.
+    /// Sets the rate.
     pub fn set_rate(&self, rate: f64) {
         self.change(|position| position.rate = limited(rate));
     }
@@ -104,7 +104,7 @@ impl Playhead {
         self.change(|position| (position.at, position.jumps) = (to, position.jumps + 1));
     }
 
-    /// Goes on no further than this much [s] beyond a time, up to which all is shown.
+    /// Limits the position to this much [s] beyond the time up to which everything has been shown.
     pub fn wait_for(&self, shown: Time, behind_secs: f64) {
         let is_far = |now: Time| now.secs_since(shown) > behind_secs;
         self.state.send_if_modified(|position| {

@@ -1,4 +1,4 @@
-//! How often somebody may ask for something.
+//! A limit on the rate of requests.
 
 use teampulse_core::clock::Stopwatch;
 
@@ -12,7 +12,7 @@ pub struct Allowance {
 }
 
 impl Allowance {
-    /// This many a second, and this many at once.
+    /// Allows this many per second, and this many in a burst.
     pub fn new(per_sec: f64, most: f64) -> Allowance {
         Allowance { per_sec, most, left: most, since: Stopwatch::start() }
     }

@@ -1,10 +1,10 @@
-//! The last half minute of each wave as it came, for those who begin to draw it.
+//! The last half minute of each wave as received, for clients that start to draw it.
 
 use std::collections::{BTreeMap, VecDeque};
 
 use crate::wire::waves::Wave;
 
-/// For how long waves are kept [s].
+/// How long waves are kept [s].
 const KEPT_SECS: f64 = 30.0;
 /// The memory of all kept waves [bytes]; with more, each stream keeps less.
 const KEPT_BYTES: usize = 16 << 20;
@@ -17,7 +17,7 @@ pub struct Recent {
 }
 
 impl Recent {
-    /// Keeps a wave, and lets go of those that are too old or too many.
+    /// Keeps a wave, and drops those that are too old or too many.
     pub fn keep(&mut self, wave: Wave) {
         let Wave { stream, start, .. } = wave;
         self.bytes += bytes(&wave);
@@ -35,8 +35,8 @@ impl Recent {
         }
     }
 
-    /// The newest waves of a stream with this many points a second at most, the oldest first, that take no more memory
-    /// than this [bytes].
+    /// The newest waves of a stream, oldest first, with at most this many points per second and no more than this much
+    /// memory [bytes].
     pub fn of(&self, stream: u32, points_per_sec: f64, most_bytes: usize) -> Vec<Vec<u8>> {
         let newest_first = self.waves.get(&stream).into_iter().flatten().rev();
         let mut left = most_bytes;

@@ -1,4 +1,4 @@
-//! The recording as it is observed: it grows only if its size on the disk does.
+//! The recording as observed from outside: it counts as growing only if its size on the disk grows.
 
 use std::collections::VecDeque;
 
@@ -7,13 +7,13 @@ use teampulse_core::clock::Stopwatch;
 use crate::hub::Hub;
 use crate::wire::{Recording, RecordingStage};
 
-/// Over how long its speed is measured [s]; it is looked at once a second.
+/// The time over which its speed is measured [s]; it is checked once a second.
 const SPEED_SECS: usize = 10;
 
-/// A bag that is seen so early began with the session [s].
+/// A bag that is seen within this time began with the session [s].
 const FIRST_SECS: f64 = 5.0;
 
-/// What was seen of the recording.
+/// What was observed of the recording.
 #[derive(Debug, Default)]
 pub struct Observed {
     /// The folder of the newest bag, and when it was first seen [s of the session].
@@ -23,7 +23,7 @@ pub struct Observed {
 }
 
 impl Observed {
-    /// Looks at the disk.
+    /// Checks the disk.
     pub fn look(&mut self, hub: &Hub) -> Recording {
         let disk = (hub.context.disk)();
         if self.grown.is_none_or(|(bytes, _)| disk.bytes > bytes) {

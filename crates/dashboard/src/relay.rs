@@ -1,4 +1,4 @@
-//! The sink's thread: from records to what is stored and what each client gets.
+//! The sink's thread, which stores records and passes them to each client.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -28,17 +28,17 @@ use crate::replay::timeline::MOST_EVENTS;
 use crate::wire::waves::Wave;
 use crate::wire::{Ended, FromServer, Machine, known as known_number};
 
-/// How often a reading is sent to those who draw it, and to those who don't [s].
+/// The interval at which readings are sent to clients that draw them, and to those that don't [s].
 const PACES: [f64; 2] = [1.0 / 30.0, 1.0];
 
-/// After how long what was not received is missing [s]: as long as `teampulse check` listens.
+/// The time after which a stream that was not received counts as missing [s]: as long as `teampulse check` listens.
 const AWAITED_SECS: f64 = 6.0;
 
-/// Takes records and hands them on; never waits for a client.
+/// Takes records and passes them on; never waits for a client.
 pub struct Relay {
     hub: Arc<Hub>,
     streams: Streams,
-    /// Whether a stream may have been described anew.
+    /// Whether a stream may have a new description.
     is_described: bool,
     readouts: BTreeMap<u32, Option<Readout>>,
     /// The newest status of each raw stream.
@@ -55,9 +55,9 @@ pub struct Relay {
     skipped: u64,
 }
 
-/// What a batch has that is new.
+/// What is new in a batch.
 struct Fresh {
-    /// Whether there is a client: nothing is written for nobody.
+    /// Whether there is a client: otherwise nothing needs to be encoded.
     is_watched: bool,
     events: Vec<(u32, bool, Fragment)>,
     states: Vec<(StateKind, u32, f64, Fragment)>,
@@ -80,7 +80,7 @@ impl Fresh {
     }
 }
 
-/// A reading, and for whom it is due.
+/// A reading, and which clients it is due for.
 struct Reading {
     stream: u32,
     t: f64,
@@ -134,8 +134,8 @@ impl Relay {
         }
     }
 
-    /// Shows another moment of a recording: what was known then comes of the events before it and of records that are
-    /// not sent as if they happened now.
+    /// Shows another time of a recording: the state at that time follows from earlier events and records, which are not
+    /// sent as if they happened now.
     pub fn restart<'a>(
         &mut self,
         before: impl Iterator<Item = &'a crate::wire::Event>,
@@ -161,7 +161,7 @@ impl Relay {
         }
     }
 
-    /// Does what is due once a second.
+    /// Does everything that is due once a second.
     pub fn tick(&mut self, skipped: u64) {
         self.skipped += skipped;
         let clients = self.hub.clients();
@@ -205,7 +205,7 @@ impl Relay {
         self.next_phase = next;
     }
 
-    /// Other computers and the buses, as they are now.
+    /// The present state of other computers and the buses.
     fn network(&mut self) -> FromServer {
         let now = self.hub.now();
         let statuses = || self.statuses.values().map(|status| &**status);
@@ -214,7 +214,7 @@ impl Relay {
         FromServer::Network { computers, buses }
     }
 
-    /// Looks at what the study requires, once there was time to receive it.
+    /// Checks the requirements of the study, once there was time to meet them.
     fn require(&mut self, clients: &[Arc<Client>]) {
         let Some(required) = &self.hub.context.required else { return };
         if self.hub.now() < AWAITED_SECS {
@@ -240,7 +240,7 @@ impl Relay {
         }
     }
 
-    /// Says good-bye to all clients.
+    /// Ends the connections of all clients.
     pub fn end(&mut self, reason: &str) {
         for client in self.hub.clients() {
             let reason = reason.to_owned();
@@ -392,7 +392,7 @@ impl Relay {
         known.samples.insert(id, sample);
     }
 
-    /// Reports to a client that what it did is among the records.
+    /// Reports to a client that its action is among the records.
     fn echo(&mut self, record: &Record, clients: &[Arc<Client>]) {
         let Data::Event(event) = &record.sample.data else { return };
         let acts = [EventKind::Marker, EventKind::Command, EventKind::Report];
@@ -407,12 +407,12 @@ impl Relay {
     }
 }
 
-/// Whether the dashboard has a use for a stream: messages of which neither a number nor a picture is read are left to others.
+/// Whether the dashboard can use a stream: messages with neither numbers nor pictures that it reads are ignored.
 pub fn is_wanted(stream: &Stream) -> bool {
     has_pictures(stream) || has_numbers(stream)
 }
 
-/// Whether something other than pictures is read of a stream.
+/// Whether anything other than pictures is read from a stream.
 pub fn has_numbers(stream: &Stream) -> bool {
     let is_opaque = matches!(stream.shape, Shape::Message(_)) && stream.channels.is_empty();
     // Images and sound are nothing to draw as lines; what was computed of them is.
@@ -421,7 +421,7 @@ pub fn has_numbers(stream: &Stream) -> bool {
     !is_opaque && !has_pictures(stream) && !is_scene
 }
 
-/// Hands a client what it may see of what is new.
+/// Passes a client the new data that it may see.
 fn offer(client: &Client, fresh: &Fresh, wanted: &BTreeMap<u32, f64>, hidden: &BTreeSet<u32>) {
     let is_blind = client.is_blind();
     let shows = |stream: &u32| !(is_blind && hidden.contains(stream));

@@ -1,4 +1,4 @@
-//! A recording, shown in browsers: each reads what was recorded, at the position that all of them share.
+//! A recording, shown in browsers: at a position that all of them share.
 
 pub(crate) mod timeline;
 
@@ -26,23 +26,23 @@ use crate::relay::{Relay, has_numbers};
 use crate::sink::{FAREWELL, start};
 use crate::wire::{Event, FromServer, Timeline};
 
-/// How often the position is looked at.
+/// How often the position is checked.
 const LOOK: Duration = Duration::from_millis(15);
-/// How much before a moment is read to show it: every stream's health is recorded twice a minute.
+/// How far back to read to show a given time: every stream's health is recorded twice a minute.
 const BEFORE: Duration = Duration::from_secs(120);
-/// How much before a moment a picture is looked for: the newest one is shown.
+/// How far back to look for pictures: the newest one is shown.
 const BEFORE_PICTURES: Duration = Duration::from_secs(2);
-/// The most records that are handed on at once.
+/// The most records that are passed on at once.
 const BATCH: usize = 2000;
-/// With more than this still to be shown, the position waits for it [s].
+/// When more than this remains to be shown, the position waits [s].
 const BEHIND_SECS: f64 = 2.0;
 
-/// A recording, as it is read.
+/// A recording that can be read.
 pub trait Recording: Send + Sync {
     /// Its streams.
     fn streams(&self) -> Streams;
 
-    /// The records from a log time on, in their order, of the streams that are wanted.
+    /// The records from a log time on, in their order, for the wanted streams.
     fn records<'a>(
         &'a self,
         from: Time,
@@ -50,7 +50,7 @@ pub trait Recording: Send + Sync {
     ) -> Box<dyn Iterator<Item = Record> + 'a>;
 }
 
-/// A recording that is shown, until this is dropped.
+/// A recording that is shown until this value is dropped.
 pub struct Shown {
     hub: Arc<Hub>,
     is_over: Arc<AtomicBool>,
@@ -70,12 +70,12 @@ impl Shown {
         &self.address
     }
 
-    /// How many look at it.
+    /// The number of viewers.
     pub fn viewers(&self) -> u32 {
         self.hub.viewers()
     }
 
-    /// Whether it ended by itself, which only a fault does.
+    /// Whether it ended by itself, which only happens after a fault.
     pub fn has_ended(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
@@ -129,7 +129,7 @@ pub fn show(
     Ok(Shown { hub, is_over, thread: Some(thread), address })
 }
 
-/// What is read from a position on.
+/// The records from a position on.
 type Ahead<'a> = Peekable<Box<dyn Iterator<Item = Record> + 'a>>;
 
 /// The next record, if it is due.
@@ -142,7 +142,7 @@ fn nothing<'a>() -> Ahead<'a> {
     nothing.peekable()
 }
 
-/// What was sent of the position.
+/// The position as last sent.
 #[derive(Clone, Copy, PartialEq)]
 struct Reported {
     rate: f64,
@@ -151,17 +151,17 @@ struct Reported {
     is_over: bool,
 }
 
-/// Shows what is due.
+/// Shows the records that are due.
 struct Showing<'a> {
     hub: &'a Arc<Hub>,
     playhead: &'a Playhead,
     recording: &'a dyn Recording,
     relay: Relay,
-    /// The records from the position on, but for pictures: of those less is read to show a moment.
+    /// The records from the position on except for pictures, of which less is read to show a given time.
     ahead: Ahead<'a>,
     /// The pictures from the position on.
     pictures: Ahead<'a>,
-    /// How the position moved on when it was looked at last.
+    /// The number of jumps at the last check.
     jumps: Option<u64>,
     reported: Option<Reported>,
     has_timeline: bool,
@@ -204,7 +204,7 @@ impl<'a> Showing<'a> {
         self.relay.end("the replay was ended");
     }
 
-    /// Shows the moment at the position, with what was known then.
+    /// Shows the time at the position, with what was known then.
     fn restart(&mut self) {
         let now = self.playhead.now();
         let from = now - BEFORE;
@@ -227,7 +227,7 @@ impl<'a> Showing<'a> {
         self.relay.restart(before, records);
     }
 
-    /// Hands on what is due; returns whether more is.
+    /// Passes on the records that are due; returns whether more are.
     fn advance(&mut self) -> bool {
         let now = self.playhead.now();
         let mut batch = Vec::new();
@@ -250,7 +250,7 @@ impl<'a> Showing<'a> {
         is_behind
     }
 
-    /// Sends how the position moves on, when that has changed, once a second, and at the end.
+    /// Sends the moving position when it has changed, once a second, and at the end.
     fn report(&mut self) {
         let Some(playback) = self.hub.playback() else { return };
         let reported = Reported {
@@ -269,8 +269,8 @@ impl<'a> Showing<'a> {
     }
 }
 
-/// Whether an event is among those of the timeline that were sent: it was recorded long after it happened, as a span
-/// that was annotated.
+/// Whether an event is among those of the timeline that were sent: it was recorded long after it happened, like the
+/// annotation of a span.
 fn is_known(record: &Record, known_until: Option<Time>) -> bool {
     let Data::Event(event) = &record.sample.data else { return false };
     !is_minor(event) && known_until.is_some_and(|until| record.sample.measured < until)

@@ -29,10 +29,10 @@ use crate::{api, metrics};
 /// How many ports after the first are tried.
 const PORTS: u16 = 100;
 
-/// The events that programs may post each second, and at once.
+/// The events that programs may post: per second, and in a burst.
 const POSTS: (f64, f64) = (50.0, 200.0);
 
-/// What every answer says: nothing from elsewhere, nothing inline, in no frame.
+/// The headers of every answer: nothing from other sites, nothing inline, not in a frame.
 const HEADERS: [(&str, &str); 7] = [
     (
         "content-security-policy",
@@ -47,7 +47,7 @@ const HEADERS: [(&str, &str); 7] = [
     ("cross-origin-resource-policy", "same-origin"),
 ];
 
-/// What the routes share.
+/// The state shared by the routes.
 #[derive(Clone)]
 pub struct Shared {
     /// The session.

@@ -1,4 +1,4 @@
-//! The sink: receives all records, and serves those who look.
+//! The sink: receives all records, and serves the viewers.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,14 +12,14 @@ use crate::hub::Hub;
 use crate::relay::{Relay, is_wanted};
 use crate::server;
 
-/// The longest wait for records; what is due once a second is at most so late.
+/// The longest wait for records; anything due once a second is late by at most this.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// How long readings gather before they are stored, while nobody watches.
 const GATHER: Duration = Duration::from_millis(100);
-/// The time for the last messages to those who look.
+/// The time for the last messages to viewers.
 pub(crate) const FAREWELL: Duration = Duration::from_millis(300);
 
-/// Shows a session in browsers, and takes part in it for the people there.
+/// Shows a session in browsers, and lets the people there take part.
 #[derive(Debug)]
 pub struct Dashboard {
     context: Context,

@@ -27,7 +27,7 @@ pub enum TlsError {
         /// Why.
         error: std::io::Error,
     },
-    /// A file is not PEM, or does not have what it is named for.
+    /// A file is not PEM, or does not contain what it should.
     #[error("read {path}: {why}")]
     Malformed {
         /// Which of the two files.
@@ -67,7 +67,7 @@ impl TlsFile {
 }
 
 impl TlsError {
-    /// The file that is at fault.
+    /// The faulty file.
     pub const fn file(&self) -> TlsFile {
         match self {
             TlsError::Unreadable { file, .. } | TlsError::Malformed { file, .. } => *file,
@@ -137,7 +137,7 @@ impl Tls {
         Ok(Tls(Arc::new(config)))
     }
 
-    /// What receives connections.
+    /// The acceptor for connections.
     pub(crate) fn acceptor(&self) -> TlsAcceptor {
         TlsAcceptor::from(Arc::clone(&self.0))
     }

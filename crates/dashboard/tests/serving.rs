@@ -1,4 +1,4 @@
-//! A dashboard as browsers and programs meet it.
+//! The dashboard as browsers and programs see it.
 
 mod stage;
 

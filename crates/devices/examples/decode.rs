@@ -1,6 +1,7 @@
 //! Decodes a dump of notifications: `cargo run --example decode [dump]`.
 //!
-//! A line of a dump: milliseconds, the first eight digits of the characteristic, the value in hexadecimal digits.
+//! Each line of a dump has: milliseconds, the first eight digits of the characteristic, the value in hexadecimal
+//! digits.
 
 #![expect(clippy::print_stdout, reason = "an example prints")]
 

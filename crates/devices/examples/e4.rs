@@ -1,6 +1,6 @@
 //! Prints the samples of an Empatica E4: `cargo run --example e4 [server:28000]`.
 //!
-//! All that a driver over TCP needs: a socket, a clock, and the session.
+//! Everything that a driver over TCP needs: a socket, a clock, and the session.
 
 #![expect(clippy::print_stdout, reason = "an example prints")]
 

@@ -1,4 +1,4 @@
-//! What sessions with Bluetooth Low Energy devices ask for.
+//! The requests of sessions with Bluetooth Low Energy devices.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ use std::fmt;
 pub struct Uuid(pub u128);
 
 impl Uuid {
-    /// The UUID that the Bluetooth SIG assigned a number for (Core specification, vol. 3, part B, 2.5.1).
+    /// The UUID of a number assigned by the Bluetooth SIG (Core specification, vol. 3, part B, 2.5.1).
     pub const fn short(number: u16) -> Self {
         Self(0x0000_0000_0000_1000_8000_0080_5f9b_34fb | (number as u128) << 96)
     }
@@ -35,13 +35,13 @@ impl fmt::Debug for Uuid {
     }
 }
 
-/// What to do with a characteristic. Report a failure with
+/// A request about a characteristic. Report a failure with
 /// [`GattSession::fail`](crate::GattSession::fail); success needs no report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
     /// Enable its notifications or indications.
     Subscribe(Uuid),
-    /// Read it, and hand the value to [`GattSession::receive`](crate::GattSession::receive).
+    /// Read it, and pass the value to [`GattSession::receive`](crate::GattSession::receive).
     Read(Uuid),
     /// Write these bytes with response.
     Write(Uuid, Vec<u8>),

@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 
 use crate::{Error, Event, Output, Reading, Stream};
 
-/// What a session has for its caller, in order.
+/// The output of a session to its caller, in order.
 #[derive(Debug)]
 pub(crate) struct Outbox<R> {
     queue: VecDeque<Output<R>>,
@@ -45,7 +45,7 @@ impl<R> Outbox<R> {
         self.done
     }
 
-    /// Another connection: what was asked of the last one is void.
+    /// Starts a new connection: requests of the last one are void.
     pub fn reopen(&mut self) {
         self.queue.retain(|output| !matches!(output, Output::Request(_) | Output::Done(_)));
         self.done = false;

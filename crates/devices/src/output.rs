@@ -2,27 +2,27 @@ use std::time::Duration;
 
 use crate::{Error, Reading, Stream};
 
-/// What a session hands to its caller; `R` is what it may ask for over its kind of link.
+/// An output of a session to its caller; `R` is the type of requests on its kind of link.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Output<R> {
-    /// To be carried out before the next one.
+    /// A request, to be carried out before the next one.
     Request(R),
     /// A stream begins, or its scale or rate changed.
     Stream(Stream),
     /// Samples.
     Reading(Reading),
-    /// What else became known.
+    /// Anything else that became known.
     Event(Event),
     /// The session has ended: close the link. After an error, connect again later and
     /// [`start`](crate::Session::start) the session again.
     Done(Result<(), Error>),
 }
 
-/// What a session reports beside samples.
+/// What a session reports besides samples.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Event {
-    /// A part of what the device says that it is.
+    /// A part of the device's identity.
     Identified {
         /// Which part.
         part: Identity,
@@ -33,24 +33,24 @@ pub enum Event {
     Gap {
         /// The stream.
         stream: &'static str,
-        /// How many, where that can be known; the next index has jumped by as many.
+        /// How many, if that is known; the next index has jumped by that number.
         samples: Option<u64>,
     },
-    /// Bytes arrived that mean nothing or can't be placed, and were left out.
+    /// Bytes that mean nothing or can't be placed arrived, and were skipped.
     Discarded {
         /// Where they came from: a stream, a service or a protocol.
         source: &'static str,
         /// How many.
         bytes: usize,
     },
-    /// A stream was silent for longer than it may be; the session asks for it again.
+    /// A stream was silent for too long; the session requests it again.
     Stalled {
         /// The stream.
         stream: &'static str,
         /// For how long.
         quiet: Duration,
     },
-    /// The device refused a stream, or has none of this name; the other streams go on.
+    /// The device refused a stream, or has none with this name; the other streams go on.
     Refused {
         /// The stream.
         stream: &'static str,
@@ -59,14 +59,14 @@ pub enum Event {
     },
     /// The device's clock was set: device times before and after can't be compared.
     ClockSet {
-        /// The stream on which it was seen.
+        /// The stream on which this was detected.
         stream: &'static str,
     },
-    /// Something that happened at one moment: a press, a pose, a tap.
+    /// Something that happened at one time: a press, a pose, a tap.
     Marker {
         /// What happened, such as `tag`.
         name: &'static str,
-        /// The device's clock then \[ns\], where it has one.
+        /// The device's clock at that time \[ns\], if it has one.
         device_time_ns: Option<i64>,
     },
     /// The link between a base station and its wearable: lost, or up again.
@@ -80,7 +80,7 @@ pub enum Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Identity {
-    /// Who made it.
+    /// The manufacturer.
     Manufacturer,
     /// Model or hardware version.
     Model,

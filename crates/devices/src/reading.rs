@@ -6,17 +6,17 @@ pub struct Stream {
     pub name: &'static str,
     /// The values of one sample, in order.
     pub channels: Vec<Channel>,
-    /// Nominal samples per second; `None` for what happens irregularly. Measure the true rate.
+    /// Nominal samples per second; `None` if irregular. Measure the true rate.
     pub rate_hz: Option<f64>,
-    /// Whether device times are of a clock that runs in the device; else they are none, or stamps of a program
+    /// Whether device times are from a clock in the device; otherwise there are none, or they are stamps of a program
     /// that passed the samples on.
     pub has_clock: bool,
-    /// Whether a reading is a run of samples of one period, as a notification holds them.
+    /// Whether a reading holds several samples with one period, as in a notification.
     pub in_runs: bool,
 }
 
 impl Stream {
-    /// A stream of single samples that come irregularly, of a device without a clock.
+    /// A stream of single, irregular samples from a device without a clock.
     pub const fn irregular(name: &'static str, channels: Vec<Channel>) -> Self {
         Self { name, channels, rate_hz: None, has_clock: false, in_runs: false }
     }
@@ -34,12 +34,12 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// A channel whose raw values are in `unit` as they are.
+    /// A channel whose raw values are in `unit` already.
     pub const fn new(name: &'static str, unit: &'static str) -> Self {
         Self { name, unit, scale: 1.0 }
     }
 
-    /// The same channel with raw values of which one step is `scale` units.
+    /// The same channel with raw values whose step is `scale` units.
     #[must_use]
     pub const fn scaled(self, scale: f64) -> Self {
         Self { scale, ..self }
@@ -51,7 +51,7 @@ impl Channel {
 pub struct Reading {
     /// The name of the [`Stream`].
     pub stream: &'static str,
-    /// The number of the first sample since the session was made. Samples known to be lost are
+    /// The number of the first sample since the session was created. Samples known to be lost are
     /// counted, so a jump is a gap of that length.
     pub index: u64,
     /// The device's own clock at the first sample \[ns\], since an epoch that the device's module

@@ -3,44 +3,44 @@ use std::time::Duration;
 use crate::Output;
 use crate::gatt::{self, Uuid};
 
-/// A conversation with one device, without the link: the caller carries the bytes and the time.
+/// The protocol of one device, without the link: the caller supplies the bytes and the time.
 ///
-/// `now` is the time since any fixed moment, of a clock that never steps back. After each call,
-/// [`poll`](Self::poll) until it returns `None`; at [`next_tick`](Self::next_tick) at the latest, call
-/// [`tick`](Self::tick).
+/// `now` is the time since any fixed point, by a clock that never steps back. After each call,
+/// [`poll`](Self::poll) until it returns `None`; call [`tick`](Self::tick) no later than
+/// [`next_tick`](Self::next_tick).
 pub trait Session {
-    /// What the session asks its caller to do.
+    /// A request of the session to its caller.
     type Request;
 
-    /// The link is up: begins, or begins again after the link was lost. Indices of samples go on.
+    /// Starts when the link is up, or again after it was lost. Indices of samples continue.
     fn start(&mut self, now: Duration);
 
-    /// Time has passed: asks again, restarts what is silent, or gives up.
+    /// Advances the time: repeats requests, restarts silent streams, or gives up.
     fn tick(&mut self, now: Duration);
 
     /// When [`tick`](Self::tick) has to be called next; `None` while nothing is awaited.
     fn next_tick(&self) -> Option<Duration>;
 
-    /// Ends the conversation as the device expects it; [`Output::Done`] follows.
+    /// Ends the exchange as the device expects; [`Output::Done`] follows.
     ///
-    /// Some devices go on measuring until their battery is empty when their link is cut without.
+    /// Without this, some devices keep measuring after the link is closed until their battery is empty.
     fn stop(&mut self, now: Duration);
 
-    /// The next thing to carry out or to take note of, in order.
+    /// The next output, in order.
     fn poll(&mut self) -> Option<Output<Self::Request>>;
 }
 
 /// A session with a Bluetooth Low Energy device. Requests are carried out one after the other.
 pub trait GattSession: Session<Request = gatt::Request> {
-    /// A notification or indication of a characteristic, or the value that was read from it.
+    /// Takes in a notification or indication of a characteristic, or the value that was read from it.
     fn receive(&mut self, characteristic: Uuid, value: &[u8], now: Duration);
 
-    /// A request for this characteristic could not be carried out: it is missing, or refused it.
+    /// Notes that a request for this characteristic failed: it is missing, or refused the request.
     fn fail(&mut self, characteristic: Uuid, now: Duration);
 }
 
 /// A session over a stream of bytes: a serial port or a TCP connection.
 pub trait ByteSession: Session<Request = Vec<u8>> {
-    /// Bytes that arrived, cut anywhere.
+    /// Takes in bytes, cut anywhere.
     fn receive(&mut self, bytes: &[u8], now: Duration);
 }

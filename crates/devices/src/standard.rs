@@ -15,8 +15,8 @@ const INFORMATION: [(Uuid, Identity); 4] = [
 
 /// The services that any Bluetooth device may have: Device Information (0x180A) and Battery (0x180F).
 ///
-/// A device may lack each of them: that is no failure. A charge that has not changed is not reported again, as `BlueZ`
-/// gives each value that is read as a notification, too.
+/// A device may lack either: that is not a failure. An unchanged charge is not reported again, since `BlueZ` also
+/// delivers each value that is read as a notification.
 #[derive(Debug, Default)]
 pub(crate) struct StandardServices {
     batteries: u64,
@@ -34,7 +34,7 @@ impl StandardServices {
         out.request(Request::Read(BATTERY_LEVEL));
     }
 
-    /// Whether the value was of one of these services.
+    /// Takes in a value; returns whether it belongs to one of these services.
     pub fn receive(&mut self, from: Uuid, value: &[u8], out: &mut Outbox<Request>) -> bool {
         if from == BATTERY_LEVEL {
             self.receive_battery(value, out);

@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-/// Expires when something that comes again and again stays away.
+/// Expires when something recurrent fails to arrive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Watchdog {
     fed: Duration,

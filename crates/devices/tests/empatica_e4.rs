@@ -211,7 +211,7 @@ fn a_line_without_an_end_is_not_kept() {
     assert_eq!(values(&readings(&outputs, "ppg")), [1.0]);
 }
 
-/// What a server may send, and noise.
+/// Lines that a server may send, and noise.
 fn line() -> impl Strategy<Value = Vec<u8>> {
     let known = prop::sample::select(vec![
         LIST,

@@ -1,4 +1,4 @@
-//! LSL: what liblsl sends, any bytes in any pieces, and both sides against each other.
+//! LSL: data from liblsl, any bytes in any pieces, and both sides against each other.
 
 use proptest::prelude::*;
 use teampulse_devices::lsl::{

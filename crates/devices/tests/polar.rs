@@ -25,7 +25,7 @@ fn writes(outputs: Vec<Output<Request>>) -> Vec<Vec<u8>> {
     requests(outputs).into_iter().filter_map(write).collect()
 }
 
-/// A session that has been answered up to the start of its ECG.
+/// A session whose requests were answered up to the start of its ECG.
 fn asked_to_start() -> PolarSession {
     let mut strap = PolarSession::new(&[Selection::of(Measurement::Ecg)]);
     strap.start(secs(0));
@@ -43,7 +43,7 @@ fn measuring() -> PolarSession {
     strap
 }
 
-/// 73 samples of ECG up to a time in ns.
+/// 73 samples of ECG, the last one at a time in ns.
 fn ecg(last_ns: u64) -> Vec<u8> {
     let mut frame = vec![0];
     frame.extend(last_ns.to_le_bytes());
@@ -440,7 +440,7 @@ fn noise_without_contact_is_a_reading_as_any_other() {
     assert_eq!(values(&readings(&drain(&mut strap), "ecg")).len(), 73);
 }
 
-/// Packs differences of a width as the specification says, for the law below.
+/// Packs differences of a given width as specified, for the test below.
 fn pack(differences: &[i32], width: u32) -> Vec<u8> {
     let mut bytes = vec![0; (differences.len() * width as usize).div_ceil(8)];
     let bits = differences.iter().flat_map(|number| (0..width).map(move |bit| number >> bit & 1));

@@ -12,14 +12,14 @@ use teampulse_devices::{ByteSession, Error, Event, Identity, Output, Reading, Se
 /// 128 Hz.
 const INTERVAL: u32 = 256;
 
-/// The third resistor, and 1500 of the ADC.
+/// The third resistor, and an ADC value of 1500.
 const CONDUCTANCE: u16 = 0x85dc;
 
-/// What a device of a kind answers; the emulator of these tests, by the firmware's tables.
+/// The answers of a kind of device: the emulator of these tests, following the firmware's tables.
 #[derive(Clone, Copy)]
 struct Device {
     has_checksums: bool,
-    /// Answers `A3`.
+    /// Whether it answers `A3`.
     is_new: bool,
 }
 
@@ -41,7 +41,7 @@ impl Device {
         }
     }
 
-    /// PPG counts up, conductance stays.
+    /// A packet in which PPG counts up and conductance stays the same.
     fn packet(self, number: u32) -> Vec<u8> {
         let ticks = (0xff_ff00 + number * INTERVAL).to_le_bytes();
         let ppg = (number as u16 % 4096).to_le_bytes();
@@ -79,7 +79,7 @@ impl Device {
     }
 }
 
-/// Whether a command is of those that come before the device is drained.
+/// Whether a command is one of those sent before the device is drained.
 fn is_reset(command: &[u8]) -> bool {
     matches!(command, [0x20] | [0x8b, 0])
 }
@@ -313,7 +313,7 @@ fn a_device_that_falls_silent_is_set_up_again_and_then_given_up() {
     assert_eq!(outputs.last(), Some(&Output::Done(Err(Error::Silent("packets")))));
 }
 
-/// Answers until nothing more is asked.
+/// Answers until there are no more requests.
 fn drain_answered(shimmer: &mut ShimmerSession, now: Duration) -> Vec<Output<Vec<u8>>> {
     let mut all = Vec::new();
     loop {

@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 pub struct Noise(Xoshiro256PlusPlus);
 
 impl Noise {
-    /// The stream of a seed.
+    /// The stream with this seed.
     pub fn seeded(seed: u64) -> Noise {
         Noise(Xoshiro256PlusPlus::seed_from_u64(seed))
     }
@@ -22,18 +22,18 @@ impl Noise {
         Noise::seeded(self.0.random())
     }
 
-    /// A number from the range, all equally likely.
+    /// A uniformly distributed number from the range.
     pub fn uniform(&mut self, range: Range<f64>) -> f64 {
         range.start + (range.end - range.start) * self.0.random::<f64>()
     }
 
-    /// A normal number of mean 0 and standard deviation 1, after Box and Muller.
+    /// A normal number with mean 0 and standard deviation 1, after Box and Muller.
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.0.random::<f64>()).ln()).sqrt();
         radius * (TAU * self.0.random::<f64>()).cos()
     }
 
-    /// Several normal numbers at once, for half of the price.
+    /// Several normal numbers at once, at half the cost.
     pub fn normals<const N: usize>(&mut self) -> [f64; N] {
         let mut numbers = [0.0; N];
         for pair in numbers.chunks_mut(2) {
@@ -54,19 +54,18 @@ impl Noise {
         (sigma * self.normal() - 0.5 * sigma * sigma).exp()
     }
 
-    /// A waiting time of mean 1 for what comes by chance.
+    /// An exponential waiting time with mean 1.
     pub fn exponential(&mut self) -> f64 {
         -(1.0 - self.0.random::<f64>()).ln()
     }
 
-    /// Whether something happens that has this probability.
+    /// Whether something with this probability happens.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.0.random::<f64>() < probability
     }
 }
 
-/// A normal process of standard deviation 1 whose correlation falls off exponentially along a way
-/// or a time.
+/// A normal process of standard deviation 1 whose correlation falls off exponentially with distance or time.
 #[derive(Clone, Debug)]
 pub struct Correlated {
     value: f64,

@@ -1,4 +1,4 @@
-//! Laws of a simulated body: the same for any chunking, exact, and of the sizes it is designed for.
+//! Laws of a simulated body: the same for any chunking, exact, and with the magnitudes it is designed for.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 #![expect(clippy::float_cmp, reason = "these are exact")]
@@ -126,12 +126,12 @@ fn no_time_and_no_rate_makes_a_body_panic_or_live_for_ever() {
     }
 }
 
-/// A body that wears nothing: the truth alone.
+/// A body without sensors: the truth alone.
 fn silent() -> Settings {
     Settings { rates: Rates::NONE, ..Settings::default() }
 }
 
-/// What happened in five minutes at a workload, after it has been reached.
+/// What happened in five minutes at a workload, once that is reached.
 fn truth_at(workload: f64, seed: u64) -> Truth {
     let mut body = Body::wearing(&Traits::of_seed(seed), seed, &silent()).unwrap();
     body.state(workload, 0.8 * workload, 0.5);

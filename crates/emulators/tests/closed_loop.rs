@@ -1,5 +1,4 @@
-//! What the body is and what `signal` finds in its signals, side by side: a check of our pipeline,
-//! not of nature.
+//! The truth of the body against what `signal` finds in its signals: a check of our pipeline, not of nature.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 
@@ -17,7 +16,7 @@ use teampulse_signal::respiration::{Pattern, find_breaths};
 use teampulse_signal::robust::median;
 use teampulse_signal::spectrum::{Rule, Welch};
 
-/// People that are looked at, and for how long [s].
+/// The number of simulated people, and for how long [s].
 const PEOPLE: u64 = 6;
 const SECS: f64 = 300.0;
 
@@ -49,7 +48,7 @@ fn beat_times(record: &Record) -> Vec<f64> {
     record.truth.beats.iter().map(|beat| beat.secs).collect()
 }
 
-/// Everyone, calm and at work.
+/// Everyone, both calm and under workload.
 fn everyone() -> impl Iterator<Item = (u64, f64)> {
     (0..PEOPLE).flat_map(|seed| [(seed, 0.0), (seed, 1.0)])
 }
@@ -166,7 +165,7 @@ fn contractions_are_found_where_they_are() {
     }
 }
 
-/// Responses that are alone for a while [s] and surely more than noise [µS].
+/// Responses isolated for this time [s] and clearly above noise [µS].
 const ALONE_SECS: f64 = 6.0;
 const SURE_US: f64 = 0.08;
 

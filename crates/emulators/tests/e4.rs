@@ -1,4 +1,4 @@
-//! The decoders of `teampulse-devices` with an emulated Empatica E4: what was worn is what is read, whatever fails.
+//! The decoders of `teampulse-devices` with an emulated Empatica E4: what was measured is what is read, whatever fails.
 
 #![expect(clippy::float_cmp, reason = "these are exact")]
 
@@ -8,7 +8,7 @@ use teampulse_devices::empatica_e4::{E4Session, E4Settings};
 use teampulse_devices::{ByteSession, Event, Output, Reading, Session};
 use teampulse_emulators::devices::{E4Fault, E4Incident, E4Server, Wearer};
 
-/// Light that says when it was seen, and a beat every 0.8 s.
+/// Light that encodes when it was measured, and a beat every 0.8 s.
 struct Numbers;
 
 impl Wearer for Numbers {
@@ -26,7 +26,7 @@ impl Wearer for Numbers {
     }
 }
 
-/// What a session says of a server in a time, over a link that cuts bytes anywhere.
+/// The outputs of a session with a server over a period, over a link that cuts bytes anywhere.
 fn read(mut server: E4Server, secs: u64) -> Vec<Output<Vec<u8>>> {
     let mut session = E4Session::new(E4Settings::default());
     session.start(Duration::ZERO);
@@ -68,7 +68,7 @@ fn gaps(outputs: &[Output<Vec<u8>>], of: &str) -> Vec<Option<u64>> {
     outputs.iter().filter_map(gap).collect()
 }
 
-/// That every sample has the number under which it was taken.
+/// Asserts that every sample has the number under which it was taken.
 fn assert_numbered(outputs: &[Output<Vec<u8>>]) {
     let light = readings(outputs, "ppg");
     let begin = light[0].values[0];

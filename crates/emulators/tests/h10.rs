@@ -1,4 +1,4 @@
-//! The decoders of `teampulse-devices` with an emulated Polar H10: what was worn is what is read, whatever fails.
+//! The decoders of `teampulse-devices` with an emulated Polar H10: what was measured is what is read, whatever fails.
 
 #![expect(clippy::float_cmp, reason = "these are exact")]
 
@@ -14,7 +14,7 @@ use teampulse_emulators::devices::{
 const RATE_HZ: f64 = 130.0;
 const STEP_SECS: f64 = 0.01;
 
-/// Wears numbers instead of a heart: each sample says when it was taken.
+/// A wearer with numbers instead of a heart: each sample encodes when it was taken.
 struct Numbers;
 
 impl Wearer for Numbers {
@@ -65,7 +65,7 @@ impl Link {
         Duration::from_secs_f64(self.secs)
     }
 
-    /// Hands requests to the strap and values back, until there is nothing left.
+    /// Passes requests to the strap and values back, until there is nothing left.
     fn carry(&mut self) {
         while let Some(output) = self.session.poll() {
             if let Output::Request(request) = &output {
@@ -114,7 +114,7 @@ impl Link {
         self.outputs.iter().filter_map(of_stream).collect()
     }
 
-    /// Of the ECG.
+    /// The gaps of the ECG.
     fn gaps(&self) -> Vec<Option<u64>> {
         let gap = |output: &Output<Request>| match output {
             Output::Event(Event::Gap { stream: "ecg", samples }) => Some(*samples),
@@ -123,7 +123,7 @@ impl Link {
         self.outputs.iter().filter_map(gap).collect()
     }
 
-    /// That every sample has the number under which it was taken.
+    /// Asserts that every sample has the number under which it was taken.
     fn assert_numbered(&self) {
         let readings = self.readings("ecg");
         let begin = readings[0].values[0];
@@ -261,8 +261,8 @@ fn a_link_that_was_lost_costs_what_was_measured_meanwhile() {
     assert!(link.strap.is_streaming());
 }
 
-/// The longest time without ECG \[s\], by the strap's clock, which has numbered its samples; the first takes as long as it
-/// takes.
+/// The longest time without ECG \[s\], by the strap's clock, which has numbered its samples; the time before the first
+/// sample does not count.
 fn longest_gap_secs(link: &Link) -> f64 {
     let readings = link.readings("ecg");
     let bounds = readings.iter().filter_map(|r| Some((*r.values.first()?, *r.values.last()?)));
@@ -272,7 +272,7 @@ fn longest_gap_secs(link: &Link) -> f64 {
     gaps.fold(0.0, f64::max)
 }
 
-/// That each sample is as old as its number, by the strap's clock; but for a frame whose stamp was harmed.
+/// Asserts that each sample's time matches its number, by the strap's clock, except in a frame with a corrupted stamp.
 fn assert_on_one_time_base(link: &Link, harmed: usize) {
     let readings = link.readings("ecg");
     let since = |reading: &Reading| {

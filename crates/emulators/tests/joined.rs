@@ -1,7 +1,7 @@
-//! Recordings of a wristband that was worn during a session, joined to it afterwards: how near to the truth they
-//! come by heart beats alone and by presses of the button, and how often the truth is within the stated error.
+//! Recordings of a wristband that was worn during a session, joined to it afterwards: how close they come to the truth
+//! by heart beats alone and by presses of the button, and how often the truth is within the stated error.
 //!
-//! 100 simulated people for nine minutes with changing workload, by which their pulses arrive up to 20 ms earlier.
+//! 100 simulated people for nine minutes with changing workload, which makes their pulses arrive up to 20 ms earlier.
 //! The session has the R waves of a strap, each up to 4 ms off. The wristband samples the pulse wave at 64 Hz by a
 //! clock that is up to 300 s and 100 ppm off.
 
@@ -16,7 +16,7 @@ const CASES: u64 = 100;
 const FIRST_SEED: u64 = 1000;
 const SECS: f64 = 540.0;
 const RATE_HZ: f64 = 64.0;
-/// As `import` assumes it of anybody.
+/// The pulse arrival time that `import` assumes for anybody.
 const ANYBODY: Latency = Latency::new(0.250, 0.050);
 /// When the button is pressed, three times at each end [s].
 const PRESSES_SECS: [f64; 6] = [12.3, 15.1, 19.6, 510.2, 514.9, 517.7];
@@ -27,7 +27,7 @@ struct Case {
     feet: Vec<f64>,
     presses: Vec<f64>,
     tags: Vec<f64>,
-    /// As it was measured in another recording of this person.
+    /// The pulse arrival time measured in another recording of this person.
     own: Latency,
     offset_secs: f64,
     skew_ppm: f64,
@@ -93,7 +93,7 @@ impl Case {
         by_marks(&self.presses, &self.tags, &search).expect("the presses single out one offset")
     }
 
-    /// The larger error at the two ends of the recording [s], and whether it is within what is stated.
+    /// The larger error at the two ends of the recording [s], and whether it is within the stated uncertainty.
     fn error(&self, placement: &Placement) -> (f64, bool) {
         let at = |true_secs: f64| {
             let device_secs = true_secs / (1.0 + 1e-6 * self.skew_ppm) - self.offset_secs;
@@ -112,7 +112,7 @@ fn p95(sizes: impl Iterator<Item = f64>) -> f64 {
     sizes[sizes.len() * 95 / 100 - 1]
 }
 
-/// The 95th percentile of errors [ms], and the number that is within what is stated.
+/// The 95th percentile of errors [ms], and how many are within the stated uncertainty.
 fn judged(what: &str, errors: &[(f64, bool)]) -> (f64, usize) {
     let p95_ms = p95(errors.iter().map(|error| 1e3 * error.0));
     let within = errors.iter().filter(|error| error.1).count();

@@ -1,4 +1,4 @@
-//! The decoders of `teampulse-devices` with an emulated Myo: what was worn is what is read, whatever fails.
+//! The decoders of `teampulse-devices` with an emulated Myo: what was measured is what is read, whatever fails.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use teampulse_devices::myo::{self, MyoSession, MyoSettings, uuid};
 use teampulse_devices::{Event, GattSession, Output, Reading, Session};
 use teampulse_emulators::devices::{Myo, MyoFault, MyoIncident, Wearer};
 
-/// Muscles that say the number of their sample, of 200 a second.
+/// Muscles that encode the number of their sample, at 200 per second.
 struct Numbers;
 
 impl Wearer for Numbers {
@@ -16,7 +16,7 @@ impl Wearer for Numbers {
     }
 }
 
-/// What a session says of a Myo until it is stopped at a time; and the Myo then.
+/// The outputs of a session with a Myo until it is stopped at a time; and the Myo afterwards.
 fn read(mut device: Myo, secs: u64) -> (Vec<Output<Request>>, Myo) {
     let mut session = MyoSession::new(MyoSettings::default());
     session.start(Duration::ZERO);
@@ -60,7 +60,7 @@ fn emg(outputs: &[Output<Request>]) -> Vec<Reading> {
     outputs.iter().filter_map(of_stream).collect()
 }
 
-/// That every sample has the number under which it was taken.
+/// Asserts that every sample has the number under which it was taken.
 fn assert_numbered(outputs: &[Output<Request>]) {
     let readings = emg(outputs);
     let begin = readings[0].values[0];

@@ -1,4 +1,5 @@
-//! The decoders of `teampulse-devices` with an emulated Shimmer3 GSR+: what was worn is what is read, whatever fails.
+//! The decoders of `teampulse-devices` with an emulated Shimmer3 GSR+: what was measured is what is read, whatever
+//! fails.
 
 #![expect(clippy::float_cmp, reason = "these are exact")]
 
@@ -13,7 +14,7 @@ use teampulse_emulators::devices::{
 const RATE_HZ: f64 = 128.0;
 const STEP_SECS: f64 = 0.013;
 
-/// Light that says the number of its sample, and a skin that grows wet.
+/// Light that encodes the number of its sample, and increasingly moist skin.
 struct Numbers;
 
 impl Wearer for Numbers {
@@ -26,7 +27,7 @@ impl Wearer for Numbers {
     }
 }
 
-/// What a session says of a device in a time, both over a link that cuts bytes anywhere.
+/// The outputs of a session with a device over a period, over a link that cuts bytes anywhere.
 fn read(device: Device, secs: f64) -> Vec<Output<Vec<u8>>> {
     let mut shimmer = Shimmer::new(device);
     let sensors = Sensors::GSR | Sensors::PPG | Sensors::BATTERY;
@@ -64,7 +65,7 @@ fn readings(outputs: &[Output<Vec<u8>>], stream: &str) -> Vec<Reading> {
     outputs.iter().filter_map(of_stream).collect()
 }
 
-/// Lost samples of the PPG; that all others have the number under which they were taken.
+/// The number of lost PPG samples; asserts that all others have the number under which they were taken.
 fn lost(outputs: &[Output<Vec<u8>>]) -> u64 {
     let light = readings(outputs, "ppg");
     let begin = light[0].values[0];

@@ -1,11 +1,11 @@
-//! The decoders of `teampulse-devices` with an emulated strap of any maker: what was worn is what is read.
+//! The decoders of `teampulse-devices` with an emulated strap of any maker: what was measured is what is read.
 
 use teampulse_devices::heart_rate::{self, HeartRateMeasurement};
 use teampulse_emulators::devices::{
     Notice, Peripheral, Strap, StrapFault, StrapIncident, StrapSettings, Wearer,
 };
 
-/// A heart with a beat each 0.4 s.
+/// A heart that beats every 0.4 s.
 struct Heart;
 
 impl Wearer for Heart {

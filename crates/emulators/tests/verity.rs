@@ -1,5 +1,5 @@
-//! The decoders of `teampulse-devices` with an emulated Polar Verity Sense and OH1: what was worn is what is read, whatever
-//! fails.
+//! The decoders of `teampulse-devices` with an emulated Polar Verity Sense and OH1: what was measured is what is read,
+//! whatever fails.
 
 #![expect(clippy::float_cmp, reason = "these are exact")]
 
@@ -13,15 +13,15 @@ use teampulse_emulators::devices::{
 };
 
 const STEP_SECS: f64 = 0.01;
-/// Between the beats that are worn.
+/// The time between the wearer's beats.
 const BEAT_SECS: f64 = 0.8;
-/// A pulse wave as of one that rests: it changes by little from sample to sample.
+/// The light per count, as for a person at rest: it changes little from sample to sample.
 const LIGHT_OF_COUNT: f64 = 1e-3;
-/// The counts of the first light, and of all of it.
+/// The counts at no light, and at full light.
 const DARK: f64 = 430_000.0;
 const LIGHT: f64 = 40_000.0;
 
-/// Wears numbers instead of an arm: each sample says when it was taken.
+/// A wearer with numbers instead of an arm: each sample encodes when it was taken.
 struct Numbers;
 
 impl Wearer for Numbers {
@@ -65,7 +65,7 @@ impl Link {
         Duration::from_secs_f64(self.secs)
     }
 
-    /// Hands requests to the sensor and values back, until there is nothing left.
+    /// Passes requests to the sensor and values back, until there is nothing left.
     fn carry(&mut self) {
         while let Some(output) = self.session.poll() {
             if let Output::Request(request) = &output {
@@ -126,7 +126,7 @@ impl Link {
         self.outputs.iter().filter_map(gap).collect()
     }
 
-    /// When each sample of a stream was taken, as its number says and as its value does \[s\].
+    /// When each sample of a stream was taken, according to its number and to its value \[s\].
     fn samples(&self, stream: &str, width: usize, secs_of: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
         let readings = self.readings(stream);
         let samples = readings.iter().flat_map(|reading| {
@@ -140,7 +140,7 @@ impl Link {
         self.samples("ppg", 4, |counts| (counts - DARK) / LIGHT / LIGHT_OF_COUNT)
     }
 
-    /// The longest time without PPG \[s\], by what was measured; the first counts, too.
+    /// The longest time without PPG \[s\], by the measured values, including the time before the first sample.
     fn longest_gap_secs(&self) -> f64 {
         let taken = self.ppg().into_iter().map(|(_, secs)| secs);
         let taken: Vec<f64> = [0.0].into_iter().chain(taken).chain([self.secs]).collect();
@@ -148,7 +148,7 @@ impl Link {
     }
 }
 
-/// That every sample was taken when its number says, at a rate: to a count of the light.
+/// Asserts that every sample was taken when its number implies at this rate, to within one count of the light.
 fn assert_numbered(samples: &[(f64, f64)], rate_hz: f64, step_secs: f64) {
     let (first_number, first_secs) = samples[0];
     for (number, secs) in samples {
@@ -165,7 +165,7 @@ fn with(at_secs: f64, fault: VerityFault) -> VeritySettings {
 }
 
 const PPG: &[Measurement] = &[Measurement::Ppg];
-/// A count of the light, and a mg of the acceleration, in time \[s\].
+/// The time that one count of the light, and one mg of the acceleration, stand for \[s\].
 const COUNT_SECS: f64 = 1.0 / LIGHT / LIGHT_OF_COUNT;
 const MG_SECS: f64 = 0.1;
 

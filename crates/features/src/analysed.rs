@@ -32,7 +32,7 @@ pub struct Analysed<const ROW: usize>(Settings);
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct Settings {
-    /// The lengths of the windows [s]; without it those of the study.
+    /// The lengths of the windows [s]; by default those of the study.
     windows_secs: Option<Vec<f64>>,
 }
 
@@ -188,7 +188,7 @@ mod tests {
     const INPUT: StreamId = StreamId(0);
     const EVENTS: StreamId = StreamId(1);
 
-    /// A skin that warms by a hundredth of a degree a second, beside a session's phases.
+    /// Skin that warms by a hundredth of a degree per second, in a session with phases.
     struct Warming {
         extractor: Box<dyn Extractor>,
         out: Outputs,
@@ -210,7 +210,7 @@ mod tests {
             Warming { extractor, out, now_secs: 0.0 }
         }
 
-        /// Waves of this many samples, until a time.
+        /// Pushes waves of this many samples, until a time.
         fn warm(&mut self, until_secs: f64, length: usize) {
             while self.now_secs < until_secs {
                 let at = |place: usize| self.now_secs + place as f64 / RATE_HZ;

@@ -26,7 +26,7 @@ pub struct Analysis {
     pub events: &'static [Happening],
     /// Its form in a table of samples.
     pub table: Tabled,
-    /// Starts the analysis, sample by sample, at a rate [Hz].
+    /// Starts a sample-by-sample analysis at a rate [Hz].
     pub causal: fn(&Chosen, f64) -> Begun,
     /// Analyses a whole recording.
     pub whole: fn(&Chosen, &Recording<'_>) -> Result<Whole, SignalError>,
@@ -40,7 +40,7 @@ pub type Begun = Result<Box<dyn Causal + Send>, SignalError>;
 pub struct Documented {
     /// Its name in a study, and of its streams below their input.
     pub name: &'static str,
-    /// A description of the values of windows, for people.
+    /// A description of the values of windows, for readers.
     pub doc: &'static str,
     /// A description in one sentence.
     pub summary: &'static str,
@@ -65,7 +65,7 @@ pub struct Happening {
     pub word: EventKind,
     /// The detail that becomes the event's value.
     pub value: &'static str,
-    /// The detail that becomes its duration [s]; `None` for a moment.
+    /// The detail that becomes its duration [s]; empty for an instant.
     pub duration: &'static str,
 }
 
@@ -185,7 +185,7 @@ impl Documented {
     }
 }
 
-/// Every analysis. Where the column of a table fits several, it is of the first.
+/// Every analysis. If a column of a table fits several, the first applies.
 pub const ANALYSES: &[Analysis] = &[
     heart::ECG,
     heart::PPG,

@@ -15,7 +15,7 @@ const WINDOWS: &str = "give lengths in seconds, like [30, 60]";
 pub struct FeatureContext {
     /// The lengths of the windows of every feature without a setting of its own [s].
     pub windows_secs: Vec<f64>,
-    /// The frequency of the mains [Hz]: 50 or 60; without it, it is detected in the signal.
+    /// The mains frequency [Hz]: 50 or 60; by default it is detected in the signal.
     pub mains_hz: Option<f64>,
     /// The alerts of the study.
     pub alerts: Vec<Threshold>,

@@ -13,14 +13,14 @@ use crate::context::FeatureContext;
 
 const TICK_NS: i64 = 100_000_000;
 
-/// An extractor with one input, at some moment of a session that begins at 0 s.
+/// An extractor with one input, in a session that begins at 0 s.
 pub(crate) struct Drive {
     extractor: Box<dyn Extractor>,
     out: Outputs,
     next_tick_ns: i64,
 }
 
-/// The feature of these settings, in a study with windows of 30 s.
+/// The feature with these settings, in a study with windows of 30 s.
 pub(crate) fn built<S: Component<dyn Feature, FeatureContext>>(settings: &str) -> Box<dyn Feature> {
     let settings: S = toml::from_str(settings).expect("settings that read");
     settings
@@ -28,7 +28,7 @@ pub(crate) fn built<S: Component<dyn Feature, FeatureContext>>(settings: &str) -
         .expect("settings that build")
 }
 
-/// The extractor of a feature, which no session runs.
+/// The extractor of a feature, outside of a session.
 pub(crate) fn alone(feature: &dyn Feature, stream: &Stream) -> Box<dyn Extractor> {
     Box::new(StandaloneExtractor::new(feature.start(stream)))
 }
@@ -63,12 +63,12 @@ impl Drive {
         Drive { extractor, out, next_tick_ns: 0 }
     }
 
-    /// Another input of the same extractor.
+    /// Adds another input of the same extractor.
     pub(crate) fn join(&mut self, id: StreamId, stream: &Stream) {
         self.extractor.join(id, stream, &mut self.out);
     }
 
-    /// Data of an input, measured and taken at `secs`.
+    /// Pushes data of an input, measured and taken at `secs`.
     pub(crate) fn take_on(&mut self, id: StreamId, secs: f64, data: Data) {
         self.until(secs);
         let sample = Sample { stream: id, ..sample(secs, secs, data) };
@@ -80,25 +80,25 @@ impl Drive {
         self.out.streams()
     }
 
-    /// Numbers measured and taken at `secs`.
+    /// Pushes numbers measured and taken at `secs`.
     pub(crate) fn at(&mut self, secs: f64, numbers: &[f64]) {
         self.take(secs, Data::Sample(numbers.into()));
     }
 
-    /// Data measured and taken at `secs`.
+    /// Pushes data measured and taken at `secs`.
     pub(crate) fn take(&mut self, secs: f64, data: Data) {
         self.until(secs);
         self.extractor.push(&sample(secs, secs, data), &mut self.out);
     }
 
-    /// Numbers measured at `secs` and taken now.
+    /// Pushes numbers measured at `secs` and taken now.
     pub(crate) fn late(&mut self, secs: f64, numbers: &[f64]) {
         let now_secs = self.next_tick_ns as f64 / 1e9;
         let late = sample(secs, now_secs, Data::Sample(numbers.into()));
         self.extractor.push_late(&late, &mut self.out);
     }
 
-    /// Lets time pass until `secs` while teampulse itself does not run.
+    /// Lets time pass until `secs` while teampulse itself is suspended.
     pub(crate) fn stood_still(&mut self, secs: f64) {
         self.extractor.stood_still(time(secs));
     }
@@ -111,7 +111,7 @@ impl Drive {
         }
     }
 
-    /// All samples of the stream of this name, with their times [s].
+    /// All samples of the stream with this name, with their times [s].
     pub(crate) fn data(&mut self, name: &str) -> Vec<(f64, Data)> {
         let known = self.out.streams().iter().find(|stream| stream.name == name).cloned();
         let id = self.out.declare(known.expect("a declared output"));

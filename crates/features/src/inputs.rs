@@ -2,10 +2,10 @@
 
 use teampulse_core::stream::Stream;
 
-/// The names of the streams that joined, in their order.
+/// The names of the streams that joined, in order.
 ///
-/// An extractor of a whole session has many: its outputs are not declared again for each, but at most
-/// once a second when there are new ones.
+/// An extractor of a whole session has many: its outputs are not redeclared for each, but at most once a second if
+/// there are new ones.
 #[derive(Debug, Default)]
 pub(crate) struct Inputs {
     names: Vec<String>,

@@ -52,7 +52,7 @@ mod inputs;
 #[cfg(test)]
 mod drive;
 
-/// Every feature, by the name that a study uses.
+/// Every feature, by its name in a study.
 pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
     Entry::new::<any::statistics::Statistics>("statistics"),
     Entry::new::<robots::battery_use::BatteryUse>("battery_use"),

@@ -1,5 +1,5 @@
-//! The samples of a stream that are held for its windows and phases, and the phases that are over: each is
-//! reported once, as far as its samples are held.
+//! The samples of a stream that are held for its windows and phases, and the finished phases: each is reported once, as
+//! far as its samples are still held.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub(crate) struct Held {
     most: u64,
     /// The longest time that a window or a phase needs [s].
     longest_secs: i64,
-    /// Each second with its numbers, ascending; some have none.
+    /// Each second with its count of numbers, ascending; some have none.
     seconds: VecDeque<(i64, u64)>,
     numbers: u64,
     /// The first second that is held.
@@ -36,7 +36,7 @@ pub(crate) struct Held {
 }
 
 impl Held {
-    /// For a stream with windows of these lengths [s].
+    /// The limit for a stream with windows of these lengths [s].
     pub(crate) fn new(windows_secs: &[f64]) -> Held {
         let longest_secs = windows_secs.iter().copied().fold(0.0, f64::max).ceil() as i64;
         let longest_secs = longest_secs.max(LONGEST_HELD_NS / SECOND_NS);
@@ -83,13 +83,13 @@ impl Held {
     }
 }
 
-/// Which windows of a stream are left out, as they would hold too many numbers.
+/// The windows of a stream that are skipped, as they would hold too many numbers.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LeftOut(usize);
 
 impl LeftOut {
-    /// Reports, as a fault below the input, which windows of `lengths_secs` [s], ascending, are left out; each
-    /// once, as the rate of a stream may vary around the limit.
+    /// Reports, as a fault below the input, which windows of `lengths_secs` [s], ascending, are skipped; each once, as
+    /// the rate of a stream may vary around the limit.
     pub(crate) fn report(
         &mut self,
         (input, leaf): (&Stream, &str),

@@ -18,8 +18,8 @@ use crate::over::{Held, LeftOut, OVER_PHASES, ReportedPhases, measured_span, ref
 /// Windows are reported once a second of the stream's own time.
 const HOP_NS: i64 = 1_000_000_000;
 
-/// A phase is reported when samples this much later have arrived [ns]: a beat becomes known a moment after
-/// it, and the last one of a phase belongs to the phase.
+/// A phase is reported when samples this much later have arrived [ns]: a beat becomes known slightly after it, and the
+/// last one of a phase belongs to the phase.
 const KNOWN_AFTER_NS: i64 = 2_000_000_000;
 
 /// A running analysis of one stream, in windows of several lengths and over phases.
@@ -78,8 +78,7 @@ impl Running {
         &self.stream
     }
 
-    /// Takes in a new declaration of the stream: with another rate, other channels or units it
-    /// starts again.
+    /// Takes in a new declaration of the stream: with a different rate, channels or units it starts again.
     pub(crate) fn join(&mut self, stream: &Stream, out: &mut Outputs) {
         let of = |stream: &Stream| (stream.rate_hz.to_bits(), stream.channels.clone());
         let is_same = of(&self.stream) == of(stream);
@@ -218,8 +217,8 @@ impl Running {
     }
 }
 
-/// The conversion of each channel to the unit in which the signal is analysed; else the unit that can't
-/// be converted, and that one.
+/// The conversion of each channel to the unit in which the signal is analysed; otherwise the unit that can't be
+/// converted, and the one needed.
 fn conversions(stream: &Stream) -> Result<Vec<Conversion>, (String, &'static str)> {
     let conversion = |Channel { unit, .. }: &Channel| {
         let refused = || (unit.clone(), worked_in(stream.signal).unwrap_or("1"));
@@ -271,7 +270,7 @@ fn reason(value: Result<f64, analysis::Reason>) -> Reason {
     }
 }
 
-/// An event; one that was found in one of several channels is labelled with that.
+/// An event; one found in one of several channels is labelled with that channel.
 fn happened(happening: &Happening, event: &analysis::Event, channels: &[Channel]) -> Data {
     let detail = |name: &str| {
         let found = event.details.iter().find(|(each, _)| *each == name);

@@ -16,10 +16,10 @@ const LONGEST_TEXT: usize = 120;
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Threshold {
-    /// The streams whose number is watched, by name; `*` stands for a part of a token. Each of them is watched on its
-    /// own. Values over phases, which come once a phase, are not watched.
+    /// The streams whose number is watched, by name; `*` stands for a part of a token. Each of them is watched
+    /// separately. Values over phases, which come once per phase, are not watched.
     pub stream: Pattern,
-    /// The number, by the name of its channel; not needed where the stream has one alone.
+    /// The number, by the name of its channel; not needed if the stream has only one.
     pub channel: Option<String>,
     /// The alert begins above this number, in the stream's own unit. Either this or `below`.
     pub above: Option<f64>,
@@ -28,11 +28,11 @@ pub struct Threshold {
     /// For how long the number must be beyond the limit before the alert begins [s]. Default: 0, at once.
     #[serde(default)]
     pub for_secs: f64,
-    /// The alert is over when the number is back at this one, so that one near the limit does not begin and end it
-    /// again and again. Default: the limit.
+    /// The alert is over when the number is back at this one, so that a number close to the limit does not raise and
+    /// clear it repeatedly. Default: the limit.
     pub clear: Option<f64>,
-    /// After how long without a value an alert is no longer known, and the time beyond the limit is counted anew [s].
-    /// It has to be longer than the time from one value to the next.
+    /// The time without a value after which an alert becomes unknown, and the time beyond the limit is counted from
+    /// zero again [s]. It must be longer than the interval between values.
     #[serde(default = "silent_secs")]
     pub silent_secs: f64,
     /// How urgent it is: `act`, `soon` or `note`. Default: `soon`.
@@ -40,9 +40,9 @@ pub struct Threshold {
     pub tier: Tier,
     /// What it means or what to do, in a few words, shown before the number and its limit.
     pub text: Option<String>,
-    /// The person whom it is about: of the matching streams only those about this person or about nobody.
+    /// The person that it is about: only matching streams about this person or about nobody are watched.
     pub person: Option<String>,
-    /// The robot that it is about: of the matching streams only those about this robot or about nobody.
+    /// The robot that it is about: only matching streams about this robot or about nobody are watched.
     pub robot: Option<String>,
 }
 
@@ -87,7 +87,7 @@ impl Threshold {
         }
     }
 
-    /// The place of its number among the channels of a stream; `None` for a stream that it does not watch.
+    /// The index of its number among the channels of a stream; `None` for a stream that it does not watch.
     pub fn place_in(&self, stream: &Stream) -> Option<usize> {
         let has_numbers =
             !matches!(stream.shape, Shape::Event | Shape::Status | Shape::Description);

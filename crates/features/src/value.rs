@@ -31,7 +31,7 @@ pub(crate) fn window_of(window_secs: f64, coverage: f64, quality: f64, values: &
     }))
 }
 
-/// An event without a number, at a moment.
+/// An instantaneous event without a number.
 pub(crate) fn moment(kind: EventKind, label: String) -> Event {
     Event { kind, label, value: f64::NAN, duration_secs: 0.0 }
 }

@@ -41,7 +41,7 @@ impl<T: Copy> Windows<T> {
         Windows { each, first: None, seconds: WholeSeconds::default() }
     }
 
-    /// Takes in a reading at its true place in time, whether it came in its turn or late.
+    /// Takes in a reading at its true time, whether it arrived in order or late.
     pub(crate) fn insert(&mut self, measured: Time, reading: T) {
         self.see(measured);
         for (_, window) in &mut self.each {
@@ -49,7 +49,7 @@ impl<T: Copy> Windows<T> {
         }
     }
 
-    /// Takes in a reading at its true place in time; two that share a slot become their `merged`.
+    /// Takes in a reading at its true time; two that share a slot are combined with `merged`.
     pub(crate) fn insert_merged(&mut self, measured: Time, reading: T, merged: fn(T, T) -> T) {
         self.see(measured);
         for (_, window) in &mut self.each {

@@ -1,4 +1,4 @@
-//! Each signal of a person goes bad in turn: the others are not affected, and no value is invented.
+//! Each signal of a person fails in turn: the others are not affected, and no value is invented.
 
 mod living;
 
@@ -19,7 +19,7 @@ const BACK_SECS: f64 = 167.0;
 const SETTLING_SECS: f64 = 3.0;
 const WINDOW_SECS: f64 = 30.0;
 
-/// A session in which one sensor goes bad, if any.
+/// A session in which one sensor fails, if any.
 struct Lived {
     sensor: Sensor,
     records: Vec<Record>,
@@ -100,7 +100,7 @@ impl Window<'_> {
         self.end_secs - self.values.window_secs >= secs
     }
 
-    /// The results about the person, without those about the signal.
+    /// The results about the person, except those about the signal itself.
     fn of_person(&self) -> Vec<String> {
         let lacking = self.channels.iter().zip(&self.values.reasons);
         let lacking = lacking
@@ -111,7 +111,7 @@ impl Window<'_> {
     }
 }
 
-/// Values that only describe the signal; `PPG_Peaks_N` counts no pulse that is flagged.
+/// Values that only describe the signal; `PPG_Peaks_N` does not count flagged pulses.
 const OF_SIGNAL: [&str; 14] = [
     "Quality",
     "SQI",
@@ -129,9 +129,9 @@ const OF_SIGNAL: [&str; 14] = [
     "PPG_Peaks_N",
 ];
 
-/// Faults that the signal alone can't show: a thermometer in the air of a warm room from a cold hand, a
-/// wrist at rest from a table, a resting muscle from an electrode in a quiet place, white noise from the
-/// muscles of a clenched jaw (which shows only in the quality).
+/// Whether the signal alone can show a fault: it can't distinguish a thermometer in the air of a warm room from one on
+/// a cold hand, a wrist at rest from a table, a resting muscle from an electrode in a quiet place, or white noise from
+/// the muscles of a clenched jaw (which shows only in the quality).
 fn is_detectable(sensor: Sensor, what: Fault) -> bool {
     match what {
         Fault::Stuck => sensor != Sensor::Temperature,
@@ -151,7 +151,7 @@ fn assert_others_are_untouched(good: &Lived, bad: &Lived, fault: &str) {
     }
 }
 
-/// A sensor that dies reports nothing more, and too little of the phase.
+/// Asserts that a sensor that dies reports nothing more, and too little data for the phase.
 fn assert_dies(dead: &Lived) {
     let windows = dead.reported("w30");
     assert!(windows.iter().all(|window| window.end_secs <= BAD_FROM_SECS));
@@ -164,7 +164,8 @@ fn assert_dies(dead: &Lived) {
     assert!(task.values.reasons.iter().all(|reason| *reason != Reason::Ok));
 }
 
-/// A sensor that comes back reports which part of each window it was present, and then works as before.
+/// Asserts that a sensor that comes back reports for which part of each window it was present, and then works as
+/// before.
 fn assert_comes_back(back: &Lived) {
     let windows = back.reported("w30");
     assert!(windows.last().is_some_and(|window| window.end_secs > SECS - 2.0));
@@ -184,7 +185,7 @@ fn assert_comes_back(back: &Lived) {
     assert!(!back.reported("phases")[1].of_person().is_empty());
 }
 
-/// The state reports which values are missing, and its other values are unchanged.
+/// Asserts that the state reports which values are missing, and its other values are unchanged.
 fn assert_state_knows(good: &Lived, dead: &Lived) {
     let known_by = |name: &str| match dead.sensor {
         Sensor::Ecg => name.starts_with("heart_rate") || name.starts_with("ln_rmssd"),
@@ -207,7 +208,7 @@ fn assert_state_knows(good: &Lived, dead: &Lived) {
     }
 }
 
-/// Nothing is reported about a person once the sensor delivers nothing.
+/// Asserts that nothing is reported about a person once the sensor delivers nothing.
 fn assert_nothing_is_made_up(bad: &Lived) {
     let windows = bad.reported("w30");
     let inside = |window: &&Window<'_>| window.begins_after(BAD_FROM_SECS + SETTLING_SECS);

@@ -58,7 +58,7 @@ fn streams() -> Vec<Stream> {
     Signal::ALL.iter().map(stream).collect()
 }
 
-/// A stream of each signal of a person, in units as devices spell them.
+/// A stream of each signal of a person, in units as spelt by devices.
 fn worn() -> Vec<Stream> {
     let of_person = |signal: &Signal| {
         let person = Subject { about: About::Person, id: "p1".into() };
@@ -108,7 +108,7 @@ fn every_declared_unit_is_in_the_table_of_units() {
     assert!(known.len() > 20, "{known:?}");
 }
 
-/// Numbers as devices give them, and others.
+/// Numbers as devices report them, and others.
 fn number() -> impl Strategy<Value = f64> {
     prop_oneof![
         prop::num::f64::ANY,

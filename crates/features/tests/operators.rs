@@ -133,9 +133,9 @@ fn by_level(records: &[Record], (spans, channel): Which) -> Row {
     [0.0, one, two, three]
 }
 
-/// The spans, and the estimate.
+/// The windows or phases, and the estimate.
 type Which = (&'static str, &'static str);
-/// Its values in the baseline and at each level.
+/// The values of an estimate in the baseline and at each level.
 type Row = [f64; 4];
 
 const ESTIMATES: [Which; 5] = [

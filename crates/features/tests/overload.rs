@@ -1,4 +1,4 @@
-//! One publisher can't hold up a session: its excess samples are recorded, and left out of features.
+//! One publisher can't hold up a session: its excess samples are recorded, but not used for features.
 #![expect(clippy::unwrap_used, reason = "a test")]
 
 use std::sync::{Arc, Mutex};
@@ -123,7 +123,7 @@ async fn overlapping_waves_are_recorded_and_counted_but_not_all_analysed() {
     assert!(reason.contains("samples left out of what is computed"), "{reason}");
 }
 
-/// Would take all memory, or forever, if it were believed.
+/// Would take all memory, or forever, if it were trusted.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_absurd_rate_is_not_believed() {
     for (declared_hz, period_ns) in [(1e12, 1e6), (f64::NAN, 1e6), (1e5, 4.7e8), (1000.0, 0.0)] {
@@ -131,7 +131,7 @@ async fn an_absurd_rate_is_not_believed() {
     }
 }
 
-/// Neither refused nor cut back: two thousand samples a second are little to compute with.
+/// Neither refused nor cut back: two thousand samples a second are cheap to process.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn waves_that_overlap_a_little_are_marked_with_both_rates() {
     let source = Overlapping { declared_hz: 1000.0, period_ns: 1e6, samples: 20 };

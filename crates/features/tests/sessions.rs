@@ -21,7 +21,7 @@ const WINDOW_SECS: f64 = 30.0;
 /// One step of a session.
 #[derive(Clone, Debug)]
 enum Step {
-    /// A reading of a stream, by its index, with these numbers.
+    /// A reading of the stream with this index, with these numbers.
     Tells(usize, [f64; 6]),
     Ticks(u16),
 }
@@ -101,7 +101,7 @@ fn number() -> impl Strategy<Value = f64> {
     prop_oneof![prop::num::f64::ANY, 0.0..6.0, 60.0..80.0, Just(f64::NAN)]
 }
 
-/// A baseline with readings on every stream, and then anything.
+/// A baseline with readings on every stream, and then arbitrary steps.
 fn steps() -> impl Strategy<Value = Vec<Step>> {
     let count = streams().len();
     let gives = (0..count, prop::array::uniform6(number()));

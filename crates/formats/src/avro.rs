@@ -1,4 +1,4 @@
-//! Avro's object container files, read with the schema that is in them: the part of it that devices use.
+//! Avro's object container files, read with the schema that they contain: the part of the format that devices use.
 //!
 //! Apache Avro 1.11 specification. The crate `apache-avro` has 25 dependencies, and builds a tree of values in
 //! which each number of an array takes 56 bytes.
@@ -21,7 +21,7 @@ use schema::{Kind, Schemas};
 pub(crate) const MAGIC: &[u8] = b"Obj\x01";
 /// The most that a block may unpack to [bytes].
 const MOST_BYTES: u64 = 256 << 20;
-/// What a value other than a number counts for in memory, in numbers.
+/// The memory that a value other than a number counts for, in numbers.
 const NUMBERS_A_VALUE: usize = 16;
 /// How deeply values may be nested.
 const MOST_DEPTH: usize = 64;
@@ -38,7 +38,7 @@ pub(crate) enum Value {
     Integers(Vec<i64>),
     Array(Vec<Value>),
     Record(BTreeMap<String, Value>),
-    /// Of no use here.
+    /// Not used here.
     Bytes,
 }
 
@@ -183,7 +183,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Values that take no bytes are bounded by their number.
+    /// Counts values; values that take no bytes are bounded by their number.
     fn count(&mut self, count: usize) -> Result<(), FormatError> {
         self.numbers = self.numbers.saturating_add(count);
         bounded(self.numbers)

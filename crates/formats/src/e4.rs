@@ -1,9 +1,9 @@
-//! The zip that Empatica's service gives for a session of an E4.
+//! The zip that Empatica's service provides for a session of an E4.
 //!
 //! | file | lines |
 //! |---|---|
 //! | `ACC.csv` | start [s since 1970], rate 32 Hz, then x, y, z [1/64 g] |
-//! | `BVP.csv` `EDA.csv` `TEMP.csv` | start, rate (64, 4, 4 Hz), then one value a line [1, µS, °C] |
+//! | `BVP.csv` `EDA.csv` `TEMP.csv` | start, rate (64, 4, 4 Hz), then one value per line [1, µS, °C] |
 //! | `HR.csv` | the same at 1 Hz: the mean heart rate of the last 10 s |
 //! | `IBI.csv` | start and ` IBI`, then seconds after the start and the interval that ended there [s] |
 //! | `tags.csv` | the time of each press of the button [s since 1970] |
@@ -23,7 +23,7 @@ use crate::recording::{Channel, Content, Mark, Quantity, Recording, Run, Signal,
 pub const MAGIC: &[u8] = b"PK\x03\x04";
 /// The most that one of the files may unpack to [bytes]: `ACC.csv` grows by 30 MB a day.
 const MOST_BYTES: u64 = 256 << 20;
-/// The most entries of the archive that are looked at.
+/// The most entries of the archive that are examined.
 const MOST_ENTRIES: usize = 1000;
 /// The acceleration is in 64ths of g.
 const ACC_PER_G: f64 = 64.0;

@@ -1,15 +1,15 @@
 //! EDF, EDF+, BDF and BDF+: the European Data Format, and `BioSemi`'s with samples of 24 bits.
 //!
-//! | bytes | what is in them |
+//! | bytes | contents |
 //! |---|---|
 //! | 256 | version, person, recording, start (local time), number and duration of records, number of signals `n` |
-//! | 256 · n | by field: label, transducer, unit, physical and digital range, filters, samples a record |
-//! | records | of each signal its samples of this record, 16 bits (EDF) or 24 bits (BDF), little-endian |
+//! | 256 · n | by field: label, transducer, unit, physical and digital range, filters, samples per record |
+//! | records | the samples of each signal in this record, 16 bits (EDF) or 24 bits (BDF), little-endian |
 //!
 //! Annotations are a signal of text (`EDF Annotations`), whose first entry in each record is the record's start,
 //! since records of EDF+D need not follow each other. Sources: Kemp et al. 1992, doi:10.1016/0013-4694(92)90009-7;
 //! Kemp and Olivan 2003, doi:10.1016/S1388-2457(03)00123-8. Its start time has no time zone, so times are since
-//! the start of the recording. Who was recorded is left out.
+//! the start of the recording. The identity of the person is not read.
 
 mod annotations;
 mod header;
@@ -26,7 +26,7 @@ pub const EDF_MAGIC: &[u8] = b"0       ";
 /// The first bytes of BDF and BDF+.
 pub const BDF_MAGIC: &[u8] = b"\xffBIOSEMI";
 
-/// Records whose starts are this close to the end of the previous one follow it [s].
+/// A record that starts this close to the end of the previous one is contiguous with it [s].
 const FOLLOWS_SECS: f64 = 1e-3;
 
 /// Reads a file.

@@ -1,14 +1,14 @@
 //! A raw data file of Empatica's `EmbracePlus`: `1-1-ABC_1700000000.avro`, half an hour or less of one person.
 //!
-//! | field below `rawData` | what is in it |
+//! | field below `rawData` | contents |
 //! |---|---|
 //! | `eda` `temperature` `bvp` | `timestampStart` [µs since 1970], `samplingFrequency` [Hz], `values` [µS, °C, nW] |
 //! | `accelerometer` | the same with `x`, `y`, `z`, and `imuParams` with the physical and the digital range |
 //! | `systolicPeaks` | `peaksTimeNanos` [ns since 1970]: the systolic peaks of the pulse wave |
 //! | `tags` | `tagsTimeMicros` [µs since 1970]: the presses of the button |
 //!
-//! Source: Empatica, `EmbracePlus` raw data, schema versions 6.4 and 6.5. The schema is in each file, and a field
-//! that is missing is left out. A signal that was not measured has a rate of 0.
+//! Source: Empatica, `EmbracePlus` raw data, schema versions 6.4 and 6.5. The schema is in each file, and missing
+//! fields are skipped. A signal that was not measured has a rate of 0.
 
 use crate::avro::{self, Value};
 use crate::error::FormatError;

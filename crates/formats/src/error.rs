@@ -8,17 +8,17 @@ pub enum FormatError {
     /// It ends too early.
     #[error("it ends within {0}")]
     Short(&'static str),
-    /// A part of it is not as the format requires.
+    /// A part of it violates the format.
     #[error("{what}: {found:?}; expected {expected}")]
     Malformed {
-        /// Which part.
+        /// The part.
         what: String,
-        /// What is there, shortened.
+        /// What was found, shortened.
         found: String,
-        /// What should be there.
+        /// What was expected.
         expected: &'static str,
     },
-    /// It has nothing that can be imported.
+    /// It contains nothing that can be imported.
     #[error("it contains no {0}")]
     Empty(&'static str),
     /// It would fill the memory.
@@ -47,7 +47,7 @@ impl FormatError {
         }
     }
 
-    /// A part that is not as it should be.
+    /// An error about a malformed part.
     pub(crate) fn malformed(
         what: impl Into<String>,
         found: &str,

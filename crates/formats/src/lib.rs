@@ -15,7 +15,7 @@ pub use recording::{Channel, Content, MOST_VALUES, Mark, Quantity, Recording, Ru
 /// Reads the bytes of a file.
 type Reader = fn(&[u8]) -> Result<Recording, FormatError>;
 
-/// Reads a file of any of the formats; `None` if its first bytes are those of none of them.
+/// Reads a file of any of the formats; `None` if its first bytes match none of them.
 pub fn read(bytes: &[u8]) -> Option<Result<Recording, FormatError>> {
     let readers: [(&[u8], Reader); 5] = [
         (e4::MAGIC, e4::read),

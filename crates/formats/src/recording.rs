@@ -9,14 +9,14 @@ pub const MOST_VALUES: usize = 64 << 20;
 /// The signals in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
-    /// The device, as a lower-case word: `empatica_e4`; empty where the file does not name it.
+    /// The device, as a lower-case word: `empatica_e4`; empty if the file does not state it.
     pub device: String,
-    /// Whether times are since 1970, by the device's clock; else they are since the start of the recording or
-    /// by a clock that only the file's writer knows.
+    /// Whether times are since 1970, by the device's clock; otherwise they are since the start of the recording or by a
+    /// clock that only the file's writer knows.
     pub is_dated: bool,
     /// The signals, in the order of the file.
     pub signals: Vec<Signal>,
-    /// Choices made in reading the file, and what of it was left out.
+    /// Choices made in reading the file, and what was skipped.
     pub notes: Vec<String>,
 }
 
@@ -29,7 +29,7 @@ pub struct Signal {
     pub quantity: Quantity,
     /// The numbers of each sample; empty for marks.
     pub channels: Vec<Channel>,
-    /// The nominal rate [Hz]; 0 where samples have a time each.
+    /// The nominal rate [Hz]; 0 if each sample has its own time.
     pub rate_hz: f64,
     /// The samples.
     pub content: Content,
@@ -40,7 +40,7 @@ pub struct Signal {
 pub struct Channel {
     /// Its name.
     pub name: String,
-    /// Its unit, as the file spells it; empty where it is not stated.
+    /// Its unit, as spelt in the file; empty if it is not stated.
     pub unit: String,
 }
 
@@ -74,16 +74,16 @@ pub enum Quantity {
 /// The samples of a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
-    /// Evenly spaced samples, with a run after each gap.
+    /// Evenly spaced samples, with a new run after each gap.
     Even(Vec<Run>),
-    /// Samples with a time each.
+    /// Samples, each with its own time.
     Uneven {
         /// The time of each sample [ns].
         at_ns: Vec<i64>,
         /// Sample by sample, all channels of each.
         values: Vec<f64>,
     },
-    /// Moments with a text each.
+    /// Times, each with a text.
     Marks(Vec<Mark>),
 }
 
@@ -98,10 +98,10 @@ pub struct Run {
     pub samples: Vec<f64>,
 }
 
-/// A moment with a text.
+/// A time with a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mark {
-    /// When [ns].
+    /// The time [ns].
     pub at_ns: i64,
     /// The text.
     pub label: String,
@@ -133,7 +133,7 @@ impl Signal {
         Signal { name: name.into(), quantity, channels, rate_hz: 0.0, content }
     }
 
-    /// Whether it has no sample.
+    /// Whether it has no samples.
     pub fn is_empty(&self) -> bool {
         match &self.content {
             Content::Even(runs) => runs.iter().all(|run| run.samples.is_empty()),
@@ -143,12 +143,12 @@ impl Signal {
     }
 }
 
-/// Refuses more numbers than are read.
+/// Fails if there are too many numbers to read.
 pub(crate) fn bounded(values: usize) -> Result<(), FormatError> {
     if values > MOST_VALUES { Err(FormatError::TooLarge) } else { Ok(()) }
 }
 
-/// Seconds as nanoseconds, to a microsecond for dates; `None` beyond what fits.
+/// Seconds as nanoseconds, to a microsecond for dates; `None` if out of range.
 pub(crate) fn nanos(secs: f64) -> Option<i64> {
     // Seconds and their fraction apart: a date in nanoseconds has more digits than a number holds.
     let (whole, fraction) = (secs.trunc(), (secs.fract() * 1e9).round());

@@ -1,11 +1,11 @@
-//! XDF: what LSL's `LabRecorder` writes, several streams on the recorder's clock.
+//! XDF, the format of LSL's `LabRecorder`: several streams on the recorder's clock.
 //!
 //! A file is `XDF:` and chunks, each with its length, a tag and its content: 1 the file's header, 2 and 6 the
 //! header and the footer of a stream (XML), 3 samples, 4 the offset of a stream's clock, 5 a boundary. Source:
 //! <https://github.com/sccn/xdf/wiki/Specifications>. A chunk that ends early, as after a crash, ends the file.
 //!
 //! Stamps are by the clock of the computer that sent the stream; the line through the measured offsets converts
-//! them to that of the recorder, which counts from when it was started and so is not dated. Stamps of evenly
+//! them to that of the recorder, which counts from when it was started and so has no date. Stamps of evenly
 //! sampled streams have the jitter of the network: each stretch between gaps becomes a run with the line through
 //! its stamps, as `pyxdf` does.
 

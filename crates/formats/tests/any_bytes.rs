@@ -1,11 +1,11 @@
-//! Any bytes, and any damage to a file that is right: a recording or an error, never a panic.
+//! Any bytes, and any damage to a valid file, give a recording or an error, never a panic.
 
 mod files;
 
 use proptest::prelude::*;
 use teampulse_formats::{Content, Recording, read};
 
-/// Every number has its sample, and every sample all its numbers.
+/// Whether every number belongs to a sample, and every sample is complete.
 fn is_consistent(recording: &Recording) -> bool {
     recording.signals.iter().all(|signal| {
         let width = signal.channels.len().max(1);

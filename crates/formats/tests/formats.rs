@@ -1,4 +1,4 @@
-//! What small files of each format contain.
+//! The contents of small files of each format.
 
 mod files;
 

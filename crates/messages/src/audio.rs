@@ -1,13 +1,13 @@
-//! Sound in messages of `audio_common_msgs`: blocks of bytes, and what they are.
+//! Sound in messages of `audio_common_msgs`: blocks of bytes, and their format.
 //!
 //! | message | fields |
 //! |---|---|
-//! | `AudioData` | `uint8[] data`; no stamp, as REP-155 has it at `/humans/voices/<id>/audio` |
+//! | `AudioData` | `uint8[] data`; no stamp, as in REP-155 at `/humans/voices/<id>/audio` |
 //! | `AudioDataStamped` | a header, then `AudioData` |
 //! | `AudioInfo` | `uint8 channels`, `uint32 sample_rate`, `string sample_format`, `uint32 bitrate`, `string coding_format` |
 //!
-//! The formats have the names of `GStreamer` (`S16LE`), as `audio_capture` publishes them. What is encoded, `mp3` above all, which is
-//! that node's default, is not decoded.
+//! The formats have the names of `GStreamer` (`S16LE`), as published by `audio_capture`. Encoded sound, such as `mp3`,
+//! which is that node's default, is not decoded.
 
 use bytes::Bytes;
 use teampulse_core::time::Time;
@@ -20,7 +20,7 @@ use crate::standard::std_msgs::Header;
 pub const AUDIO_DATA: &str = "audio_common_msgs/msg/AudioData";
 /// The type of blocks with a stamp.
 pub const AUDIO_DATA_STAMPED: &str = "audio_common_msgs/msg/AudioDataStamped";
-/// The type of what blocks are.
+/// The type of messages that state the format of blocks.
 pub const AUDIO_INFO: &str = "audio_common_msgs/msg/AudioInfo";
 
 /// The longest name of a format that is repeated in an error [bytes].
@@ -29,7 +29,7 @@ const SHOWN_BYTES: usize = 40;
 /// A block of sound.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AudioBlock {
-    /// The header's stamp, where there is one that is set.
+    /// The header's stamp, if there is one and it is set.
     pub stamp: Option<Time>,
     /// Its samples, in a format that [`AudioInfo`] states.
     pub data: Bytes,
@@ -55,12 +55,12 @@ impl AudioBlock {
     }
 }
 
-/// What the blocks of a publisher are.
+/// The format of a publisher's blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AudioInfo {
     /// The sampling rate [Hz].
     pub rate_hz: f64,
-    /// The number of channels, whose samples alternate.
+    /// The number of channels, which are interleaved.
     pub channels: u8,
     /// The format of a sample.
     pub format: SampleFormat,
@@ -69,10 +69,10 @@ pub struct AudioInfo {
 /// Why the sound of a publisher can't be used. The message fits after "failed to".
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum AudioError {
-    /// The message is cut off, or no message of this type.
+    /// The message is truncated, or not of this type.
     #[error("read what the sound is: {0}")]
     Message(#[from] CdrError),
-    /// Samples of another format.
+    /// Samples in an unsupported format.
     #[error(
         "read sound of the format `{0}`; S8, U8, S16LE, S24LE, S32LE and F32LE, or BE, can be read"
     )]
@@ -117,7 +117,8 @@ impl AudioInfo {
         usize::from(self.channels) * self.format.bytes()
     }
 
-    /// The first channel's samples in a block [full scale]. What is left at its end, as of a block that was cut, is left out.
+    /// The first channel's samples in a block [full scale]. An incomplete sample at its end, as in a truncated block,
+    /// is ignored.
     pub fn first_channel(self, data: &[u8]) -> impl Iterator<Item = f64> {
         data.chunks_exact(self.frame_bytes()).map(move |frame| self.format.sample(frame))
     }
@@ -141,13 +142,13 @@ enum Kind {
 }
 
 impl SampleFormat {
-    /// Signed 16 bits, little-endian: what most microphones give.
+    /// Signed 16 bits, little-endian: used by most microphones.
     pub const S16LE: SampleFormat = SampleFormat { kind: Kind::Signed16, is_big_endian: false };
 
-    /// Floats of 32 bits, little-endian: what sound servers give.
+    /// Floats of 32 bits, little-endian: used by sound servers.
     pub const F32LE: SampleFormat = SampleFormat { kind: Kind::Float32, is_big_endian: false };
 
-    /// The format of a name such as `S16LE`.
+    /// The format with a name such as `S16LE`.
     pub fn named(name: &[u8]) -> Option<SampleFormat> {
         let name = name.to_ascii_uppercase();
         let (word, is_big_endian) = match name.strip_suffix(b"LE") {
@@ -176,7 +177,7 @@ impl SampleFormat {
         }
     }
 
-    /// The sample at the start of these bytes [full scale]; NaN where there are too few.
+    /// The sample at the start of these bytes [full scale]; NaN if there are too few.
     fn sample(self, bytes: &[u8]) -> f64 {
         let mut word = [0; 4];
         let Some(bytes) = bytes.get(..self.bytes()) else { return f64::NAN };
@@ -196,7 +197,7 @@ impl SampleFormat {
     }
 }
 
-/// What a sender called its format, as far as it can be shown.
+/// The name that a sender gave its format, shortened for display.
 fn shown(name: &[u8]) -> String {
     String::from_utf8_lossy(&name[..name.len().min(SHOWN_BYTES)]).into_owned()
 }

@@ -17,20 +17,20 @@ const SHOWN_BYTES: usize = 60;
 /// A file with a picture, such as a JPEG.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PictureFile {
-    /// What its sender says of it: `jpeg`, or `rgb8; jpeg compressed bgr8`.
+    /// The sender's description of it: `jpeg`, or `rgb8; jpeg compressed bgr8`.
     pub format: String,
     /// The file.
     pub bytes: Bytes,
 }
 
-/// Pixels, row by row from the top. All rows are there.
+/// Pixels, row by row from the top. All rows are present.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pixels {
     /// The number of columns.
     pub width: u16,
     /// The number of rows.
     pub height: u16,
-    /// What the bytes of a pixel are.
+    /// The encoding of a pixel.
     pub encoding: Encoding,
     /// The length of the part of a row that holds pixels [bytes].
     row_bytes: usize,
@@ -39,7 +39,7 @@ pub struct Pixels {
     rows: Bytes,
 }
 
-/// What the bytes of a pixel are, by the names of `sensor_msgs/image_encodings.hpp`.
+/// The encodings of a pixel, by the names of `sensor_msgs/image_encodings.hpp`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     /// Red, green, blue: `rgb8`.
@@ -52,7 +52,7 @@ pub enum Encoding {
     Bgra8,
     /// Grey: `mono8`, `8UC1`.
     Mono8,
-    /// Grey or distance of 16 bits: `mono16`, `16UC1`.
+    /// 16-bit grey or depth: `mono16`, `16UC1`.
     Mono16 {
         /// Whether the higher byte comes first.
         is_big_endian: bool,
@@ -61,13 +61,13 @@ pub enum Encoding {
     Yuyv,
 }
 
-/// Why a message has no picture that can be read.
+/// Why a message has no readable picture.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum PictureError {
-    /// The message is cut off, or no message of this type.
+    /// The message is truncated, or not of this type.
     #[error("the message can't be read: {0}")]
     Message(#[from] CdrError),
-    /// Pixels of another kind.
+    /// Pixels in an unsupported encoding.
     #[error("pixels of `{0}` can't be read")]
     Encoding(String),
     /// Fewer pixels than announced, or none.
@@ -81,7 +81,7 @@ pub enum PictureError {
         height: u32,
         /// The announced length of a row [bytes].
         step: u32,
-        /// What came.
+        /// The number of bytes received.
         bytes: usize,
     },
 }
@@ -170,7 +170,7 @@ impl Pixels {
     }
 }
 
-/// What a sender called its format, as far as it can be shown.
+/// The name that a sender gave its format, shortened for display.
 fn shown(format: &[u8]) -> String {
     String::from_utf8_lossy(&format[..format.len().min(SHOWN_BYTES)]).into_owned()
 }

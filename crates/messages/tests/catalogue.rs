@@ -1,4 +1,4 @@
-//! What is shipped is what the packages define.
+//! The shipped definitions are those of the packages.
 
 use std::collections::{BTreeMap, BTreeSet};
 

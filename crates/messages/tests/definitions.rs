@@ -1,4 +1,4 @@
-//! What a definition may say, and what is refused.
+//! Which definitions are accepted, and which are refused.
 
 use proptest::prelude::*;
 use teampulse_messages::catalogue::{names, shipped};
@@ -161,7 +161,7 @@ fn every_number_that_is_listed_can_be_read() {
     }
 }
 
-/// Lines that are nearly right, which bytes alone hardly ever are.
+/// Lines that are almost valid, which random bytes hardly ever are.
 fn lines() -> impl Strategy<Value = String> {
     let word = prop_oneof![
         "[a-z/A-Z]{0,9}",
@@ -214,7 +214,7 @@ proptest! {
     }
 }
 
-/// Would take ages if each way through the types were gone.
+/// Would take ages if every path through the types were followed.
 #[test]
 fn types_without_numbers_that_are_nested_without_end_have_none() {
     let line = "=".repeat(80);

@@ -1,5 +1,5 @@
-//! Descriptions of earlier versions are read, as an independent implementation (`rosbags` 0.11.9) wrote
-//! them by the definition of that time.
+//! Descriptions of earlier versions are read, as written by an independent implementation (`rosbags` 0.11.9) with the
+//! definition of that time.
 
 use teampulse_core::stream::{Channel, Origin, Schema, Signal};
 use teampulse_messages::catalogue::shipped;

@@ -1,4 +1,4 @@
-//! Long, odd and many texts in messages of our own types: what is decoded is short and clean, or refused.
+//! Long, odd and many texts in messages of our own types: decoded texts are short and clean, or the message is refused.
 
 use proptest::prelude::*;
 use teampulse_core::data::Data;
@@ -24,7 +24,7 @@ fn description(text: &str, channels: usize) -> msgs::StreamDescription {
     }
 }
 
-/// A hundred thousand characters, many of which have no place in a line.
+/// A hundred thousand characters, many of which do not belong in a line.
 fn long_texts() -> impl Strategy<Value = String> {
     let odd =
         prop::sample::select(vec!['\u{1b}', '\r', '\n', '\0', '\u{9b}', '\u{202e}', '\u{2069}']);

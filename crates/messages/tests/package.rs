@@ -26,7 +26,7 @@ fn the_package_and_the_catalogue_have_the_same_messages() {
     assert!(names().filter(|name| name.starts_with("teampulse_msgs/")).eq(found));
 }
 
-/// The messages of the package's services, each held against what is shipped.
+/// The messages of the package's services, each compared with the shipped one.
 fn built_services(package: &Path, built: &str) -> Vec<String> {
     let mut found = Vec::new();
     for file in fs::read_dir(package.join("srv")).expect("a package has services") {

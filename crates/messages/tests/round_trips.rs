@@ -1,4 +1,4 @@
-//! What is encoded comes back as it was, and no bytes make a decoder panic.
+//! Encoded values decode unchanged, and no bytes make a decoder panic.
 
 use std::sync::Arc;
 
@@ -169,7 +169,7 @@ fn sample(measured: Time, log_time: Time, device_time: Option<i64>, data: Data) 
     }
 }
 
-/// As texts come in: short and clean.
+/// The data with its texts as received: short and clean.
 fn cleaned(data: Data) -> Data {
     match data {
         Data::Description(stream) => Data::Description(Arc::new(Stream::clone(&stream).cleaned())),

@@ -1,4 +1,4 @@
-//! Messages that an independent implementation wrote are read, and written again byte for byte.
+//! Messages written by an independent implementation are read, and written again byte for byte.
 
 use std::fmt::Debug;
 

@@ -11,8 +11,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::buses::BusKind;
 use crate::{BUSES, cyclone};
 
-/// A bus as named in a study: a ROS domain by its number, `12`, or a bus of any [kind](BUSES) by its word and
-/// address, `"dds:12"`.
+/// A bus as named in a study: a ROS domain by its number, `12`, or a bus of any [kind](BUSES) by its kind and address,
+/// `"dds:12"`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct BusId {
     kind: String,
@@ -20,12 +20,12 @@ pub struct BusId {
 }
 
 impl BusId {
-    /// Its kind; `None` where there is none of this word.
+    /// Its kind; `None` if there is none with this word.
     pub fn kind(&self) -> Option<&'static BusKind> {
         BUSES.iter().find(|kind| kind.word == self.kind)
     }
 
-    /// How a study names it: `12`, `"dds:12"`.
+    /// Its spelling in a study: `12`, `"dds:12"`.
     pub fn in_study(&self) -> String {
         match self.domain() {
             Some(domain) => domain.to_string(),
@@ -43,7 +43,7 @@ impl BusId {
         &self.address
     }
 
-    /// Fails where there is no such bus; the message fits after "join ROS domain 233: ".
+    /// Fails if there is no such bus; the message fits after "join ROS domain 233: ".
     pub(crate) fn check(&self) -> Result<&'static BusKind, String> {
         let words = || BUSES.iter().map(|kind| kind.word).collect::<Vec<_>>().join(", ");
         let kind = self.kind().ok_or_else(|| format!("expected one of the kinds {}", words()))?;

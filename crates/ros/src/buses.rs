@@ -24,7 +24,7 @@ struct Pool {
 pub struct BusKind {
     /// The word in front of an address in a study: `dds`.
     pub word: &'static str,
-    /// What it carries, and what its addresses are.
+    /// A description of the bus and its addresses.
     pub doc: &'static str,
     /// The name of the bus at an address, in messages: `ROS domain 12`.
     pub name: fn(&str) -> String,
@@ -37,7 +37,7 @@ pub struct BusKind {
 /// Joins the bus at an address.
 pub type Join = fn(&str, &Node) -> Result<Arc<dyn Bus>, BusError>;
 
-/// Who joins a bus.
+/// Our node on a bus.
 pub struct Node {
     /// The name of our node: `teampulse`.
     pub name: String,

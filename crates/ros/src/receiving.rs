@@ -14,7 +14,7 @@ pub const BUFFER_BYTES: usize = 32 << 20;
 #[cfg(target_os = "linux")]
 const NICENESS: i32 = -10;
 
-/// The size that the receive buffer of one of our sockets gets [bytes]; `None` if unknown.
+/// The size of the receive buffer that one of our sockets is granted [bytes]; `None` if unknown.
 #[cfg(target_os = "linux")]
 pub fn buffer_bytes() -> Option<usize> {
     use rustix::net::sockopt;

@@ -25,7 +25,7 @@ use tokio::sync::broadcast;
 const HASH: &str = "RIHS01_0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
 const ADAPTIVE: Asked = Asked::Adaptive { depth: 1000 };
 
-/// Joins a domain as if in a process of its own: what two of these say goes over the network.
+/// Joins a domain as if in a process of its own: messages between two of these go over the network.
 fn join(domain: u32, process: u32, node_name: &str) -> Arc<dyn Bus> {
     CycloneBus::join(participation(domain, process, node_name)).unwrap()
 }
@@ -79,7 +79,7 @@ fn message(number: u8, bytes: usize) -> Vec<u8> {
     cdr
 }
 
-/// Waits until something is so; fails when it takes too long.
+/// Waits until a condition holds; fails if it takes too long.
 fn until(what: &str, so: impl Fn() -> bool) {
     for _ in 0..1000 {
         if so() {
@@ -95,7 +95,7 @@ fn until_graph(bus: &Arc<dyn Bus>, what: &str, so: impl Fn(&Graph) -> bool) {
     until(what, || so(&graph.borrow()));
 }
 
-/// Waits until a subscription has settled on what is offered and is matched.
+/// Waits until a subscription has adapted to the offers and is matched.
 fn until_matched(publisher: &dyn Publisher) {
     until("a match", || publisher.subscribers() > 0);
     std::thread::sleep(Duration::from_millis(300));
@@ -240,7 +240,7 @@ fn incompatible_qos_is_reported_on_both_sides() {
     }
 }
 
-/// The next incident; fails when it takes too long.
+/// The next incident; fails if it takes too long.
 fn next(incidents: &mut broadcast::Receiver<Incident>) -> Incident {
     for _ in 0..1000 {
         if let Ok(incident) = incidents.try_recv() {
@@ -392,7 +392,7 @@ fn a_service_answers_whoever_asks_and_gives_who_answered() {
     assert!(computer.ends_with(&format!(", {})", reply.server.participant())), "{computer}");
 }
 
-/// Asks a service of the other node until it answers; gives the plain CDR of the reply.
+/// Calls a service of the other node until it answers; returns the plain CDR of the reply.
 fn asked<Request: Message>(
     monitor: &Arc<dyn Bus>,
     service: &str,

@@ -38,8 +38,8 @@ const CAPACITY: usize = 16_384;
 /// The most numbers kept of one stream, whatever its width.
 const KEPT_NUMBERS: usize = 1 << 22;
 
-/// One CSV file with many streams at common times: of each stream its values, the age of the newest
-/// sample that they come from, what they are worth, and the 95 % uncertainty of its times.
+/// One CSV file with many streams at common times: for each stream its values, the age of the newest sample that they
+/// are based on, their validity, and the 95 % uncertainty of its times.
 pub struct Aligned {
     path: PathBuf,
     members: Vec<Member>,
@@ -54,8 +54,8 @@ struct Member {
 }
 
 impl Aligned {
-    /// A sink that writes `path`, with these streams from left to right. Onto a pivot, that is the
-    /// first of them; it may be one of events.
+    /// A sink that writes `path`, with these streams from left to right. If the rows are those of a pivot, it is the
+    /// first stream; it may be a stream of events.
     pub fn new(
         path: &Path,
         onto: RowTimes,

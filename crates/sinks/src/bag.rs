@@ -29,27 +29,26 @@ pub struct Bag {
     pub compression: Compressed,
     /// A file of this size is followed by another [MiB]; 0 for never, as in rosbag2.
     pub split_mib: Option<u64>,
-    /// A file that spans so much time is followed by another [s]; 0 for never.
+    /// A file that spans this much time is followed by another [s]; 0 for never.
     pub split_secs: Option<f64>,
     /// For which ROS 2 `metadata.yaml` is written: 9 (Jazzy and later) or 5 (Humble).
     pub metadata_version: u8,
-    /// The recording ends, and says so, when the disk has less room than this [MiB].
+    /// The recording ends, and reports it, when the disk has less free space than this [MiB].
     pub keep_free_mib: u64,
-    /// What happens when the recording fails, as on a full disk: `retry` (it goes on in a new bag, in a
-    /// folder beside the first whose name ends in a number, as soon as that can be made) or `end`.
+    /// What happens when the recording fails, as on a full disk: `retry` (it continues in a new bag, in a folder beside
+    /// the first whose name ends in a number, as soon as that can be created) or `end`.
     pub on_failure: OnFailure,
-    /// Another folder, best on another disk, in which the recording goes on when it fails in its own.
+    /// Another folder, preferably on another disk, in which the recording continues when it fails in its own.
     pub fallback: Option<PathBuf>,
-    /// Whether the recording begins paused, as `ros2 bag record --start-paused`: nothing is recorded until the
+    /// Whether the recording starts paused, as with `ros2 bag record --start-paused`: nothing is recorded until the
     /// command `start_recording`.
     pub start_paused: bool,
     /// How much is kept in memory while the recording is paused, before it begins or after `stop_recording` [s]:
-    /// the next recording begins with it, and the command `snapshot` writes it into a bag of its own. 0 for
-    /// nothing.
+    /// the next recording begins with it, and the command `snapshot` writes it into a bag of its own. 0 keeps nothing.
     pub snapshot_secs: f64,
-    /// The largest size of what is kept [MiB]: where `snapshot_secs` need more, fewer are kept.
+    /// The largest size of what is kept [MiB]: if `snapshot_secs` need more, fewer are kept.
     pub snapshot_mib: usize,
-    /// Whether tidy files stand in its folder: events, features, heart intervals and a summary, as
+    /// Whether tidy files are written into its folder: events, features, heart intervals and a summary, as
     /// the sink `tidy` writes them.
     pub tidy: bool,
 }
@@ -65,7 +64,7 @@ pub enum Compressed {
     Zstd,
     /// LZ4: faster, larger.
     Lz4,
-    /// Not at all.
+    /// No compression.
     None,
 }
 
@@ -73,9 +72,9 @@ pub enum Compressed {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OnFailure {
-    /// It goes on in a new bag, as soon as one can be made.
+    /// It continues in a new bag, as soon as one can be created.
     Retry,
-    /// It ends; the session goes on.
+    /// It ends; the session continues.
     End,
 }
 
@@ -151,7 +150,7 @@ split_mib   = 4096"#;
     }
 }
 
-/// Whether a folder exists and is empty: it was made for this session.
+/// Whether a folder exists and is empty: it was created for this session.
 fn is_vacant(folder: &Path) -> bool {
     std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none())
 }

@@ -28,8 +28,9 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// The most files open at a time; the others are reopened when needed.
 const MOST_OPEN: usize = 64;
 
-/// One CSV file for each stream, in the folder `tables_<name>` beside that of the bag: a row for each sample, with its times in seconds
-/// since 1970 (UTC) and its numbers in the units of the header; of a wave a row for each of its samples.
+/// One CSV file for each stream, in the folder `tables_<name>` beside that of the bag: a row for each sample, with its
+/// times in seconds since 1970 (UTC) and its numbers in the units of the header; for a wave a row for each of its
+/// samples.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Csv {}
@@ -42,8 +43,8 @@ impl Component<dyn Sink, SinkContext> for Csv {
     }
 }
 
-/// The folder of the tables of a session, beside that of its bag. It begins with another word, so that
-/// `sessions/my_team_*` names bags and nothing else.
+/// The folder of the tables of a session, beside that of its bag. Its name begins with another word, so that
+/// `sessions/my_team_*` matches only bags.
 pub fn tables_beside(bag: &Path) -> PathBuf {
     let name = bag.file_name().unwrap_or_default().to_string_lossy();
     bag.with_file_name(format!("tables_{name}"))

@@ -19,28 +19,28 @@ use teampulse_ros::graph::EndpointKind;
 use crate::SinkContext;
 use crate::terminal::{Estimates, Kept};
 
-/// The commands that a dashboard may send unless `[commands]` says otherwise: on loopback everyone who reaches it has
-/// an account on this computer, and none of these loses data.
+/// The commands that a dashboard may send unless `[commands]` says otherwise: on loopback everyone who can reach it has
+/// an account on this computer, and none of these commands loses data.
 pub const ALLOWED: [&str; 6] =
     ["mark", "next_phase", "repeat_phase", "abort_phase", "start_recording", "snapshot"];
 
-/// Shows the team in a browser, and takes markers, notes and commands from there. Every session that is run has it at
+/// Shows the team in a browser, and takes markers, notes and commands from there. Every session has it at
 /// <http://127.0.0.1:8742> unless `dashboard = false`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Dashboard {
-    /// The address that it listens on. Any but a loopback address needs `tokens`.
+    /// The address that it listens on. Any address other than a loopback address needs `tokens`.
     pub listen: IpAddr,
     /// The port; by default 8742, or the next one that is free.
     pub port: Option<u16>,
     /// A file with a line for each token: `watch`, `mark` or `control`, and 16 or more letters and digits. A viewer
     /// opens `/?token=…`; programs send it as `Authorization: Bearer …`.
     pub tokens: Option<PathBuf>,
-    /// A certificate in PEM, followed by those that sign it: with it the dashboard is https. Needs `key`.
+    /// A certificate in PEM, followed by those that sign it: with it the dashboard is served as https. Needs `key`.
     pub certificate: Option<PathBuf>,
     /// The private key of the `certificate` in PEM, without a passphrase.
     pub key: Option<PathBuf>,
-    /// Names of this computer by which browsers may open it, beside its addresses.
+    /// Names of this computer by which browsers may open it, besides its addresses.
     pub names: Vec<String>,
     /// The markers of the study: buttons, and keys.
     pub markers: Vec<MarkerSettings>,
@@ -65,20 +65,20 @@ impl Default for Dashboard {
     }
 }
 
-/// What a dashboard knows of its session, beside what all sinks know.
+/// What a dashboard knows about its session, besides what all sinks know.
 #[derive(Clone, Default)]
 pub struct DashboardContext {
     /// The phases of the study.
     pub phases: Vec<PhasePlan>,
-    /// The verbs of the commands that are allowed from there.
+    /// The verbs of the commands that are allowed from it.
     pub commands: Vec<&'static str>,
-    /// Returns what the study requires and is not there, of the streams that were received.
+    /// Returns the requirements of the study that the received streams do not meet.
     pub required: Option<FindUnmet>,
-    /// Is called with the address.
+    /// Called with the address.
     pub announce: Option<Announce>,
 }
 
-/// Is called with the address of a dashboard.
+/// Called with the address of a dashboard.
 pub type Announce = Arc<dyn Fn(&str) + Send + Sync>;
 
 impl fmt::Debug for DashboardContext {
@@ -143,7 +143,7 @@ fn tls(certificate: Option<&Path>, key: Option<&Path>) -> Result<Option<Tls>, Se
     }
 }
 
-/// The session as the dashboard sees it.
+/// The session as seen by the dashboard.
 fn session(context: &SinkContext) -> Context {
     let estimates = context.terminal.estimates;
     let kept = context.terminal.kept.clone();
@@ -173,7 +173,7 @@ fn session(context: &SinkContext) -> Context {
     }
 }
 
-/// A bus as it is now, without what is ours.
+/// The present state of a bus, without our own endpoints.
 fn seen(bus: &dyn Bus) -> BusView {
     let graph = bus.graph().borrow().clone();
     let others = || graph.endpoints().filter(|each| !each.own);

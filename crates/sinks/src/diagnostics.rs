@@ -10,12 +10,11 @@ use teampulse_ros::diagnostics::DiagnosticsSink;
 use crate::SinkContext;
 
 /// Publishes the health of every stream, clock included, as one `diagnostic_msgs/DiagnosticArray` a second on
-/// `/diagnostics`; that of people's streams only where these are published, too. Every session that is run
-/// has it.
+/// `/diagnostics`; that of people's streams only if these are published, too. Every session has it.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Diagnostics {
-    /// The ROS domain; without it that of the session.
+    /// The ROS domain; by default that of the session.
     pub domain: Option<BusId>,
 }
 

@@ -46,8 +46,7 @@ pub const SINKS: &[Entry<dyn Sink, SinkContext>] = &[
     Entry::new::<foxglove::Foxglove>("foxglove"),
 ];
 
-/// The sinks of every session that is run, with default settings unless the study has some. They store
-/// nothing.
+/// The sinks that every session has, with default settings unless the study sets them. They store nothing.
 pub const SHOWN: [&str; 4] = ["terminal", "ros", "diagnostics", "dashboard"];
 
 /// The context that sinks are built with.
@@ -65,7 +64,7 @@ pub struct SinkContext {
     pub bag_ended: Ended,
     /// The growth of the bag on disk.
     pub growth: Growth,
-    /// What the recording that this session is computed from lost to damage.
+    /// What the recording that this session is computed from has lost to damage.
     pub damage: Option<String>,
     /// What the terminal shows.
     pub terminal: TerminalContext,

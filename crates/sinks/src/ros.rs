@@ -14,12 +14,12 @@ use teampulse_ros::sink::{Publish, RosSink};
 
 use crate::SinkContext;
 
-/// Publishes on ROS what was concluded about robots and the team, and what the study lists under
-/// `publish`. Every session that is run has it.
+/// Publishes on ROS the results about robots and the team, and the streams that the study lists under `publish`. Every
+/// session has it.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Ros {
-    /// The ROS domain; without it that of the session.
+    /// The ROS domain; by default that of the session.
     pub domain: Option<BusId>,
 }
 

@@ -1,10 +1,10 @@
-//! Sanitises texts from elsewhere.
+//! Sanitises texts from outside.
 
 use std::borrow::Cow;
 
 use teampulse_core::text;
 
-/// The longest text shown to people [characters].
+/// The longest text that is displayed [characters].
 const MOST_SHOWN: usize = 200;
 
 /// A text on one line, without tabs and control characters.
@@ -12,8 +12,8 @@ pub(crate) fn on_one_line(text: &str) -> String {
     text::on_one_line(text).into_owned()
 }
 
-/// A text that no spreadsheet executes: an apostrophe precedes what looks like a formula, as OWASP recommends
-/// against CSV injection.
+/// A text that no spreadsheet executes: anything that looks like a formula is preceded by an apostrophe, as OWASP
+/// recommends against CSV injection.
 pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
     if text.trim_start().starts_with(['=', '+', '-', '@']) {
         Cow::Owned(format!("'{text}"))

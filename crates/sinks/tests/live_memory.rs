@@ -1,5 +1,5 @@
-//! What a single message costs a live session: from the bus through sources, features and sinks, each the
-//! largest that is permitted, or one that was made to do harm.
+//! The memory that a single message costs a live session, from the bus through sources, features and sinks: the largest
+//! permitted messages, and malicious ones.
 #![expect(clippy::unwrap_used, reason = "a test fails by it")]
 
 #[path = "live/memory.rs"]
@@ -45,13 +45,13 @@ use teampulse_sources::session::RosEvents;
 use teampulse_sources::topics::Topics;
 use teampulse_sources::wearables::bluetooth::Bluetooth;
 
-/// What one message may take [B].
+/// The most memory for one message [B].
 const MOST_BYTES: i64 = 300_000_000;
 /// The largest message of ours that is read [B].
 const LARGEST: usize = 16 << 20;
 const ECG: &str = "/humans/persons/p001/own/ecg";
 
-/// Ends the wait when it has seen the marker that is sent behind the message.
+/// Ends the wait once it has seen the marker that is sent after the message.
 struct Seen(Arc<AtomicBool>);
 
 impl Sink for Seen {
@@ -117,7 +117,7 @@ fn built<S: Component<dyn Source, SourceContext>>(
 /// One session at a time, as the memory of all threads is counted together.
 static ALONE: tokio::sync::Mutex<()> = tokio::sync::Mutex::const_new(());
 
-/// The most memory that a session takes while these messages go through it, beside what it has before [B].
+/// The most memory that a session takes while it processes these messages, beyond what it used before [B].
 async fn most_of(messages: Vec<Sent>) -> i64 {
     let folder = tempfile::tempdir().unwrap();
     let monitor = MemoryBus::new("/teampulse");
@@ -218,7 +218,7 @@ fn sent((topic, type_name): (&'static str, &'static str), bytes: Bytes) -> Sent 
     Sent { topic, type_name, bytes }
 }
 
-/// What is sent, and what it is called.
+/// A crafted message, and its name.
 type Crafted = (&'static str, Vec<Sent>);
 
 /// Messages of our own types, which are decoded.
@@ -246,7 +246,7 @@ fn of_people() -> Vec<Crafted> {
     ]
 }
 
-/// Messages of others.
+/// Messages of other types.
 fn of_robots() -> Vec<Crafted> {
     let marker = ("/session/events", "std_msgs/msg/String");
     let image = ("/camera/front/image", "sensor_msgs/msg/Image");
@@ -278,11 +278,11 @@ async fn a_single_message_takes_bounded_memory() {
     assert!(too_much.is_empty(), "{too_much:?}");
 }
 
-/// Numbers that look random, and are the same in every run.
+/// Pseudorandom numbers, the same in every run.
 struct Chance(u64);
 
 impl Chance {
-    /// One of so many.
+    /// A number below a count.
     fn of(&mut self, count: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -316,7 +316,7 @@ impl Chance {
     }
 }
 
-/// One message each of what a session reads.
+/// One message of each type that a session reads.
 fn whole() -> Vec<Sent> {
     let header =
         |name: &str| Header { stamp: Time::from_stamp(1_700_000_000, 0), frame_id: name.into() };

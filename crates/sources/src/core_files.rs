@@ -2,7 +2,8 @@
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
-/// The memory of a process that reads keys, or pictures that are not recorded, must not end in a file.
+/// Disables core files: the memory of a process that reads keys, or pictures that are not recorded, must not end up in
+/// a file.
 pub(crate) fn leave_no_core_file() {
     let limit = getrlimit(Resource::Core);
     // A lower limit is always permitted.

@@ -1,4 +1,4 @@
-//! Following topics on a bus: from a publisher that appears to a sample that is offered.
+//! Following topics on a bus: from the appearance of a publisher to offered samples.
 //!
 //! ```text
 //! a publisher on the graph ── choose ──► the stream that its topic becomes, or none
@@ -7,8 +7,8 @@
 //!     our own types:           publisher_split ──► decoding ──────────► Outlet::offer
 //! ```
 //!
-//! Beside that path: what becomes known of a type or a stream later (`definitions`, `describing`), who
-//! publishes a topic (`origins`), and what is lost (`losses`).
+//! Besides that path: later information about a type or a stream (`definitions`, `describing`), the publishers of a
+//! topic (`origins`), and losses (`losses`).
 
 mod subscribing;
 mod followed;
@@ -49,14 +49,14 @@ use places::Places;
 use publishing::Key;
 pub(crate) use updates::Updates;
 
-/// How often it is looked who publishes what after each change: what is said is said at the second look.
+/// How often publishers are checked after each change: reports are made at the second check.
 const LOOKS: u32 = 3;
 /// Counted losses are reported at least this often.
 const REPORT_LOSSES: Duration = Duration::from_millis(500);
 
-/// Follows the topics of a bus until the session is over, and keeps their messages as they came.
-/// `choose` says what a publisher's topic becomes, or `None` when it is not wanted; its shape, offers
-/// and losses are filled in here.
+/// Follows the topics of a bus until the session is over, and keeps their messages as received. `choose` returns the
+/// stream that a publisher's topic becomes, or `None` if it is not wanted; its shape, offers and losses are filled in
+/// here.
 pub(crate) async fn follow(
     bus: Arc<dyn Bus>,
     outlet: &Outlet,
@@ -65,9 +65,9 @@ pub(crate) async fn follow(
     Following::new(bus, outlet, Kept::AsTheyCame).run(choose, &Updates::default()).await
 }
 
-/// The same for topics of our own types, of which the messages are decoded. `choose` gives them
-/// their shape; it is asked again about the topics in `updates`, as descriptions come when they like. A
-/// topic that nobody describes has the channels of its first messages.
+/// The same for topics of our own types, whose messages are decoded. `choose` sets their shape; it is called again for
+/// the topics in `updates`, as descriptions may arrive at any time. A topic without a description has the channels of
+/// its first messages.
 pub(crate) async fn follow_ours(
     bus: Arc<dyn Bus>,
     outlet: &Outlet,
@@ -77,8 +77,8 @@ pub(crate) async fn follow_ours(
     Following::new(bus, outlet, Kept::Decoded).run(choose, updates).await
 }
 
-/// The same for topics of foreign types whose messages have no stamps: `read` says how those of a publisher's topic become
-/// samples. They are placed by their arrival here, as neither they nor the bus know when they were measured.
+/// The same for topics of foreign types whose messages have no stamps: `read` returns the decoder of a publisher's
+/// topic. Samples are placed by their arrival here, as neither they nor the bus know when they were measured.
 pub(crate) async fn follow_decoded(
     bus: Arc<dyn Bus>,
     outlet: &Outlet,
@@ -88,10 +88,10 @@ pub(crate) async fn follow_decoded(
     Following::new(bus, outlet, Kept::Read(read)).run(choose, &Updates::default()).await
 }
 
-/// Reads a message as a sample, or as a part of one that is not complete yet; an error fits after "failed to".
+/// Decodes a message into a sample, or into a part of one that is not complete yet; an error fits after "failed to".
 pub(crate) type Decoder = Arc<dyn Fn(&Arrival) -> Result<Option<Decoded>, String> + Send + Sync>;
 
-/// What reads the messages of a publisher's topic.
+/// Returns the decoder of a publisher's topic.
 pub(crate) type DecoderOf<'a> = dyn Fn(&Endpoint) -> Result<Decoder, String> + Sync + 'a;
 
 /// How messages are kept.
@@ -99,13 +99,13 @@ pub(crate) type DecoderOf<'a> = dyn Fn(&Endpoint) -> Result<Decoder, String> + S
 enum Kept<'a> {
     /// Byte for byte.
     AsTheyCame,
-    /// As samples of our own shapes, which they are.
+    /// As samples, since they are of our own types.
     Decoded,
-    /// As samples of our own shapes, read from types of others.
+    /// As samples decoded from foreign types.
     Read(&'a DecoderOf<'a>),
 }
 
-/// The topics of a bus that are followed.
+/// The followed topics of a bus.
 struct Following<'a> {
     bus: Arc<dyn Bus>,
     outlet: &'a Outlet,
@@ -190,7 +190,7 @@ impl<'a> Following<'a> {
         }
     }
 
-    /// Hands over what still waits, and reports the last losses.
+    /// Hands over waiting messages, and reports the last losses.
     fn close(&mut self) {
         let graph = Arc::clone(&self.bus.graph().borrow());
         for (key, followed) in &self.followed {
@@ -199,7 +199,7 @@ impl<'a> Following<'a> {
         self.report_last_losses();
     }
 
-    /// Records that something is wrong.
+    /// Records a fault.
     fn fault(&self, label: String) {
         self.outlet.happen(passing(label));
     }

@@ -1,4 +1,4 @@
-//! From blocks of sound to what is recorded of them.
+//! Converts blocks of sound to the recorded data.
 
 use std::sync::Arc;
 
@@ -11,17 +11,17 @@ use teampulse_signal::voice::{CHANNELS, Framer, RATES_HZ, Settings};
 
 /// The period of frames [ns].
 pub(crate) const FRAME_NANOS: i64 = 10_000_000;
-/// The most sound that may be missing before a voice is followed anew [s].
+/// The most sound that may be missing before the analysis of a voice restarts [s].
 const LOST_SECS: f64 = 2.0;
-/// What a stamp may differ from the samples that came before sound is missing, in blocks.
+/// How far a stamp may differ from the received samples before sound counts as missing, in blocks.
 const LATE_BLOCKS: f64 = 1.5;
-/// The most sound that waits until it is known what it is.
+/// The most sound that waits until its format is known.
 const WAITING_BYTES: usize = 1 << 20;
 
-/// What is offered of a microphone.
+/// What is offered from a microphone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kept {
-    /// Frames of a voice, of which no word can be made.
+    /// Frames of a voice, from which no word can be reconstructed.
     Frames,
     /// The sound itself.
     Sound,
@@ -60,14 +60,14 @@ impl Kept {
     }
 }
 
-/// A microphone, whose blocks are heard in their order.
+/// A microphone, whose blocks are processed in order.
 pub(crate) struct Hearing {
     kept: Kept,
     info: Option<AudioInfo>,
-    /// Blocks that came before it was known what they are.
+    /// Blocks that arrived before their format was known.
     waiting: Vec<(AudioBlock, u64)>,
     voice: Option<Framer>,
-    /// The samples heard and lost so far.
+    /// The number of samples received and lost so far.
     samples: i64,
     /// The samples of the last block, and its stamp.
     block: i64,
@@ -79,7 +79,7 @@ impl Hearing {
         Hearing { kept, info, waiting: Vec::new(), voice: None, samples: 0, block: 0, stamp: None }
     }
 
-    /// Learns what the blocks are.
+    /// Sets the format of the blocks.
     pub fn learn(&mut self, info: AudioInfo) {
         if self.info != Some(info) {
             let (kept, waiting) = (self.kept, std::mem::take(&mut self.waiting));
@@ -87,9 +87,9 @@ impl Hearing {
         }
     }
 
-    /// Takes the next block, before which so many blocks were lost; what became known with it.
+    /// Takes the next block, before which this many blocks were lost; returns the resulting data.
     ///
-    /// While it is unknown what blocks are, they wait. An error fits after "failed to".
+    /// Blocks wait while their format is unknown. An error fits after "failed to".
     pub fn hear(&mut self, block: AudioBlock, lost: u64) -> Result<Option<Decoded>, String> {
         let Some(info) = self.info else {
             let waiting: usize = self.waiting.iter().map(|(block, _)| block.data.len()).sum();
@@ -161,7 +161,7 @@ impl Hearing {
         }
     }
 
-    /// How many samples are missing before a block: by the stamps where it has one, else by the blocks that were lost.
+    /// How many samples are missing before a block: by the stamps if it has one, else by the lost blocks.
     fn missing(&self, info: &AudioInfo, block: &AudioBlock, lost: u64) -> i64 {
         let by_blocks = i64::try_from(lost).unwrap_or(i64::MAX).saturating_mul(self.block);
         let Some((before, stamp)) = self.stamp.zip(block.stamp) else { return by_blocks };
@@ -177,7 +177,7 @@ fn nanos(samples: i64, rate_hz: f64) -> i64 {
     (samples as f64 / rate_hz * 1e9).round() as i64
 }
 
-/// What became known with a block.
+/// The data that result from a block.
 #[derive(Default)]
 struct Heard {
     first_ns: Option<i64>,
@@ -190,7 +190,7 @@ impl Heard {
         self.numbers.extend_from_slice(numbers);
     }
 
-    /// What is before a long gap is not in one run with what comes after.
+    /// Clears the state after a long gap, so that nothing is joined across it.
     fn clear(&mut self) {
         *self = Heard::default();
     }
@@ -225,7 +225,7 @@ mod tests {
     const INFO: AudioInfo =
         AudioInfo { rate_hz: RATE_HZ, channels: 1, format: SampleFormat::S16LE };
 
-    /// Somebody who says "a" for a second and pauses for half of one, at 120 Hz.
+    /// A voice at 120 Hz that says "a" for a second and pauses for half a second.
     fn voice(secs: f64) -> Vec<i16> {
         let sample = |k: usize| {
             let t = k as f64 / RATE_HZ;
@@ -243,7 +243,7 @@ mod tests {
         AudioBlock { stamp: None, data: Bytes::from(data) }
     }
 
-    /// The rows of numbers of what became known, with their times [ns].
+    /// The rows of the resulting numbers, with their times [ns].
     fn rows(all: &[Decoded]) -> Vec<(i64, Vec<f64>)> {
         let mut rows = Vec::new();
         for decoded in all {

@@ -52,7 +52,7 @@ pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<microphone::Microphone>("microphone"),
 ];
 
-/// What sources are built with.
+/// The context that sources are built with.
 #[derive(Clone)]
 pub struct SourceContext {
     /// The session's clock.
@@ -65,7 +65,7 @@ pub struct SourceContext {
     pub bluetooth: Bluetooth,
 }
 
-/// The bus that a source names as `domain`; without one that of `ROS_DOMAIN_ID`, else domain 0.
+/// The bus that a source names as `domain`; by default that of `ROS_DOMAIN_ID`, else domain 0.
 fn join(context: &SourceContext, bus: Option<&BusId>) -> Result<Arc<dyn Bus>, SettingsError> {
     let id = bus.map_or_else(|| context.buses.default_id(), |id| Ok(id.clone()));
     let joined = id.and_then(|id| context.buses.get(id));

@@ -17,14 +17,14 @@ use crate::follow::follow;
 use crate::{SourceContext, join};
 use teampulse_core::pattern::Pattern;
 
-/// Any ROS topics by name, recorded as they are; what a robot or a person of the study owns is left to
-/// it, and what sessions of teampulse say of themselves is meant only by its full name.
+/// Any ROS topics by name, recorded unchanged; topics of the study's robots and people are left to their sources, and
+/// those that sessions of teampulse publish about themselves are matched only by their full name.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Topics {
     /// The names of the topics; a `*` stands for any part of a token, and `/**` for everything.
     pub names: Vec<Pattern>,
-    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0.
     pub domain: Option<BusId>,
 }
 

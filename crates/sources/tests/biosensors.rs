@@ -1,4 +1,4 @@
-//! Sensors that other nodes publish as plain numbers, on a bus in memory, heard by a whole session.
+//! Sensors that other nodes publish as plain numbers, on an in-memory bus, recorded by a whole session.
 
 #![expect(clippy::float_cmp, reason = "these are exact")]
 

@@ -66,7 +66,7 @@ where
 
 type Kept = Arc<Mutex<Vec<Record>>>;
 
-/// Runs a session with a source until the records are as asked, and 60 s at most.
+/// Runs a session with a source until the records meet a condition, for 60 s at most.
 async fn session(
     sources: Vec<Box<dyn Source>>,
     clock: Clock,
@@ -118,7 +118,7 @@ fn values(records: &[&Record]) -> Vec<f64> {
     records.iter().map(first).collect()
 }
 
-/// What is stated of the clock of a stream, second by second.
+/// The statuses about the clock of a stream, second by second.
 fn statuses<'a>(records: &'a [Record], leaf: &str) -> Vec<(Time, &'a StreamStatus)> {
     let status = |record: &'a Record| match &record.sample.data {
         Data::Status(status) if status.name.rsplit('/').next() == Some(leaf) => {
@@ -214,14 +214,14 @@ async fn the_beats_of_a_strap_without_a_clock_are_placed_where_they_were() {
     assert!(within as f64 >= 0.95 * stated.len() as f64, "{stated:?}");
 }
 
-/// By how much a measurement, which is sent at a full second, came later than on a machine that has time for it [s].
+/// How much later a measurement, which is sent at a full second, arrived than it would on an idle machine [s].
 fn late_secs(measurement: &Record, began: Time) -> f64 {
     const USUAL_SECS: f64 = 0.010;
     let since_secs = measurement.sample.log_time.secs_since(began);
     (since_secs.rem_euclid(1.0) - USUAL_SECS).max(0.0)
 }
 
-/// By how much the samples of a wave that count the time are off [s].
+/// The time errors of the samples of a wave, whose values encode the time [s].
 fn wave_errors(record: &Record, began: Time) -> Vec<f64> {
     let Data::Wave(wave) = &record.sample.data else { panic!("{record:?}") };
     let first_secs = record.sample.measured.secs_since(began);
@@ -235,17 +235,17 @@ fn wave_errors(record: &Record, began: Time) -> Vec<f64> {
     samples.map(error).collect()
 }
 
-/// By how much at least this machine was late with waves, in the span in which it was latest [s].
+/// The least delay with which this machine sent waves, in the worst span [s].
 ///
-/// An emulated device stamps what it sends with the moment at which that is due, and this machine sends it when it gets to
-/// it: a clock that is known by its packets alone can't be known better than the one that was held up least.
+/// An emulated device stamps its data with the time at which they are due, and this machine sends them when it gets to
+/// it: a clock that is only known from its packets can't be known better than by the least delayed one.
 fn least_late(waves: &[&Record], late_secs: impl Fn(&Record) -> f64) -> f64 {
     let least =
         |few: &[&Record]| few.iter().map(|wave| late_secs(wave)).fold(f64::INFINITY, f64::min);
     waves.windows(4).map(least).fold(0.0, f64::max)
 }
 
-/// That each sample was placed where it was measured, by errors [s] on a machine that was late.
+/// Asserts that each sample was placed where it was measured, given errors [s] on a machine that was late.
 fn is_where_it_was(device: &str, errors: impl Iterator<Item = f64>, late_secs: f64) {
     let (least, most) =
         errors.fold((0.0_f64, 0.0_f64), |(least, most), error| (least.min(error), most.max(error)));
@@ -259,7 +259,8 @@ fn is_where_it_was(device: &str, errors: impl Iterator<Item = f64>, late_secs: f
     assert!(least > -0.005 && most < 0.005 + late_secs);
 }
 
-/// That an ECG that counts the time is where it was; the first seconds show how late the others are.
+/// Asserts that an ECG that encodes the time is placed where it was measured; the first seconds show how late the rest
+/// are.
 fn ecg_is_where_it_was(ecg: &[&Record], began: Time) {
     let late_secs = |wave: &Record| {
         let last = wave_errors(wave, began).last().copied().unwrap_or(f64::NAN);
@@ -355,7 +356,8 @@ async fn a_bluetoothd_that_vanishes_and_returns_is_reached_again_on_the_same_tim
     eprintln!("the ECG is back {back_secs:.1} s of the device after bluetoothd (bar 30)");
 }
 
-/// When the samples of a wave of a Verity Sense were measured, by what they say, and where they were placed [s].
+/// When the samples of a wave of a Verity Sense were measured, according to their values, and where they were placed
+/// [s].
 fn light_secs(record: &Record, began: Time) -> Vec<(f64, f64)> {
     // Of the first light: counts without any, and of all of it.
     const COUNTS: [f64; 2] = [430_000.0, 40_000.0];
@@ -369,7 +371,7 @@ fn light_secs(record: &Record, began: Time) -> Vec<(f64, f64)> {
     samples.map(secs).collect()
 }
 
-/// That light was placed where it was measured, and was back soon after what failed.
+/// Asserts that light was placed where it was measured, and was back soon after each failure.
 fn light_is_where_it_was(ppg: &[&Record], began: Time) {
     let late_secs = |wave: &Record| {
         let last_secs = light_secs(wave, began).last().map_or(f64::NAN, |(measured, _)| *measured);
@@ -388,7 +390,7 @@ fn light_is_where_it_was(ppg: &[&Record], began: Time) {
     assert!(gap_secs < 5.0, "{gap_secs}");
 }
 
-/// That pulses are those of the heart, and placed where they were, as nearly as is stated.
+/// Asserts that pulses are those of the heart, and placed where they occurred, within the stated uncertainty.
 fn pulses_are_where_they_were(records: &[Record], began: Time) {
     // Each comes 0.2 s after its beat; the sensor does not say when, so it is placed by when its span ended.
     let next = beats().skip(1);
@@ -552,10 +554,10 @@ async fn two_hundred_lost_links_leave_nothing_behind() {
     assert_eq!(left[0], left[1]);
 }
 
-/// Straps that are connected at a time.
+/// The number of straps that are connected at a time.
 const STRAPS: usize = 4;
 
-/// Runs a source again and again; each time its link is lost.
+/// Runs a source repeatedly; its link is lost each time.
 async fn lose_links(
     links: usize,
     mut source: Box<dyn Source>,
@@ -575,10 +577,10 @@ async fn lose_links(
     }
 }
 
-/// A connection to the bus, which sees who else has one.
+/// A connection to the bus that sees which others exist.
 struct Watcher {
     connection: zbus::Connection,
-    /// Without the sources.
+    /// The number of other connections, without the sources.
     others: usize,
 }
 
@@ -598,7 +600,7 @@ impl Watcher {
         names.iter().filter(|name| name.starts_with(':')).count()
     }
 
-    /// File descriptors and tasks, once no source has a connection to the bus and what was aborted is gone.
+    /// The number of file descriptors and tasks, once no source has a connection to the bus and aborted tasks are gone.
     async fn left_behind(&self) -> (usize, usize) {
         while self.clients().await > self.others {
             tokio::time::sleep(Duration::from_millis(5)).await;

@@ -1,4 +1,4 @@
-//! The emulated Bluetooth, as a client of BlueZ sees it on D-Bus.
+//! The emulated Bluetooth, as seen by a client of BlueZ on D-Bus.
 
 use std::collections::HashMap;
 use std::pin::Pin;
@@ -22,7 +22,7 @@ const CONTROL: &str = "/org/bluez/hci0/dev_A0_9E_1A_00_00_01/service0040/char004
 const DATA: &str = "/org/bluez/hci0/dev_A0_9E_1A_00_00_01/service0040/char0044";
 const HEART_RATE: &str = "/org/bluez/hci0/dev_A0_9E_1A_00_00_01/service000e/char000f";
 const BATTERY: &str = "/org/bluez/hci0/dev_A0_9E_1A_00_00_01/service0030/char0031";
-/// The longest that anything here takes, on a machine that is busy.
+/// The longest time that anything here takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A heart that beats twice a second.
@@ -101,7 +101,7 @@ impl Client {
         self.call(characteristic, "WriteValue", &(value, options)).await
     }
 
-    /// The next signal that is of use.
+    /// The next signal that `find` accepts.
     async fn signal<T>(&mut self, find: impl Fn(&Message) -> Option<T>) -> T {
         let search = async {
             loop {

@@ -26,8 +26,8 @@ use keeper::Keeper;
 
 const CAMERA: &str = "/humans/persons/p001/webcam/image";
 
-/// Offers one frame as the `sensor_msgs/CompressedImage` that it was encoded to, and waits until the worker
-/// has looked at it.
+/// Offers one frame as the `sensor_msgs/CompressedImage` that it was encoded as, and waits until the worker has
+/// processed it.
 struct Camera {
     frame: Bytes,
     looked: Arc<Mutex<Vec<Record>>>,
@@ -58,7 +58,7 @@ fn unknown() -> Schema {
     }
 }
 
-/// Keeps what it is fed with.
+/// Keeps the records that it receives.
 struct Looking(Arc<Mutex<Vec<Record>>>);
 
 impl Worker for Looking {

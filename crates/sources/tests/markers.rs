@@ -64,7 +64,7 @@ fn faults(kept: &Kept) -> Vec<String> {
     faults.map(|event| event.label).collect()
 }
 
-/// Until it is so, and for a minute at most.
+/// Waits until a condition holds, for a minute at most.
 async fn until(mut is_so: impl FnMut() -> bool) {
     let began = Stopwatch::start();
     while began.elapsed() < Duration::from_secs(60) && !is_so() {
@@ -89,13 +89,13 @@ async fn session(source: Box<dyn Source>, kept: &Kept, over: impl Future<Output 
     session.run(over).await
 }
 
-/// An address on loopback that is free.
+/// A free address on loopback.
 fn free() -> SocketAddr {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     listener.local_addr().expect("its address")
 }
 
-/// Connects as soon as somebody listens.
+/// Connects as soon as something is listening.
 async fn connected(to: SocketAddr) -> TcpStream {
     for _ in 0..2000 {
         if let Ok(link) = TcpStream::connect(to).await {

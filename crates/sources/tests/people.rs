@@ -1,4 +1,4 @@
-//! People on a bus in memory, heard by a whole session.
+//! People on an in-memory bus, recorded by a whole session.
 
 mod keeper;
 mod watching;
@@ -34,7 +34,7 @@ fn numbered(index: u64, stamp: Time, samples: &[f64]) -> Vec<u8> {
     msgs::Wave { header, device_time, index, period_ns, channels: 1, samples }.encode().to_vec()
 }
 
-/// The description that a sensor's computer publishes of the ECG.
+/// The description of the ECG that a sensor's computer publishes.
 fn description() -> Vec<u8> {
     let subject = Subject { about: About::Person, id: "p001".into() };
     let stream = Stream {
@@ -52,7 +52,7 @@ fn descriptions(bus: &MemoryBus) -> Box<dyn Publisher> {
     publisher(bus, "/teampulse/streams", msgs::StreamDescription::NAME)
 }
 
-/// What is known of a stream in the end.
+/// What is known about a stream at the end.
 fn stream(records: &[Record], name: &str) -> Stream {
     Stream::clone(&of(records, name).last().expect("it was heard").stream)
 }
@@ -207,7 +207,7 @@ async fn what_a_person_does_comes_as_events() {
     assert_eq!((record.stream.signal, record.stream.id.as_str()), (Signal::Event, "p002"));
 }
 
-/// Publishes the ECG often enough that a second publisher is distinguished from a restarted one: how often,
+/// Publishes the ECG often enough for a second publisher to be distinguished from a restarted one; returns how often,
 /// and the faults.
 async fn both_talk(first: &dyn Publisher, second: &dyn Publisher) {
     for k in 0..60 {

@@ -1,4 +1,4 @@
-//! Robots on a bus in memory, watched by a whole session.
+//! Robots on an in-memory bus, recorded by a whole session.
 
 mod keeper;
 mod watching;
@@ -194,7 +194,7 @@ async fn two_publishers_of_one_topic_are_reported_once_by_name() {
     assert!(label.contains("/robot1/driver") && label.contains("/robot1/second_driver"), "{label}");
 }
 
-/// Robots and people by what they are, and everything by name.
+/// Robots and people by their own sources, and everything by name.
 fn all_of_them(context: &SourceContext) -> Vec<Box<dyn Source>> {
     vec![
         built::<Robots>("namespace = \"/*\"\ntopics = [\"**\"]", context),

@@ -31,7 +31,7 @@ use teampulse_sources::session::{
 
 use keeper::Keeper;
 
-/// Runs a session with one source until `meanwhile` ends; gives what happened.
+/// Runs a session with one source until `meanwhile` ends; returns the events.
 async fn events(
     source: impl Source + 'static,
     clock: Clock,
@@ -226,8 +226,7 @@ async fn the_next_phase_begins_by_command() {
     assert!(events.iter().any(|event| event.label == "keys next_phase"), "{events:?}");
 }
 
-/// Begins the next two phases: the first by a click that was under way for 5 s, the second by one that was
-/// made even earlier.
+/// Begins the next two phases: the first with a click that took 5 s to arrive, the second with one made even earlier.
 struct LateClicks(Time);
 
 #[async_trait]
@@ -283,7 +282,7 @@ async fn an_event_of_somebody_else_commands_nothing() {
     assert!(events.iter().any(|event| event.label.starts_with(refused)), "{events:?}");
 }
 
-/// As by somebody who misspelt the kind of an event.
+/// An event whose kind is misspelt.
 fn of_unknown_kind() -> Vec<u8> {
     let mut cdr = encode(&phase("two_back")).to_vec();
     let place = cdr.windows(5).position(|word| word == b"phase").expect("the kind");

@@ -53,7 +53,7 @@ fn at(port: &str) -> Box<dyn Source> {
     source(&format!("person = \"p001\"\nport = \"{port}\"")).expect("it is built")
 }
 
-/// Until it is so, and for a minute at most.
+/// Waits until a condition holds, for a minute at most.
 async fn until(mut is_so: impl FnMut() -> bool) {
     let began = Stopwatch::start();
     while began.elapsed() < Duration::from_secs(60) && !is_so() {
@@ -65,7 +65,7 @@ fn look<T>(kept: &Kept, at: impl FnOnce(&[Record]) -> T) -> T {
     at(&kept.lock().expect("nobody panicked"))
 }
 
-/// Runs a session with a source until the records are as asked.
+/// Runs a session with a source until the records meet a condition.
 async fn session(
     source: Box<dyn Source>,
     kept: &Kept,
@@ -113,7 +113,7 @@ fn conductance(record: &Record) -> (f64, f64) {
     (device_time as f64 * 1e-9, value * channel.scale)
 }
 
-/// Every sample is what the body had at its time; the largest deviation.
+/// The largest deviation of a sample from the body's value at its time.
 fn worst_deviation(records: &[Record]) -> f64 {
     let mut truth = body();
     let deviation = |record| {

@@ -39,8 +39,8 @@ impl Wearer for Skin {
     }
 }
 
-/// A streaming server with one E4, whose time goes on from connection to connection; the first one is cut off
-/// when so many bytes were sent. Keeps what it was asked.
+/// A streaming server with one E4, whose time continues from connection to connection; the first one is cut off after
+/// this many bytes. Keeps the requests that it receives.
 async fn serve(listener: TcpListener, mut server: E4Server, cut: usize, asked: Arc<Mutex<String>>) {
     let began = Stopwatch::start();
     let mut sent = 0;
@@ -81,7 +81,7 @@ fn e4(settings: &str) -> Result<Box<dyn Source>, String> {
     settings.build(&context).map_err(|error| format!("{}: {error}", error.path))
 }
 
-/// Runs a session with a source until the records are as asked, and 20 s at most.
+/// Runs a session with a source until the records meet a condition, for 20 s at most.
 async fn session(source: Box<dyn Source>, until: fn(&[Record]) -> bool) -> (Outcome, Vec<Record>) {
     let kept = Kept::default();
     let session = Session {

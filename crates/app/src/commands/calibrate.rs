@@ -1,4 +1,4 @@
-//! `teampulse calibrate`: a device's fixed latency from an event that two streams saw.
+//! `teampulse calibrate`: a device's fixed latency from an event that two streams recorded.
 
 mod edit;
 pub(super) mod signals;
@@ -18,13 +18,13 @@ use crate::output;
 use crate::study::Study;
 use signals::{Recorded, Span, Wanted, record};
 
-/// A latency with a larger uncertainty is not written down [s].
+/// A latency with a larger uncertainty is not written [s].
 const WORST_SECS: f64 = 0.1;
 
-/// Finds a device's fixed latency from an event that two streams of a bag saw.
+/// Finds a device's fixed latency from an event that two streams of a bag recorded.
 ///
 /// Record a session in which you tap the device, press a button or switch a light a few times, at uneven
-/// intervals of some seconds, so that a stream with correct times records it as well.
+/// intervals of a few seconds, so that a stream with correct times records it as well.
 ///
 /// The lag is how much later the stream shows the events than the reference, by their corrected
 /// times. The device's latency is the one that it was recorded with plus the lag. It differs by up to

@@ -112,14 +112,14 @@ impl Check {
     }
 }
 
-/// Prints what is missing, and whether a recording may begin.
+/// Prints what is missing, and whether the result is go.
 fn is_go(missing: &[String]) -> bool {
     output::lines(missing.iter().map(|what| format!("missing  {what}")));
     output::line(if missing.is_empty() { "go" } else { "no-go" });
     missing.is_empty()
 }
 
-/// What streams lack, what robots of the study lack, and what is there without being in the study.
+/// What streams and robots of the study lack, and what is present but not in the study.
 fn lacking(
     required: &Requirements,
     heard: &[(Arc<Stream>, StreamStatus)],
@@ -166,7 +166,7 @@ fn stream_line(stream: &Stream, status: &StreamStatus) -> String {
     )
 }
 
-/// What a robot meets of the robot profile.
+/// The line about a robot: which parts of the robot profile it meets.
 fn robot_line(robot: &Robot) -> String {
     let findings = robot.findings.iter().map(|(norm, finding)| match finding {
         Finding::Met(rate_hz) => format!("{} {rate_hz:.1} Hz", norm.parameter),

@@ -37,7 +37,7 @@ const DOMAIN: u32 = 77;
 /// The last domain of a demo. Above 101, the ports of a domain overlap with the ephemeral ports of the
 /// system.
 const LAST_DOMAIN: u32 = 101;
-/// How long the devices of the operator may take until they can be reached.
+/// How long the operator's devices may take before they can be reached.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Shows everything at once: a simulated operator and five robots in a separate process, on real ROS 2
@@ -155,8 +155,8 @@ fn hold(_: &str) -> std::io::Result<UnixListener> {
     Err(ErrorKind::Unsupported.into())
 }
 
-/// The command that lists the topics of a local domain with the tools of ROS 2. Without the daemon, which
-/// belongs to the domain of whoever started it.
+/// The command that lists the topics of a local domain with the tools of ROS 2. Without the daemon, which keeps the
+/// domain of the user who started it.
 fn topics_command(domain: u32) -> String {
     format!(
         "ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ros2 topic list --no-daemon"
@@ -204,9 +204,9 @@ struct Simulation {
     seed: u64,
     domain: u32,
     study: String,
-    /// That of the operator's devices.
+    /// The folder of the operator's devices.
     folder: PathBuf,
-    /// In how many places these are reached.
+    /// How many sockets and ports lead to these.
     places: usize,
 }
 
@@ -238,7 +238,7 @@ impl Simulation {
         up.map_err(|_elapsed| lacking())??.then_some(simulator).ok_or_else(lacking)
     }
 
-    /// Waits until the devices are reached; whether they are.
+    /// Waits until the devices can be reached; returns whether they can.
     async fn reached(&self, simulator: &mut Child) -> std::io::Result<bool> {
         let Some(output) = simulator.stdout.take() else { return Ok(false) };
         let mut lines = BufReader::new(output).lines();

@@ -56,7 +56,7 @@ impl Emulate {
     }
 }
 
-/// Wearables on their transports.
+/// Running wearables.
 pub struct Served(JoinSet<std::io::Result<()>>);
 
 impl Served {
@@ -84,7 +84,7 @@ impl Served {
         Ok(Served(serving))
     }
 
-    /// Waits until one of them fails; never returns without.
+    /// Waits until one of them fails; never returns otherwise.
     pub async fn fail(&mut self) -> Failure {
         let Some(ended) = self.0.join_next().await else { return std::future::pending().await };
         let ended = ended.unwrap_or_else(|error| Err(std::io::Error::other(error)));
@@ -92,7 +92,7 @@ impl Served {
         Failure::to(format!("serve a device: {why}"))
     }
 
-    /// Takes their ports, links and buses down.
+    /// Closes their ports, links and buses.
     pub async fn close(mut self) {
         self.0.shutdown().await;
     }

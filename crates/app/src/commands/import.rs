@@ -54,11 +54,11 @@ const JOINED: &str = "teampulse.joined";
 /// whose messages become those of ROS 2. Topics of wearables as the package ros2-foxy-wearable-biosensors publishes
 /// them, such as `/biosensors/empatica_e4/bvp`, also become streams of a person. Tables of samples,
 /// as `extract` reads them, become one bag about one person with a stream for each table; from a folder of
-/// Empatica's E4 or of Polar Sensor Logger all tables are read. So are the zip of an E4, files of an Embrace Plus
-/// (Avro), XDF, EDF and BDF. The imported files are not changed.
+/// Empatica's E4 or of Polar Sensor Logger all tables are read. The zip of an E4, files of an Embrace Plus (Avro), XDF,
+/// EDF and BDF are imported, too. The imported files are not changed.
 ///
-/// With --into they join a session that was recorded at the same time: their bag is on its clock. Heart beats that
-/// both recorded show where they belong, or a marker with --at; how exactly is printed and kept in the bag.
+/// With --into they join a session that was recorded at the same time: their bag is on its clock. Their place is found
+/// from heart beats that both recorded, or from a marker with --at; its accuracy is printed and kept in the bag.
 #[derive(Debug, Args)]
 pub struct Import {
     /// The recordings, or the tables
@@ -237,7 +237,7 @@ impl Import {
     }
 }
 
-/// A new bag, and what is stated of it.
+/// A new bag, and its description.
 struct Described {
     /// The session's name.
     name: String,

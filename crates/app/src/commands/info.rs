@@ -1,4 +1,4 @@
-//! `teampulse info`: what is in a bag.
+//! `teampulse info`: lists the contents of a bag.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
 
-/// Shows what is in a bag: its streams with their types, counts, rates and losses.
+/// Shows the contents of a bag: its streams with their types, counts, rates and losses.
 #[derive(Debug, Args)]
 pub struct Info {
     /// The bags: each a folder, or one of its .mcap files

@@ -110,7 +110,7 @@ mod tests {
         for (kind, name, end) in [
             ("stuck", "stuck_secs", "[s] (default 30)"),
             ("link_quality", "weak_dbm", "[dBm] (default -75)"),
-            ("heart", "windows_secs", "without it those of the study."),
+            ("heart", "windows_secs", "by default those of the study."),
         ] {
             assert!(reported(FEATURES, kind, name).ends_with(end), "{kind}: {name}");
         }

@@ -44,7 +44,7 @@ pub enum Command {
     Retime(retime::Retime),
     /// Finds a device's fixed latency from an event that two streams recorded
     Calibrate(calibrate::Calibrate),
-    /// Shows what is in a bag
+    /// Shows the contents of a bag
     Info(info::Info),
     /// Repairs a damaged bag
     Recover(recover::Recover),
@@ -56,7 +56,7 @@ pub enum Command {
     Extract(extract::Extract),
     /// Lists the components that a study can use
     List(list::List),
-    /// Lists the models that a session can look at pictures with, adds and verifies them
+    /// Lists, adds and verifies the models that a session can look at pictures with
     Models(models::Models),
     /// Prints the JSON schema of a study, for completion and hover texts in an editor
     Schema,

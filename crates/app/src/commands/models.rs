@@ -16,7 +16,7 @@ use crate::output;
 
 /// The most memory that a model may have while it is verified [MiB].
 const MEMORY_MIB: u64 = 4096;
-/// The hint of everything that is wrong with a descriptor.
+/// The hint for every error in a descriptor.
 const SEE_DOCS: &str = "docs/models.md has the settings of a descriptor";
 
 /// Lists the models that are ready to use, adds and verifies them.

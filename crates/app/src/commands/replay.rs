@@ -65,7 +65,7 @@ pub async fn replayed(bag: Arc<Bag>, study: &Study, claimed: &Claimed) -> Result
     replayed_from(source, bag, study, claimed).await
 }
 
-/// The same, of what a source reads from the bag.
+/// The same, from a source that reads the bag.
 pub async fn replayed_from(
     source: BagSource,
     bag: Arc<Bag>,
@@ -103,8 +103,7 @@ pub async fn replayed_from(
     Ok(after_reading(&bag, &unread, exit))
 }
 
-/// The notes of a bag that was computed from another: that its times are final, and what damage removed
-/// from it.
+/// The notes of a bag that was computed from another: that its times are final, and what it lost to damage.
 pub fn kept_notes(bag: &Bag) -> BTreeMap<String, String> {
     let retimed = bag.notes().get(RETIMED).map(|word| (RETIMED.to_owned(), word.clone()));
     let damage = bag.lost_to_damage().map(|damage| (DAMAGE_NOTE.to_owned(), damage));

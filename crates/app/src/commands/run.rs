@@ -23,7 +23,7 @@ use crate::tidied::{SUMMARY, write_tidy_files};
 /// log.
 #[derive(Debug, Args)]
 pub struct Run {
-    /// The study: what to watch, what to compute, what to keep
+    /// The study: which sources to record, which features to compute, which sinks to write
     study: PathBuf,
     /// Ends by itself after this many seconds of the session's clock
     #[arg(long, value_name = "SECS", value_parser = crate::commands::run::seconds)]

@@ -123,8 +123,8 @@ pub fn team(study: &Study) -> Result<Option<SimulatedTeam>, StudyError> {
     Ok(team)
 }
 
-/// Which clock is used: a simulated one where it runs faster or slower than real time, and where a session
-/// of the study would wait for /clock.
+/// Which clock is used: a simulated one where it runs faster or slower than real time, and where the study's session
+/// would wait for /clock.
 fn time_of(study: &Study, team: &SimulatedTeam) -> SessionClock {
     let is_real = (team.speed - 1.0).abs() <= f64::EPSILON;
     if is_real { study.general.session.clock } else { SessionClock::Simulated }
@@ -139,7 +139,7 @@ fn end_with(parent: i32) -> Result<(), Failure> {
     if lives { Ok(()) } else { Err(Failure::new("the process that started this one has ended")) }
 }
 
-/// Waits until the parent process has ended; for ever without one.
+/// Waits until the parent process has ended; forever if there is none.
 async fn gone(parent: Option<i32>) {
     let Some(parent) = parent else { return std::future::pending().await };
     while is_child_of(parent) {
@@ -213,7 +213,7 @@ impl Simulate {
         Ok(ended?.map_or(Exit::Fine, conclude))
     }
 
-    /// Serves the wearables where they are asked for, at the time of the people who wear them.
+    /// Serves the wearables, if requested, on the clock of the people who wear them.
     async fn serve(
         &self,
         team: &SimulatedTeam,

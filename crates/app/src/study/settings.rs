@@ -21,13 +21,13 @@ pub struct General {
     pub features: FeatureSettings,
     /// Properties of the devices' clocks, by the device's name; `teampulse calibrate` measures them.
     pub clocks: BTreeMap<String, ClockSettings>,
-    /// The phases of the study, at set times or begun by hand; `baseline` is the reference.
+    /// The phases of the study, at set times or started by hand; `baseline` is the reference.
     pub phases: Vec<Phase>,
     /// Limits on any numbers of people, robots and the team, beyond which someone is needed.
     pub alerts: Vec<Threshold>,
-    /// Who may command the session while it runs; without it the keys of the terminal alone.
+    /// Who may command the session while it runs; by default only the terminal's keys.
     pub commands: CommandSettings,
-    /// Whether the session is shown in a browser, too, at <http://127.0.0.1:8742>; `[[sinks]]` with the type
+    /// Whether the session is also shown in a browser, at <http://127.0.0.1:8742>; `[[sinks]]` with the type
     /// `dashboard` has its settings.
     pub dashboard: Shown,
     /// Streams that are published on ROS while running, by name; `*` stands for a part of a token.

@@ -69,7 +69,7 @@ pub(crate) fn with_plain_messages(index: &Index) -> Result<Opened, BagError> {
     Ok(Opened { file, is_made: true, damage: unreadable(unreadable_count) })
 }
 
-/// Copies all messages in file order, decompressed; returns the number that can't be.
+/// Copies all messages in file order, decompressed; returns the number that could not be decompressed.
 fn copy_plain(
     index: &Index,
     out: &mut Writer<BufWriter<File>>,
@@ -109,7 +109,7 @@ pub(crate) struct Opened {
     pub file: File,
     /// Whether it was converted from the original.
     pub is_made: bool,
-    /// What can't be read of the original, if anything.
+    /// The part of the original that can't be read, if any.
     pub damage: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! How much memory this thread has asked for and not given back.
+//! How much memory this thread has allocated and not freed.
 
 #![expect(unsafe_code, reason = "an allocator that counts is one")]
 
@@ -10,7 +10,7 @@ thread_local! {
     static MOST: Cell<i64> = const { Cell::new(0) };
 }
 
-/// The most that is in use at once while something is done, beside what was in use before [B].
+/// The most memory in use at once during some work, beyond what was in use before [B].
 pub fn most_during<T>(work: impl FnOnce() -> T) -> i64 {
     let before = NOW.get();
     MOST.set(before);

@@ -13,7 +13,7 @@ use teampulse_messages::convert::encode;
 /// When the session begins.
 pub const START: Time = Time::from_stamp(1_700_000_000, 0);
 
-/// The moment `nanos` [ns] after the beginning.
+/// The time `nanos` [ns] after the start.
 pub fn at(nanos: i64) -> Time {
     Time::from_nanos(START.nanos() + nanos)
 }

@@ -1,36 +1,36 @@
-//! How well the beats of a strap without a clock are placed.
+//! How accurately the beats of a strap without a clock are placed in time.
 
 use std::collections::VecDeque;
 
 use teampulse_timefilter::clock::ClockState;
 
-/// What the devices are called whose clock is the sum of the intervals between beats.
+/// The device name of straps whose clock is the sum of the intervals between beats.
 pub(super) const STRAP: &str = "heart_rate_strap";
-/// Measurements whose bounds count: about a minute, in which no two clocks drift apart by much.
+/// The number of measurements whose bounds are kept: about a minute, in which no two clocks drift far apart.
 const REMEMBERED: usize = 64;
-/// The longest interval between beats \[s\]: by how much the clock may be off before the second measurement.
+/// The longest interval between beats \[s\]: the largest possible error of the clock before the second measurement.
 const LONGEST_SECS: f64 = 2.0;
-/// A clock that goes back has started again, as intervals are missing.
+/// A clock that goes back by this much was restarted, since intervals are missing \[ns\].
 const BACK_NANOS: i64 = 1_000_000_000;
 
 /// The bounds between which the time of the beats is known.
 ///
-/// A strap reports a beat in the first measurement after it: after the arrival of the measurement before, and before its
-/// own. The model of the clock sees nothing of the former, so that its error is that of beats which come too rarely
-/// just before a measurement, and no scatter of delays shows it.
+/// A strap reports a beat in the first measurement after it: after the previous measurement arrived, and before this
+/// one did. The clock model does not use the former bound. Its error comes from beats that rarely fall just before a
+/// measurement, and does not show in the scatter of delays.
 #[derive(Debug, Default)]
 pub(super) struct ByBeats {
     /// The latency that the model subtracts \[s\].
     latency_secs: f64,
-    /// When this measurement and the one before arrived \[ns\].
+    /// When this measurement and the previous one arrived \[ns\].
     arrivals: [Option<i64>; 2],
     /// Whether a beat of this measurement was taken.
     has_beats: bool,
     /// The last beat, by the strap \[ns\].
     last: Option<i64>,
-    /// By how much the session's clock is ahead of the strap's, at least and at most, by each measurement \[s\].
+    /// The least and the greatest lead of the session's clock over the strap's, from each measurement \[s\].
     ahead: VecDeque<(f64, f64)>,
-    /// By how much the model has it ahead \[s\].
+    /// The lead in the model \[s\].
     model_secs: f64,
 }
 
@@ -72,7 +72,7 @@ impl ByBeats {
         ClockState { uncertainty_secs, ..state }
     }
 
-    /// By how much the model may be off \[s\].
+    /// The largest possible error of the model \[s\].
     fn off_secs(&self) -> f64 {
         let (least_secs, most_secs) = self.bounds();
         if !most_secs.is_finite() {
@@ -89,8 +89,8 @@ impl ByBeats {
         })
     }
 
-    /// Forgets what is long ago. Clocks drift apart, and packets are late now and then: what is older than a
-    /// contradiction does not count either.
+    /// Forgets old bounds. Clocks drift apart, and packets are late now and then: bounds older than a contradiction are
+    /// dropped, too.
     fn forget(&mut self) {
         let is_contradicted = |(least_secs, most_secs): (f64, f64)| least_secs > most_secs;
         while self.ahead.len() > REMEMBERED
@@ -112,7 +112,8 @@ mod tests {
 
     const MILLI: i64 = 1_000_000;
 
-    /// With a model that is `off_ms`, after this many measurements a second apart of beats that begin at `phase_ms`.
+    /// The stated uncertainty of a model that is `off_ms`, after this many measurements, one a second, of beats that
+    /// begin at `phase_ms`.
     fn stated_ms(measurements: i64, phase_ms: i64, off_ms: i64) -> f64 {
         let mut by_beats = ByBeats::default();
         let (mut beat_ms, mut number) = (phase_ms, 13 * phase_ms);

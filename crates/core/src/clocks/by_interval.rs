@@ -56,7 +56,7 @@ impl ByInterval {
         ClockState { offset_secs: state.offset_secs + self.more_secs, uncertainty_secs, ..state }
     }
 
-    /// By how much the latency in force is still too short [s].
+    /// How much the latency in force still falls short [s].
     fn lacking_secs(&self) -> f64 {
         self.latency.secs - self.base.secs - self.more_secs
     }

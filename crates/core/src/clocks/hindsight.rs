@@ -1,4 +1,4 @@
-//! The stamps of a whole recording, for corrections that use earlier and later stamps.
+//! The stamps of a whole recording, for corrections from earlier and later stamps.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -12,7 +12,7 @@ use super::owner::Owner;
 pub struct Hindsight(Arc<Mutex<BTreeMap<Owner, Smoother>>>);
 
 impl Hindsight {
-    /// Whether it has stamps of no clock.
+    /// Whether it contains no stamps.
     pub fn is_empty(&self) -> bool {
         self.lock().is_empty()
     }

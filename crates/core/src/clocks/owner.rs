@@ -1,17 +1,17 @@
-//! Whose clock it is.
+//! The owner of a clock.
 
 use std::fmt;
 
 use crate::stream::{StreamId, Subject};
 
-/// Whose clock it is.
+/// The owner of a clock.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Owner {
     /// This host.
     Host,
     /// This host, for a stream whose late joiners receive earlier samples.
     Kept(StreamId),
-    /// This host, for readings that a worker derived from samples whose time is already corrected.
+    /// This host, for readings that a worker derived from samples with corrected times.
     Worker,
     /// A device with a clock.
     Device(Subject, String),

@@ -4,13 +4,13 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_timefilter::clock::Latency;
 
-/// What is known of the clock of a kind of device: `[clocks.polar_h10]` in a study. Of messages the
-/// last word of the topic is the device: `[clocks.imu]` for `/strap/imu`.
+/// Properties of the clock of a kind of device: `[clocks.polar_h10]` in a study. For messages, the device is the last
+/// token of the topic: `[clocks.imu]` for `/strap/imu`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClockSettings {
-    /// The shortest time from measuring to arrival [s], as `teampulse calibrate` finds it; without
-    /// it that of the table of known devices.
+    /// The shortest time from measuring to arrival [s], as `teampulse calibrate` measures it; by default the one in the
+    /// table of known devices.
     pub latency_secs: Option<f64>,
     /// Half the width of the interval that holds that time with a probability of 95 % [s].
     pub uncertainty_secs: Option<f64>,

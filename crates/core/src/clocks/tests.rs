@@ -30,7 +30,7 @@ fn a_device_is_called_by_its_last_word_or_that_of_its_topic() {
     assert_eq!(device_of(&stream), "state");
 }
 
-/// Would take hours if each were compared with all others.
+/// Comparing each with all others would take hours.
 #[test]
 fn a_hundred_thousand_computers_have_a_clock_each() {
     let (mut clocks, schema) = (Clocks::default(), schema());

@@ -8,7 +8,7 @@ use crate::time::Time;
 const WINDOW_SECS: f64 = 10.0;
 const FEWEST_ARRIVALS: u64 = 5;
 /// A pause ends a series when it exceeds both this many usual intervals and this many seconds [s]:
-/// later arrivals are counted anew.
+/// counting restarts after it.
 const PAUSE_INTERVALS: f64 = 10.0;
 const PAUSE_SECS: f64 = 5.0;
 /// Samples within this time count as one arrival: networks and radios deliver in bursts [s].
@@ -16,8 +16,8 @@ const BURST_SECS: f64 = 0.02;
 
 /// The rate of a stream: the number of samples between its first recent arrival and its last.
 ///
-/// The last arrival ends the time that is counted over, and its samples belong to the next interval: so
-/// the rate is right from the second arrival on.
+/// The counted time ends with the last arrival, whose samples belong to the next interval: so the rate is right from
+/// the second arrival on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pace {
     stretches: VecDeque<Stretch>,
@@ -66,7 +66,7 @@ impl Pace {
 
     /// The rate at `now` [Hz]; 0 before the second arrival, and for a stream that has ended.
     ///
-    /// It sinks as soon as a stream is silent for longer than usual.
+    /// It falls as soon as a stream is silent for longer than usual.
     pub(super) fn rate_hz(&self, now: Time) -> f64 {
         let (Some(first), Some(last)) = (self.stretches.front(), self.last()) else { return 0.0 };
         let Some(usual_secs) = self.interval_secs() else { return 0.0 };
@@ -103,7 +103,7 @@ mod tests {
         Time::from_nanos((secs * 1e9).round() as i64)
     }
 
-    /// Runs from one second to another with this many arrivals a second.
+    /// Advances from one second to another with this many arrivals a second.
     fn come(pace: &mut Pace, from_secs: f64, to_secs: f64, hz: f64) {
         let count = ((to_secs - from_secs) * hz).round() as usize;
         (0..count).for_each(|k| pace.arrived(1, at(from_secs + k as f64 / hz)));

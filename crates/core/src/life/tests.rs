@@ -6,7 +6,7 @@ fn status(life: &Life, now: Time) -> StreamStatus {
     life.status("/x", now, &crate::clocks::UNKNOWN, None)
 }
 
-/// Lives through `secs` seconds from `from_secs` on, with `rate` samples in each.
+/// Simulates `secs` seconds from `from_secs` on, with `rate` samples in each.
 fn live(life: &mut Life, from_secs: i64, secs: i64, rate: i64) -> Time {
     for second in from_secs..from_secs + secs {
         for k in 0..rate {

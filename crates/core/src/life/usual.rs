@@ -9,8 +9,7 @@ use crate::time::Time;
 const LEARNED_FROM: u64 = 5;
 const LEARNED_FROM_SECS: f64 = 2.0;
 const LEARNED_WITHIN_SECS: f64 = 60.0;
-/// The number of seconds for which a rate must last to be learned: a burst after a pause raises it for
-/// a shorter time.
+/// The number of seconds for which a rate must last to be learned: a burst after a pause raises it for less time.
 const KEPT_UP_SECS: usize = 13;
 /// The rate that a stream is compared with.
 #[derive(Clone, Debug)]

@@ -16,7 +16,7 @@ use crate::stream::{Stream, StreamId};
 use crate::streams::Streams;
 use crate::time::Time;
 
-/// The queue in front of the pump: all sources' readings, in the order of their hand-over.
+/// The queue in front of the pump: all sources' readings, in the order in which they were handed over.
 #[derive(Clone, Debug)]
 pub struct Queue(Arc<Shared>);
 
@@ -41,13 +41,13 @@ struct Waiting {
 /// An item of the queue.
 #[derive(Debug)]
 pub(crate) enum Item {
-    /// A stream was declared, or more is known about it, with the budget of its source.
+    /// A stream was declared, or updated, with the budget of its source.
     Declared { id: StreamId, stream: Arc<Stream>, at: Time, budget: Arc<Budget> },
     /// A reading, with the time of its arrival and its source's budget.
     Arrived { reading: Reading, arrival: Time, budget: Arc<Budget> },
-    /// Time has passed up to a moment without a reading.
+    /// Time has passed without a reading, up to a time.
     Passed { until: Time },
-    /// Nothing was recorded up to a moment, and time did not pass.
+    /// The recording was paused up to a time, and time did not pass.
     Paused { until: Time },
     /// The number of readings of a stream that did not fit in their source's budget.
     Dropped { stream: StreamId, count: u64 },
@@ -136,7 +136,7 @@ impl Queue {
         self.0.drained.notify_waiters();
     }
 
-    /// Ends the queue: all sources have stopped, and nothing will come any more.
+    /// Ends the queue: all sources have stopped, and nothing more will arrive.
     pub(crate) fn end(&self) {
         self.0.ended.store(true, Ordering::Release);
         self.0.filled.notify_all();

@@ -17,7 +17,7 @@ use crate::track::{Track, Word};
 const MOST_LOST: f64 = u32::MAX as f64;
 
 impl Pump {
-    /// Counts the losses in a reading on the stream that lost.
+    /// Adds the losses that a reading reports to the stream that lost samples.
     pub(super) fn count_losses(&mut self, reading: &Reading) {
         let Some(loss) = self.track(reading.stream).and_then(|track| track.gives) else { return };
         let Data::Event(event) = &reading.data else { return };
@@ -77,7 +77,7 @@ impl Pump {
         self.extractors.stood_still(until, &mut self.given);
     }
 
-    /// The raw stream of a name.
+    /// The raw stream with this name.
     fn raw_track(&mut self, name: &str) -> Option<&mut Track> {
         let is_raw = |track: &Track| track.stream.origin == Origin::Raw;
         let mut named = self.streams.named(name).into_iter();

@@ -1,4 +1,4 @@
-//! The pump on its thread, with its queue before it and its sinks behind it.
+//! The pump on its thread, between its queue and its sinks.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -26,8 +26,8 @@ const PATIENCE: Duration = Duration::from_millis(20);
 /// its sinks, at most a hundred times a second at any rate of messages. Waking up is most of what a few hundred
 /// readings a second cost. The first reading after a pause is taken at once.
 const GATHER: Duration = Duration::from_millis(10);
-/// How long a live pump computes before it hands over what it has: the features of one sensor don't
-/// wait for those of all others.
+/// How long a live pump computes before it hands over the results so far: the features of one sensor don't wait for
+/// those of all others.
 const PROMPT: Duration = Duration::from_millis(1);
 /// A recording that arrives in smaller portions than this is played in real time: nothing is held
 /// back.
@@ -38,10 +38,10 @@ const COMPUTES: Duration = Duration::from_secs(3);
 /// The time after that request for which it takes waiting readings; the remaining ones are counted
 /// as lost.
 const LAST_WORDS: Duration = Duration::from_secs(5);
-/// The time for one reading at the end after which the pump counts as hung.
+/// The time for one reading after which the pump counts as hung, at the end.
 const STUCK: Duration = Duration::from_secs(3);
 
-/// A wait of a few milliseconds that lasts this long means that this process stood still.
+/// When a wait of a few milliseconds lasts this long, this process was suspended.
 const STANDSTILL: Duration = Duration::from_secs(2);
 
 /// The result of a pump.
@@ -66,7 +66,7 @@ struct PumpState {
     taken: AtomicU64,
     /// Whether a sink holds the pump at the moment.
     is_held: AtomicBool,
-    /// Whether features are to be left out from now on.
+    /// Whether features are skipped from now on.
     is_hurried: AtomicBool,
 }
 
@@ -164,7 +164,7 @@ pub(super) struct Pipeline {
     taken: u64,
     /// When the end was requested.
     closing: Option<Stopwatch>,
-    /// Whether no features are computed any more.
+    /// Whether features are no longer computed.
     is_plain: bool,
 }
 

@@ -34,7 +34,7 @@ pub(super) struct Running {
     ended: oneshot::Receiver<Result<(), SinkError>>,
 }
 
-/// Starts a sink on a thread of its own; one that ends early says so at once.
+/// Starts a sink on a thread of its own; one that ends early reports it at once.
 pub(super) fn start(
     sink: Box<dyn Sink>,
     streams: &Streams,
@@ -82,13 +82,12 @@ impl Route {
 }
 
 impl Running {
-    /// Nothing more will come, for a reason that fits after "failed to".
+    /// Marks that nothing more will arrive, for a reason that fits after "failed to".
     pub(super) fn break_off(&self, reason: &str) {
         self.gate.break_off(reason);
     }
 
-    /// Waits until it has ended. A lossless sink that did not get everything has lost data, also
-    /// where it reports no error.
+    /// Waits until it has ended. A lossless sink that did not get everything has lost data even if it reports no error.
     pub(super) async fn ended(&mut self) -> Result<(), SinkError> {
         let ended = match (&mut self.ended).await {
             Ok(ended) => ended,
@@ -109,7 +108,7 @@ impl Running {
     }
 }
 
-/// Hands records to each sink that wants them; a sink that has ended is left out from then on. Returns
+/// Hands records to each sink that wants them; a sink that has ended is skipped from then on. Returns
 /// events about sinks that do not keep up.
 pub(super) fn deliver(
     routes: &mut Vec<Route>,

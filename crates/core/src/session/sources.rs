@@ -1,5 +1,4 @@
-//! The running sources of a session: each is run again when its device went away, and is left out when
-//! it panics.
+//! The running sources of a session: each is restarted when its device goes away, and dropped when it panics.
 
 use std::time::Duration;
 
@@ -11,11 +10,11 @@ use crate::outlet::Outlet;
 use crate::panics::{at, watched_async};
 use crate::source::{Source, SourceError};
 
-/// The pauses before a source is run again double from the first to the last. All sources of today
-/// are on this machine or on its network: trying again costs nothing.
+/// The pauses before a source is run again double from the first to the last. All current sources are on this machine
+/// or on its network: retrying costs nothing.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LAST_PAUSE: Duration = Duration::from_secs(5);
-/// The next pause of a source that has run for this long is the first again.
+/// After a source has run for this long, its pauses start from the first one again.
 const WELL: Duration = Duration::from_secs(30);
 
 /// Running sources.
@@ -74,7 +73,7 @@ impl Sources {
     }
 }
 
-/// Runs a source, and runs it again after a pause whenever its device went away.
+/// Runs a source, and restarts it after a pause whenever its device goes away.
 async fn mind(name: &str, mut source: Box<dyn Source>, outlet: &Outlet) -> Ended {
     let mut pause = FIRST_PAUSE;
     loop {
@@ -116,7 +115,7 @@ mod tests {
     use crate::outlet::Queue;
     use crate::streams::Streams;
 
-    /// A strap that is lost after this many seconds each time, until the times of its connections are as many as here.
+    /// A strap whose connections each last this many seconds, until it has been connected this many times.
     struct Strap {
         lasts_secs: u64,
         connected: Arc<Mutex<Vec<Instant>>>,
@@ -139,7 +138,7 @@ mod tests {
         }
     }
 
-    /// How long a strap that lasts this long each time is away.
+    /// How long a strap is away between connections that last this long.
     async fn away(lasts_secs: u64) -> Vec<Duration> {
         let connected = Arc::default();
         let strap = Strap { lasts_secs, connected: Arc::clone(&connected), most: 11 };

@@ -1,5 +1,5 @@
-//! The running workers of a session, each on a thread of its own: one that fails is run again, one that
-//! panics is left out.
+//! The running workers of a session, each on a thread of its own: one that fails is restarted, one that panics is
+//! dropped.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ use crate::worker::{Feed, FeedPost, Worker, WorkerCounts, WorkerError, feed};
 /// The pauses before a worker is run again double from the first to the last.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LAST_PAUSE: Duration = Duration::from_secs(5);
-/// The next pause of a worker that has run for this long is the first again.
+/// After a worker has run for this long, its pauses start from the first one again.
 const WELL: Duration = Duration::from_secs(30);
 
 /// How a worker ended.
@@ -107,7 +107,7 @@ impl Running {
         WorkerEnd { name: self.name.clone(), counts: self.feed.counts(), error }
     }
 
-    /// It is abandoned, as it does not stop.
+    /// Abandons a worker that does not stop.
     pub(super) fn abandon(&self) -> WorkerEnd {
         let message = "stop in time: it was still at work at the end of the session".to_owned();
         let error = Some(WorkerError { message, hint: String::new() });

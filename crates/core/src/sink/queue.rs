@@ -22,9 +22,9 @@ pub type Batch = Arc<[Record]>;
 pub struct Limits {
     /// The largest size of the waiting records [bytes].
     pub bytes: usize,
-    /// How long a lossless sink may hold the pump; `None` is without limit.
+    /// How long a lossless sink may hold the pump; `None` for no limit.
     pub patience: Option<Duration>,
-    /// The time after which a lossless sink that takes nothing is reported.
+    /// The time after which a lossless sink that takes no records is reported.
     pub stall: Duration,
 }
 
@@ -57,7 +57,7 @@ pub fn queue_within(delivery: Delivery, streams: Streams, limits: Limits) -> (Po
 struct Shared {
     state: Mutex<State>,
     changed: Condvar,
-    /// Whether an end may wait for a change: waking nobody would cost a system call. Set under the lock.
+    /// Whether an end may wait for a change: waking it when it does not would cost a system call. Set under the lock.
     is_awaited: AtomicBool,
     /// The lasting state of the records that were taken out of the queue or skipped.
     latched: Mutex<Latched>,
@@ -85,7 +85,7 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for a change while `is_idle`, at most for `patience`; returns whether that was too short.
+    /// Waits for a change while `is_idle`, at most for `patience`; returns whether that time ran out.
     fn wait<'a>(
         &self,
         state: MutexGuard<'a, State>,
@@ -101,7 +101,7 @@ impl Shared {
         (state, timeout.timed_out())
     }
 
-    /// Wakes who waits for a change, which was made before.
+    /// Wakes a waiting end after a change.
     fn wake(&self) {
         if self.is_awaited.swap(false, Ordering::Relaxed) {
             self.changed.notify_all();
@@ -158,7 +158,7 @@ pub enum Posted {
 }
 
 impl Post {
-    /// Hands a batch to the sink, by its delivery.
+    /// Delivers a batch to the sink, in the way that the sink declares.
     pub fn deliver(&self, batch: &Batch) -> Posted {
         let bytes = held_bytes(batch);
         let state = self.shared.lock();
@@ -334,8 +334,8 @@ impl Inbox {
         }
     }
 
-    /// The same for a sink that need not be prompt: where nothing waits, records gather for a while first,
-    /// so that it is woken less often.
+    /// The same for a sink that need not be prompt: if nothing is waiting, records gather for a while first, so that it
+    /// wakes up less often.
     pub fn receive_gathered(&self, gather: Duration, patience: Duration) -> Received {
         let state = self.shared.lock();
         let gathers = state.batches.is_empty() && state.is_open();
@@ -380,7 +380,7 @@ impl Inbox {
         }
     }
 
-    /// The way back into the session, for a sink where people act: their commands, notes and reports. `None`
+    /// The way back into the session, for a sink with user input: their commands, notes and reports. `None`
     /// outside of a session.
     pub fn outlet(&self) -> Option<&Outlet> {
         self.outlet.as_ref()

@@ -1,4 +1,4 @@
-//! Numbers of one unit in another.
+//! Converting numbers from one unit to another.
 
 use super::spelt;
 use crate::stream::Signal;
@@ -17,7 +17,7 @@ pub struct Conversion {
 enum Relation {
     Same,
     Linear,
-    /// A resistance as a conductance, or the other way round.
+    /// A resistance to a conductance, or the reverse.
     Inverse,
 }
 
@@ -77,7 +77,7 @@ const ACCELERATIONS: &[Unit] = &[
 ];
 
 impl Conversion {
-    /// Numbers stay as they are.
+    /// Leaves numbers unchanged.
     pub const SAME: Conversion = Conversion { relation: Relation::Same, factor: 1.0, offset: 0.0 };
 
     /// The conversion to another unit of the same quantity, or from a resistance to a conductance and
@@ -105,8 +105,7 @@ impl Conversion {
         is_inverse.then_some(Conversion { relation: Relation::Inverse, factor, offset: 0.0 })
     }
 
-    /// The conversion to the unit in which a signal is analysed; where any unit will do, numbers stay
-    /// as they are.
+    /// The conversion to the unit in which a signal is analysed; if any unit will do, numbers are left unchanged.
     pub fn for_signal(signal: Signal, from: &str) -> Option<Conversion> {
         worked_in(signal).map_or(Some(Conversion::SAME), |to| Conversion::between(from, to))
     }
@@ -121,8 +120,8 @@ impl Conversion {
     }
 }
 
-/// The unit in which a signal is analysed, and in which results are stated; `None` where any unit will
-/// do, which is then that of the results.
+/// The unit in which a signal is analysed and its results are stated; `None` if any unit will do, which is then that of
+/// the results.
 pub fn worked_in(signal: Signal) -> Option<&'static str> {
     match signal {
         Signal::Eda => Some("uS"),

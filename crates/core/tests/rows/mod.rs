@@ -1,4 +1,4 @@
-//! Laws of the table of components in a crate's `src/lib.rs`: shared by the crates that have one.
+//! Laws of the table of components in a crate's `src/lib.rs`: shared by the crates that have such a table.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use teampulse_core::registry::{Entry, Settings};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The components in a crate's files that are in no row of its table, each with the lines to add. `kind` is
+/// The components in a crate's files that are missing from its table, each with the lines to add. `kind` is
 /// the trait that they build: `Source`.
 pub fn missing(crate_folder: &str, kind: &str) -> Vec<String> {
     let source = Path::new(crate_folder).join("src");

@@ -46,7 +46,7 @@ impl Source for Recording {
     }
 }
 
-/// Keeps everything, with pauses now and then.
+/// Keeps everything, with occasional pauses.
 pub struct Keeper {
     pub kept: Arc<Mutex<Vec<Record>>>,
     pub pause: Duration,
@@ -75,7 +75,7 @@ impl Sink for Keeper {
     }
 }
 
-/// Writes a sample down.
+/// Encodes a sample.
 pub fn encode(sample: &Sample) -> Bytes {
     let Sample { measured, log_time, index, data, .. } = sample;
     Bytes::from(format!("{measured:?} {log_time:?} {index} {data:?}"))

@@ -1,7 +1,7 @@
-//! The pictures that wait for one client: of each stream the newest, and no more on their way than it shows.
+//! The pictures waiting for one client: the newest of each stream, with no more in flight than it can show.
 //!
-//! A picture is large, and whatever is on its way holds up the marker behind it: in the kernel, in the network, in the
-//! browser. So the next one leaves only when the client has shown those before.
+//! A picture is large, and every picture in flight delays the marker behind it: in the kernel, in the network, in the
+//! browser. So the next one is sent only when the client has shown the earlier ones.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound::{Excluded, Unbounded};
@@ -11,36 +11,37 @@ use teampulse_core::clock::Stopwatch;
 
 use crate::pictures::Picture;
 
-/// What is on its way at first, and the bounds between which that follows the link [bytes]. A single picture may be larger.
+/// The amount in flight at first, and the bounds within which it adapts to the link [bytes]. A single picture may be
+/// larger.
 const FIRST_BYTES: f64 = (64 << 10) as f64;
 const BOUNDS_BYTES: (f64, f64) = ((16 << 10) as f64, (1 << 20) as f64);
-/// How long a picture should be on its way [s]: for a marker behind it that is hardly felt.
+/// How long a picture should be in flight [s]: a marker behind it is hardly delayed.
 const AIM_SECS: f64 = 0.1;
-/// By how much a single picture changes what may be on its way.
+/// The factor by which a single picture changes the amount in flight.
 const STEP: f64 = 1.1;
-/// How many of one stream are on their way at most, so that one is drawn while the next one comes.
+/// The most pictures of one stream in flight, so that one is drawn while the next arrives.
 const MOST_EACH: usize = 2;
 
-/// The pictures that wait for one client.
+/// The pictures waiting for one client.
 #[derive(Debug)]
 pub struct Pictures {
     newest: BTreeMap<u32, Waiting>,
-    /// The size of each that was sent and not yet shown [bytes], and since when.
+    /// The size of each that was sent and not yet shown [bytes], and when it was sent.
     on_their_way: BTreeMap<u32, VecDeque<(usize, Stopwatch)>>,
     bytes: usize,
-    /// What may be on its way [bytes].
+    /// The amount that may be in flight [bytes].
     most_bytes: f64,
-    /// The stream whose picture was sent last: the turn of those after it comes first.
+    /// The stream whose picture was sent last: the streams after it come next.
     last: u32,
-    /// Since a picture of a stream was sent last.
+    /// The time since a picture of each stream was last sent.
     sent: BTreeMap<u32, Stopwatch>,
 }
 
-/// A picture that waits.
+/// A waiting picture.
 #[derive(Debug)]
 struct Waiting {
     picture: Arc<Picture>,
-    /// The shortest time after the one before [s].
+    /// The shortest time after the previous one [s].
     after_secs: f64,
 }
 
@@ -58,8 +59,8 @@ impl Default for Pictures {
 }
 
 impl Pictures {
-    /// Takes a picture of which at most so many a second are shown, 0 for all of them; returns whether it replaced one
-    /// for which the client was too slow.
+    /// Takes a picture of a stream that is shown at no more than this rate, 0 for no limit; returns whether it replaced
+    /// one for which the client was too slow.
     pub fn put(&mut self, picture: Arc<Picture>, most_per_sec: f64) -> bool {
         let stream = picture.stream;
         // A tenth earlier is on time: cameras are not that regular.
@@ -68,7 +69,7 @@ impl Pictures {
         replaced.is_some_and(|waiting| self.is_due(stream, &waiting))
     }
 
-    /// The next one to send. One that comes too early waits for whatever is sent next: that is a second at most.
+    /// The next one to send. A picture that is not due yet waits until something else is sent, at most a second.
     pub fn take(&mut self) -> Option<Arc<Picture>> {
         if self.bytes as f64 >= self.most_bytes {
             return None;
@@ -94,7 +95,7 @@ impl Pictures {
         sent.is_none_or(|sent| sent.elapsed().as_secs_f64() >= waiting.after_secs)
     }
 
-    /// The client has shown the oldest picture of a stream that was on its way.
+    /// Notes that the client has shown the oldest picture of a stream that was in flight.
     pub fn shown(&mut self, stream: u32) {
         let shown = self.on_their_way.get_mut(&stream).and_then(VecDeque::pop_front);
         let Some((size, sent)) = shown else { return };
@@ -102,13 +103,13 @@ impl Pictures {
         self.follow(sent.elapsed().as_secs_f64());
     }
 
-    /// A picture was on its way for so long [s]: where that is long, less is sent at once.
+    /// Notes how long a picture was in flight [s]: if that is long, less is sent at once.
     fn follow(&mut self, secs: f64) {
         let step = (AIM_SECS / secs.max(1e-3)).clamp(1.0 / STEP, STEP);
         self.most_bytes = (self.most_bytes * step).clamp(BOUNDS_BYTES.0, BOUNDS_BYTES.1);
     }
 
-    /// Forgets what it would have sent.
+    /// Drops the waiting pictures.
     pub fn forget(&mut self) {
         self.newest.clear();
         self.sent.clear();

@@ -1,4 +1,4 @@
-//! What happened in a whole recording: read once, beside what is shown.
+//! The events of a whole recording: read once, independently of what is shown.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,10 +14,10 @@ use crate::hub::{Hub, message};
 use crate::replay::Recording;
 use crate::wire::{Absence, FromServer, Gap, Timeline};
 
-/// The most events of a timeline. Their numbers are below those of events that are shown as they come.
+/// The most events of a timeline. Their numbers are below those of events that are shown as they occur.
 pub(crate) const MOST_EVENTS: usize = 20_000;
 
-/// Reads a recording and sends its timeline to all who look, unless it is over before.
+/// Reads a recording and sends its timeline to all viewers, unless the replay ends first.
 pub(super) fn read(recording: &dyn Recording, hub: &Hub, is_over: &AtomicBool) {
     let first = hub.began();
     let streams = recording.streams();
@@ -43,12 +43,12 @@ fn is_notable(stream: &Stream) -> bool {
     matches!(stream.shape, Shape::Event | Shape::Status)
 }
 
-/// Whether an event is shown on a timeline: not those of a body, nor reports on clocks, which come every second.
+/// Whether an event is shown on a timeline: not those of a body, nor reports on clocks, which occur every second.
 fn is_shown(stream: &Stream, event: &Event) -> bool {
     !convert::is_minor(event) && !UNTOLD.contains(&stream.name.as_str())
 }
 
-/// Whom a stream is about.
+/// The subject of a stream.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Subject {
     about: &'static str,
@@ -66,7 +66,7 @@ impl Subject {
     }
 }
 
-/// What of somebody's streams comes, and when nothing did.
+/// The times at which a subject's streams have data, and the gaps.
 #[derive(Debug, Default)]
 struct Presence {
     known: BTreeSet<String>,

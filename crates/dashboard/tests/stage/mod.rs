@@ -55,7 +55,7 @@ impl Stage {
         Stage { post: Some(post), running: Some(running), streams, clock, host }
     }
 
-    /// Hands the dashboard a sample of a stream.
+    /// Passes the dashboard a sample of a stream.
     pub fn give(&self, stream: Stream, period_ns: f64, data: Data) {
         let id = self.streams.declare(stream).id;
         let now = self.clock.now();
@@ -74,13 +74,13 @@ impl Stage {
         self.post.as_ref().expect("a running dashboard").deliver(&Batch::from([record]));
     }
 
-    /// Hands it an event of the session.
+    /// Passes it an event of the session.
     pub fn happen(&self, kind: EventKind, label: &str) {
         let event = Event { kind, label: label.into(), value: f64::NAN, duration_secs: 0.0 };
         self.give(session_events(), 0.0, Data::Event(Arc::new(event)));
     }
 
-    /// A browser that has received all that is known.
+    /// A browser that has received everything known so far.
     pub async fn browser(&self) -> Browser {
         let mut browser = self.connect().await;
         browser.until("ready").await;
@@ -137,7 +137,7 @@ impl Browser {
         self.socket.send(Message::Text(text.into().into())).await.expect("a running dashboard");
     }
 
-    /// Sends a text, if the connection still stands.
+    /// Sends a text, if the connection is still open.
     pub async fn socket_say(&mut self, text: &str) -> Result<(), Error> {
         self.socket.send(Message::Text(text.into())).await
     }

@@ -5,17 +5,17 @@ pub(super) struct Grid {
     next_index: u64,
 }
 
-/// What lies between a sample and the one before it.
+/// What lies between a sample and the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Before {
     Nothing,
     Lost(u64),
-    /// The server began to count anew, earlier.
+    /// The server restarted its count at an earlier time.
     StepBack,
 }
 
 impl Grid {
-    /// The number of the sample, and what lies before it. Without a rate nothing is known to be lost.
+    /// The number of the sample, and what lies before it. Without a rate, losses can't be detected.
     pub fn place(&mut self, time_ns: i64, rate_hz: Option<f64>) -> (u64, Before) {
         let before = match (self.last_ns.replace(time_ns), rate_hz) {
             (Some(last_ns), _) if time_ns < last_ns => Before::StepBack,

@@ -1,7 +1,7 @@
 /// The longest line: a list of a hundred devices.
 const LONGEST: usize = 4096;
 
-/// Puts lines together that arrive in pieces.
+/// Assembles lines that arrive in pieces.
 #[derive(Debug, Default)]
 pub(super) struct LineBuffer {
     line: Vec<u8>,
@@ -9,7 +9,8 @@ pub(super) struct LineBuffer {
 }
 
 impl LineBuffer {
-    /// The next whole line, or the length of one that was too long. Takes from the front of `bytes` what it used.
+    /// The next whole line, or the length of one that was too long. Removes the bytes that it used from the front of
+    /// `bytes`.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Result<Vec<u8>, usize>> {
         let end = bytes.iter().position(|byte| *byte == b'\n');
         let (piece, rest) = bytes.split_at(end.unwrap_or(bytes.len()));
@@ -23,7 +24,7 @@ impl LineBuffer {
         Some(if length > LONGEST { Err(length) } else { Ok(line) })
     }
 
-    /// Forgets the piece of a line of another connection.
+    /// Discards an incomplete line from another connection.
     pub fn clear(&mut self) {
         *self = Self::default();
     }

@@ -13,12 +13,12 @@ pub enum Message {
     Linked(bool),
 }
 
-/// What is measured in one line.
+/// The measurement in one line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
-    /// Of which signal.
+    /// The signal.
     pub channels: &'static Channels,
-    /// Unix time that the server counted \[ns\].
+    /// Its Unix time, as counted by the server \[ns\].
     pub time_ns: i64,
     /// One value for each channel.
     pub values: Vec<f64>,
@@ -27,9 +27,9 @@ pub struct Sample {
 /// A signal of the E4.
 #[derive(Debug, PartialEq)]
 pub struct Channels {
-    /// How its lines begin, after `E4_`.
+    /// The word at the start of its lines, after `E4_`.
     pub word: &'static str,
-    /// What it is subscribed to with.
+    /// Its name in a subscription request.
     pub subscription: &'static str,
     /// The name of its stream.
     pub stream: &'static str,
@@ -39,7 +39,7 @@ pub struct Channels {
     pub unit: &'static str,
     /// One step of a raw value in `unit`.
     pub scale: f64,
-    /// Samples per second \[Hz\]; `None` for what happens irregularly.
+    /// Samples per second \[Hz\]; `None` for irregular signals.
     pub rate_hz: Option<f64>,
 }
 
@@ -73,7 +73,7 @@ impl Channels {
 }
 
 impl Message {
-    /// Reads a line without its end; `None` for what is no line of the protocol.
+    /// Reads a line without its end; `None` if it is not a line of the protocol.
     ///
     /// ```
     /// use teampulse_devices::empatica_e4::Message;

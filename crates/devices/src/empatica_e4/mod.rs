@@ -1,8 +1,9 @@
 //! Empatica E4 through its streaming server: a Windows program with the E4's dongle, lines of text over TCP.
 //!
 //! Empatica ended the E4 and its software on 2025-02-14; the server still runs where it is installed. Sources: the
-//! server's protocol pages as kept by github.com/phelstab/sensoring, and issues of github.com/empatica/ble-client-windows
-//! and github.com/empatica/empalink. TCP port 28000, UTF-8, lines end with `\r\n`, one E4 for each connection.
+//! server's protocol pages as kept by github.com/phelstab/sensoring, and issues of
+//! github.com/empatica/ble-client-windows and github.com/empatica/empalink. TCP port 28000, UTF-8, lines end with
+//! `\r\n`, one E4 for each connection.
 //!
 //! | request | answer |
 //! |---|---|
@@ -23,16 +24,17 @@
 //! | `E4_Battery <time> <v>` | `battery` | 0 to 1 | |
 //! | `E4_Tag <time>` | a marker `tag`: the button was pressed | | |
 //!
-//! Device times are Unix times, but no clock's: the server counts samples from the arrival of the first one. They drift
-//! against every clock, and begin anew after the radio link was lost.
+//! Device times are Unix times, but not those of any clock: the server counts samples from the arrival of the first
+//! one. They drift against every clock, and start again after the radio link was lost.
 //!
 //! Quirks, each with a test:
-//! - Lines are cut anywhere, several come at once, and samples come before an answer.
+//! - Lines are cut anywhere, several arrive at once, and samples arrive before an answer.
 //! - Where Windows writes a decimal comma, so does the server.
 //! - `device_subscribe` is answered with `OK` or with an echo of `ON`.
-//! - Subscriptions outlast a lost radio link; the times after it may lie before those ahead of it.
-//! - No samples in spite of subscriptions: subscribed again, then given up; restart the server as administrator.
-//! - A conductance of 0 again and again means that the E4 is not worn. It is handed on as it is.
+//! - Subscriptions outlast a lost radio link; times after it may lie before earlier ones.
+//! - If there are no samples despite subscriptions, the driver subscribes again, then gives up; restart the server as
+//!   administrator.
+//! - A conductance that stays 0 means that the E4 is not worn. It is passed on unchanged.
 
 mod session;
 mod message;

@@ -11,19 +11,19 @@ use crate::{ByteSession, Channel, Error, Event, Output, Reading, Session, Stream
 const ANSWER_PATIENCE: Duration = Duration::from_secs(5);
 const MOST_ATTEMPTS: u32 = 3;
 
-/// An E4 that is off or far away is looked for this long: twelve times.
+/// The number of attempts to find an E4 that is off or out of range.
 const MOST_SEARCHES: u32 = 12;
 
-/// Without a sample for this long a server is subscribed to again.
+/// After this long without a sample, subscriptions are renewed.
 const SILENCE: Duration = Duration::from_secs(4);
 const STOP_PATIENCE: Duration = Duration::from_secs(2);
 
-/// Which E4, and what of it.
+/// Which E4 to read, and which of its signals.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct E4Settings {
     /// Its ID, such as `9ff167`; `None` for the first that the server lists.
     pub device: Option<String>,
-    /// What to subscribe to: of `acc`, `bvp`, `gsr`, `tmp`, `ibi`, `bat`, `tag`.
+    /// The signals to subscribe to, of `acc`, `bvp`, `gsr`, `tmp`, `ibi`, `bat`, `tag`.
     pub subscriptions: Vec<&'static str>,
 }
 
@@ -62,7 +62,7 @@ pub struct E4Session {
     searches: u32,
     /// When to look for the E4 again.
     search_at: Option<Duration>,
-    /// While samples are to come.
+    /// Present while samples are expected.
     watchdog: Option<Watchdog>,
     restarts: u32,
     is_stopping: bool,
@@ -195,7 +195,7 @@ impl E4Session {
         self.requests.push_back("pause OFF".to_owned());
     }
 
-    /// A stream that may not fall silent; pulses, presses and the battery may.
+    /// A stream that must not fall silent; those of pulses, presses and the battery may.
     fn watched(&self) -> Option<&'static str> {
         let watched = |one: &&Channels| {
             one.rate_hz.is_some() && self.settings.subscriptions.contains(&one.subscription)

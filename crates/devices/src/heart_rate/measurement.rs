@@ -27,7 +27,7 @@ pub struct HeartRateMeasurement {
 }
 
 impl HeartRateMeasurement {
-    /// Decodes the value of the characteristic. An odd byte at the end is left out.
+    /// Decodes the value of the characteristic. An odd byte at the end is ignored.
     pub fn decode(value: &[u8]) -> Result<Self, DecodeError> {
         let mut fields = Cursor::new("a heart rate measurement", value);
         let flags = fields.u8()?;

@@ -16,9 +16,9 @@
 //! Quirks, each with a test:
 //! - One notification carries several intervals, or none. A driver that takes the first one loses beats.
 //! - An interval is 1/1024 s, not 1 ms: the scale of the channel is 1000/1024.
-//! - Intervals come up to four seconds late and carry no time: what their sum lacks against the time
-//!   that passed is a gap only above three seconds.
-//! - Where contact is not measured its bit means nothing.
+//! - Intervals arrive up to four seconds late and carry no time: if their sum falls short of the elapsed time, that is
+//!   a gap only above three seconds.
+//! - Where contact is not measured, its bit means nothing.
 
 mod measurement;
 mod receiver;

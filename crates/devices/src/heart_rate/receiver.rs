@@ -5,8 +5,8 @@ use crate::gatt::Request;
 use crate::outbox::Outbox;
 use crate::{Channel, Event, Reading, Stream};
 
-/// What the sum of intervals may lack against the time that passed: they come up to four seconds late
-/// and so may seem to be missing, never to be too many.
+/// How far the sum of intervals may fall short of the elapsed time: they arrive up to four seconds late and so may seem
+/// to be missing, but never too many.
 const MAY_LACK: Duration = Duration::from_secs(3);
 
 /// Turns notifications of the Heart Rate Measurement characteristic into readings.
@@ -18,7 +18,7 @@ pub(crate) struct HeartRateReceiver {
     account: Option<BeatAccount>,
 }
 
-/// Time that passed against time that intervals account for.
+/// The elapsed time against the time that intervals account for.
 #[derive(Debug)]
 struct BeatAccount {
     since: Duration,
@@ -41,7 +41,7 @@ impl HeartRateReceiver {
         out.request(Request::Subscribe(MEASUREMENT));
     }
 
-    /// Whether the value is a measurement.
+    /// Takes in a value; returns whether it is a measurement.
     pub fn receive(&mut self, value: &[u8], now: Duration, out: &mut Outbox<Request>) -> bool {
         let Ok(measurement) = HeartRateMeasurement::decode(value) else {
             out.discarded("heart_rate", value.len());

@@ -2,7 +2,7 @@ use std::fmt;
 
 use super::Kind;
 
-/// Which key or button it is: known to match a release with its press, and never shown.
+/// Which key or button it is: kept only to match a release with its press, and never shown.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Which(u32);
 
@@ -39,14 +39,14 @@ pub enum Act {
     Wheel(f64),
     /// A button of a gamepad went down.
     Control,
-    /// An axis of a stick is at this deflection, from -1 to 1.
+    /// An axis of a stick has this deflection, from -1 to 1.
     Stick(u8, f64),
-    /// Events of a device were lost: what is down is unknown.
+    /// Events of a device were lost: which keys are down is unknown.
     Lost(Kind),
 }
 
 impl Act {
-    /// The kind of device that it was done at.
+    /// The kind of device.
     pub fn kind(&self) -> Kind {
         match self {
             Act::Key { .. } => Kind::Keyboard,

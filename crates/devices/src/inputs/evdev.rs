@@ -1,4 +1,4 @@
-//! The events of Linux' input devices (`linux/input-event-codes.h`, Documentation/input/event-codes.rst).
+//! The events of Linux input devices (`linux/input-event-codes.h`, Documentation/input/event-codes.rst).
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ const BTN_TOUCH: u16 = 0x14a;
 /// `BTN_TRIGGER` up to `BTN_THUMBR`, and the four of a direction pad.
 const CONTROLS: std::ops::RangeInclusive<u16> = 0x120..=0x13f;
 const DIRECTIONS: std::ops::RangeInclusive<u16> = 0x220..=0x223;
-/// `BTN_TRIGGER` and `BTN_SOUTH`, of which joysticks and gamepads have one.
+/// `BTN_TRIGGER` and `BTN_SOUTH`, one of which every joystick and gamepad has.
 const OF_GAMEPADS: [u16; 2] = [0x120, 0x130];
 const REL_X: u16 = 0;
 const REL_Y: u16 = 1;
@@ -32,9 +32,9 @@ const REL_WHEEL: u16 = 8;
 const POSITION: [u16; 2] = [0, 1];
 /// `ABS_X` up to `ABS_RZ`: sticks and triggers.
 const STICKS: std::ops::RangeInclusive<u16> = 0..=5;
-/// `ABS_Z` and `ABS_RZ`, which are triggers of most gamepads.
+/// `ABS_Z` and `ABS_RZ`, which are the triggers of most gamepads.
 const TRIGGERS: [u16; 2] = [2, 5];
-/// `ABS_HAT0X` up to `ABS_HAT3Y`: a direction pad, of some gamepads.
+/// `ABS_HAT0X` up to `ABS_HAT3Y`: the direction pad of some gamepads.
 const HATS: std::ops::RangeInclusive<u16> = 16..=23;
 
 /// What a device can do.
@@ -49,7 +49,7 @@ pub struct Abilities {
 }
 
 impl Abilities {
-    /// What kinds of input devices it is: receivers of several devices may be one.
+    /// The kinds of input devices that it is: a wireless receiver may combine several.
     pub fn kinds(&self) -> Vec<Kind> {
         let has = |code: &u16| self.keys.contains(code);
         let is_keyboard = OF_KEYBOARDS.iter().all(has);
@@ -66,7 +66,7 @@ impl Abilities {
     }
 }
 
-/// What the events of a device mean.
+/// Interprets the events of a device.
 #[derive(Clone, Debug)]
 pub struct Translator {
     kinds: Vec<Kind>,
@@ -79,7 +79,7 @@ pub struct Translator {
 }
 
 impl Translator {
-    /// For a device of these abilities, of which only some kinds are of interest.
+    /// For a device with these abilities, as the kinds that are of interest.
     pub fn new(abilities: &Abilities, kinds: &[Kind]) -> Translator {
         let is_wanted = |kind: &Kind| kinds.contains(kind);
         let kinds = abilities.kinds().into_iter().filter(is_wanted).collect();
@@ -88,12 +88,12 @@ impl Translator {
         Translator { kinds, ranges, moved: [0.0; 2], position: [None; 2] }
     }
 
-    /// The kinds of devices that it gives acts of.
+    /// The kinds of devices whose actions it reports.
     pub fn kinds(&self) -> &[Kind] {
         &self.kinds
     }
 
-    /// What an event means, if anything.
+    /// The action that an event represents, if any.
     pub fn take(&mut self, kind: u16, code: u16, value: i32) -> Vec<Act> {
         let acts = match kind {
             EV_SYN if code == SYN_DROPPED => self.lose(),

@@ -1,15 +1,15 @@
 use super::Act;
 use super::seconds::Tally;
 
-/// A stick at rest is deflected by up to this share.
+/// A stick at rest may be deflected by up to this share.
 pub const DEAD_ZONE: f64 = 0.1;
-/// The axes that are known; of more of them, those above share the last place.
+/// The number of axes that are distinguished; any above share the last place.
 const AXES: usize = 8;
 
 pub(super) const CHANNELS: [(&str, &str); 4] =
     [("presses", "1"), ("deflection", "1"), ("moving", "s"), ("idle", "s")];
 
-/// What was done at gamepads.
+/// The activity at gamepads.
 pub(super) struct Gamepad {
     presses: u32,
     deflections: [f64; AXES],
@@ -32,7 +32,7 @@ impl Gamepad {
         }
     }
 
-    /// Time passes with the sticks as they are.
+    /// Advances the time with the sticks unchanged.
     fn pass(&mut self, now_ns: i64) {
         let passed_ns = now_ns.saturating_sub(self.at_ns).max(0);
         let farthest = self.deflections.iter().fold(0.0, |most: f64, each| most.max(each.abs()));

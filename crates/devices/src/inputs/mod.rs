@@ -1,8 +1,9 @@
 //! Keyboards, mice and gamepads: how much a person does at them and when, never what.
 //!
-//! Events go in, summaries of whole seconds come out. The times between presses can reveal a text, and so can the moments of
-//! single presses; so a summary holds counts, means over at least [`LEAST_GROUP`] times, and idle time in whole seconds.
-//! Which key it was is needed to match its release with its press, is [never shown](Which), and is forgotten with the release.
+//! Events go in, summaries of whole seconds come out. The times between presses can reveal a text, and so can the times
+//! of single presses; so a summary holds counts, means over at least [`LEAST_GROUP`] times, and idle time in whole
+//! seconds. Which key it was is needed to match its release with its press, is [never shown](Which), and is forgotten
+//! with the release.
 //!
 //! | kind | channel | unit | |
 //! |---|---|---|---|
@@ -11,18 +12,18 @@
 //! | | `holds`, `hold_mean`, `hold_sd` | 1, ms, ms | number, mean and population SD of the times from press to release |
 //! | | `intervals`, `interval_mean`, `interval_sd` | 1, ms, ms | the same of the times from press to press, up to [`PAUSE_SECS`] |
 //! | | `idle` | s | whole seconds since the last event |
-//! | mouse | `path` | 1 | its length in counts of the sensor |
+//! | mouse | `path` | 1 | the length of its path in counts of the sensor |
 //! | | `clicks`, `double_clicks` | 1 | buttons pressed; the same again within [`DOUBLE_SECS`] |
-//! | | `wheel` | 1 | steps, of either direction |
+//! | | `wheel` | 1 | steps, in either direction |
 //! | | `moving` | s | time in which it moved |
 //! | | `idle` | s | as above |
 //! | gamepad | `presses` | 1 | buttons pressed |
-//! | | `deflection` | 1 | mean over time of how far the stick is deflected that is deflected most, of 1 |
+//! | | `deflection` | 1 | mean over time of the deflection of the stick that is deflected most, from 0 to 1 |
 //! | | `moving` | s | time in which a stick was deflected by more than [`DEAD_ZONE`] |
 //! | | `idle` | s | as above |
 //!
-//! Quirks: a held key repeats, on Linux as a value of its own, on X11 as presses without releases; releases can be lost (a
-//! keyboard is unplugged, the kernel's queue overflows), so that a key seems to be held for good.
+//! Quirks: a held key repeats, on Linux as a value of its own, on X11 as presses without releases; releases can be lost
+//! (a keyboard is unplugged, the kernel's queue overflows), so that a key seems to be held forever.
 
 mod act;
 mod seconds;

@@ -5,44 +5,44 @@ use super::{Act, Kind};
 
 /// The length of a summary \[ns\].
 pub(super) const SECOND_NS: i64 = 1_000_000_000;
-/// After a longer pause the reader did not run: nothing is concluded of the time in between \[ns\].
+/// A longer pause means that the reader did not run: nothing is known about the time in between \[ns\].
 const LONGEST_NS: i64 = 60 * SECOND_NS;
 
-/// What was done at the devices of one kind within one second.
+/// The activity at the devices of one kind within one second.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// When the second began \[ns\], a whole one of the clock that acts are timed by.
+    /// When the second began \[ns\]: a whole second of the clock that times the actions.
     pub begin_ns: i64,
     /// The values of its [channels](Kind::channels).
     pub values: Vec<f64>,
 }
 
-/// What the summaries of a kind of devices are made of.
+/// Collects the values for the summaries of one kind of device.
 pub(super) trait Tally {
-    /// Takes an act in.
+    /// Takes in an action.
     fn take(&mut self, at_ns: i64, act: &Act);
     /// Ends a second, and returns its values, without the idle time.
     fn close(&mut self, end_ns: i64, idle_ns: i64) -> Vec<f64>;
 }
 
-/// Acts at the devices of one kind, second by second.
+/// Actions at the devices of one kind, second by second.
 ///
-/// An act that arrives after its second has ended counts in the present one. Where acts come in their order, any
-/// calls of [`until`](Self::until) up to the time of the next act give the same summaries.
+/// An action that arrives after its second has ended counts in the present one. If actions arrive in order, any calls
+/// of [`until`](Self::until) up to the time of the next action give the same summaries.
 pub struct Seconds {
     kind: Kind,
     tally: Box<dyn Tally + Send>,
-    /// The beginning of the present second.
+    /// The start of the present second.
     begin_ns: i64,
-    /// The time before which not everything was seen.
+    /// The time before which some actions may have been missed.
     since_ns: i64,
-    /// When something was done last.
+    /// When the last action happened.
     last_ns: i64,
     ended: Vec<Summary>,
 }
 
 impl Seconds {
-    /// Begins at a time \[ns\]; the first summary is that of the first whole second.
+    /// Starts at a time \[ns\]; the first summary is that of the first whole second.
     pub fn new(kind: Kind, now_ns: i64) -> Seconds {
         Seconds {
             kind,
@@ -54,7 +54,7 @@ impl Seconds {
         }
     }
 
-    /// Takes in what was done at a time \[ns\].
+    /// Takes in an action at a time \[ns\].
     pub fn take(&mut self, at_ns: i64, act: &Act) {
         self.end_before(at_ns);
         self.tally.take(at_ns, act);
@@ -93,7 +93,7 @@ fn tally(kind: Kind, now_ns: i64) -> Box<dyn Tally + Send> {
     }
 }
 
-/// The beginning of the second of a time \[ns\].
+/// The start of the second that contains a time \[ns\].
 fn second_of(at_ns: i64) -> i64 {
     at_ns.saturating_sub(at_ns.rem_euclid(SECOND_NS))
 }

@@ -1,7 +1,7 @@
-/// The least number of times of which a mean is given: that of fewer would be close to the time of a single press.
+/// The least number of times for which a mean is given: the mean of fewer would be close to the time of a single press.
 pub const LEAST_GROUP: u32 = 5;
 
-/// Number, mean and standard deviation of times.
+/// The number, mean and standard deviation of times.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Spread {
     count: u32,
@@ -17,8 +17,8 @@ impl Spread {
         self.sum_of_squares += ms * ms;
     }
 
-    /// Number, mean and population SD, and begins anew; a count of 0 and NaN while there are too few, which are kept for
-    /// the next second.
+    /// Returns the number, mean and population SD, and starts again; a count of 0 and NaN if there are too few, which
+    /// are kept for the next second.
     pub(super) fn take(&mut self) -> [f64; 3] {
         if self.count < LEAST_GROUP {
             return [0.0, f64::NAN, f64::NAN];

@@ -1,4 +1,4 @@
-//! The formats of values, and the patterns with which a feed begins.
+//! The formats of values, and the patterns at the start of a feed.
 
 /// The format of a stream's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ impl Format {
         Self::WORDS.iter().find(|(format, _)| *format == self).map_or("", |(_, word)| word)
     }
 
-    /// The size of a number [bytes]; 0 for texts, which have any.
+    /// The size of a number [bytes]; 0 for texts, whose size varies.
     pub fn size(self) -> usize {
         match self {
             Format::Float32 | Format::Int32 => 4,
@@ -78,7 +78,8 @@ impl Format {
         })
     }
 
-    /// Appends a number, little-endian; one that an integer can't hold is the nearest that it can.
+    /// Appends a number, little-endian; a number that does not fit an integer format is clamped to the nearest one that
+    /// does.
     pub(super) fn write(self, number: f64, out: &mut Vec<u8>) {
         match self {
             Format::Float32 => out.extend((number as f32).to_le_bytes()),
@@ -91,7 +92,7 @@ impl Format {
         }
     }
 
-    /// The values of the test pattern of a number, 4 or 2: they rise by one, with alternating signs.
+    /// The values of test pattern number 4 or 2: they rise by one, with alternating signs.
     pub(super) fn pattern(self, number: i64, channels: usize) -> Values {
         let (offset, most) = match self {
             Format::Float32 => (0, i64::MAX),

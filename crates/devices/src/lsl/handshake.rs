@@ -1,4 +1,4 @@
-//! What is said over a TCP connection before the first sample.
+//! The exchange over a TCP connection before the first sample.
 
 use super::{LslError, StreamInfo};
 
@@ -6,10 +6,10 @@ use super::{LslError, StreamInfo};
 const LARGEST_BYTES: usize = 16 << 10;
 const END: &[u8] = b"\r\n\r\n";
 
-/// What a client asks of a stream.
+/// A client's request to a stream.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
-    /// The short description, if the query is true of it.
+    /// The short description, if the query matches it.
     Short(String),
     /// The whole description.
     Full,
@@ -40,7 +40,7 @@ pub struct FeedReply {
 }
 
 impl FeedRequest {
-    /// The request for the samples of a stream, of which so many may wait.
+    /// The request for the samples of a stream, of which at most this many may be waiting.
     pub fn encode(stream: &StreamInfo, most_waiting: u32) -> String {
         let StreamInfo { uid, hostname, source_id, session_id, .. } = stream;
         let size = stream.format.size();
@@ -127,12 +127,12 @@ fn on_one_line(text: &str) -> String {
     text.chars().filter(|each| !each.is_control()).collect()
 }
 
-/// Reads a request, of bytes that arrive in pieces.
+/// Reads a request from bytes that arrive in pieces.
 #[derive(Clone, Debug, Default)]
 pub struct RequestReader(Vec<u8>);
 
 impl RequestReader {
-    /// Takes bytes; the request once it is complete.
+    /// Takes in bytes; returns the request once it is complete.
     pub fn push(&mut self, bytes: &[u8]) -> Result<Option<Request>, LslError> {
         self.0.extend(bytes.iter().take(LARGEST_BYTES + 1));
         if self.0.len() > LARGEST_BYTES {
@@ -158,12 +158,12 @@ impl RequestReader {
     }
 }
 
-/// Reads the reply to a request for samples, of bytes that arrive in pieces.
+/// Reads the reply to a request for samples from bytes that arrive in pieces.
 #[derive(Clone, Debug, Default)]
 pub struct ReplyReader(Vec<u8>);
 
 impl ReplyReader {
-    /// Takes bytes; the reply once it is complete, with the bytes that follow it.
+    /// Takes in bytes; returns the reply once it is complete, with the bytes that follow it.
     pub fn push(
         &mut self,
         bytes: &[u8],

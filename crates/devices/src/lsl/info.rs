@@ -7,10 +7,10 @@ use super::{Format, LslError};
 const MOST_CHANNELS: u32 = 16_384;
 /// The longest text that is kept [characters].
 const LONGEST: usize = 512;
-/// The version of the protocol, as descriptions have it.
+/// The version of the protocol, as written in descriptions.
 const VERSION: &str = "1.10";
 
-/// What a stream is, and where its sender serves it.
+/// The description of a stream, and where its sender serves it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreamInfo {
     /// Its name.
@@ -23,9 +23,9 @@ pub struct StreamInfo {
     pub rate_hz: f64,
     /// The format of its values.
     pub format: Format,
-    /// The id of what it comes from, which stays when its sender starts again; may be empty.
+    /// The id of its origin, which stays the same when the sender restarts; may be empty.
     pub source_id: String,
-    /// The id of this very outlet.
+    /// The id of this particular outlet.
     pub uid: String,
     /// The session; by default `default`.
     pub session_id: String,
@@ -35,9 +35,9 @@ pub struct StreamInfo {
     pub data_port: u16,
     /// The UDP port of its services.
     pub service_port: u16,
-    /// When it was made, by the sender's clock [s].
+    /// When it was created, by the sender's clock [s].
     pub created_secs: f64,
-    /// What is known of its channels: all of them, or nothing.
+    /// The descriptions of its channels: all of them, or none.
     pub channels: Vec<ChannelInfo>,
 }
 

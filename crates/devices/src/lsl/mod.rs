@@ -1,7 +1,9 @@
-//! Lab Streaming Layer (LSL): streams of samples and markers between programs of a network, each found by what it is.
+//! Lab Streaming Layer (LSL): streams of samples and markers between programs on a network, each found by its
+//! properties.
 //!
-//! Sources: the protocol as github.com/sccn/liblsl 1.17 speaks it (`src/udp_server.cpp`, `tcp_server.cpp`, `sample.cpp`,
-//! `stream_info_impl.cpp`), and its documentation at labstreaminglayer.readthedocs.io. Protocol version 1.10.
+//! Sources: the protocol as implemented by github.com/sccn/liblsl 1.17 (`src/udp_server.cpp`, `tcp_server.cpp`,
+//! `sample.cpp`, `stream_info_impl.cpp`), and its documentation at labstreaminglayer.readthedocs.io. Protocol version
+//! 1.10.
 //!
 //! | exchange | over | request | reply |
 //! |---|---|---|---|
@@ -10,13 +12,14 @@
 //! | samples | TCP, the data port | `LSL:streamfeed/110 <uid>\r\n`, headers, an empty line | `LSL/110 200 OK`, headers, an empty line, samples |
 //! | clock | UDP, the service port | `LSL:timedata\r\n<wave> <t0>\r\n` | ` <wave> <t0> <t1> <t2>` |
 //!
-//! A sample is a byte, a stamp where that byte is 2 (`f64`, seconds of the sender's clock), and its values. With a byte of
-//! 1 its stamp is one period after the stamp before it. A text is the size of its length in bytes, its length, and UTF-8.
-//! The first two samples are known patterns, by which both sides see that they agree on the format.
+//! A sample is a byte, a stamp where that byte is 2 (`f64`, seconds of the sender's clock), and its values. With a byte
+//! of 1 its stamp is one period after the previous stamp. A text is the size of its length field in bytes, its length,
+//! and UTF-8. The first two samples are known patterns, by which both sides check that they agree on the format.
 //!
 //! Quirks, each with a test:
 //! - One stream answers several times: over each multicast group and each interface.
-//! - Numbers are little-endian unless the reply says `Byte-Order: 4321`; `0` means the sender's own, which is little.
+//! - Numbers are little-endian unless the reply says `Byte-Order: 4321`; `0` means the sender's own order, which is
+//!   little-endian.
 //! - A sender's clock counts from when its computer was switched on; only probes relate it to another clock.
 //! - Texts may hold anything; lengths come in sizes of 1, 2, 4 or 8 bytes.
 
@@ -43,14 +46,15 @@ pub use samples::{Sample, SampleReader, SampleWriter};
 pub const MULTICAST_PORT: u16 = 16571;
 /// The ports of streams: UDP for services, TCP for samples.
 pub const PORTS: std::ops::Range<u16> = 16572..16604;
-/// The multicast groups and the broadcast address on which streams are asked for.
+/// The multicast groups and the broadcast address for discovery.
 pub const GROUPS: [[u8; 4]; 4] =
     [[239, 255, 172, 215], [224, 0, 0, 183], [224, 0, 0, 1], [255, 255, 255, 255]];
 
-/// What the source ids of teampulse's outlets begin with.
+/// The prefix of the source ids of teampulse's outlets.
 pub const OWN: &str = "teampulse:";
 
-/// The addresses of this computer, of the kernel's table of routes (`/proc/net/fib_trie`): multicast goes through each.
+/// The addresses of this computer, from the kernel's routing table (`/proc/net/fib_trie`): multicast is sent through
+/// each.
 pub fn addresses(table: &str) -> Vec<Ipv4Addr> {
     let mut addresses = Vec::new();
     let mut last: Option<Ipv4Addr> = None;
@@ -66,7 +70,7 @@ pub fn addresses(table: &str) -> Vec<Ipv4Addr> {
     addresses
 }
 
-/// Why what another program sent could not be read. The message fits after "failed to".
+/// Why data from another program could not be read. The message fits after "failed to".
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum LslError {
@@ -81,7 +85,7 @@ pub enum LslError {
         /// Its text.
         got: String,
     },
-    /// A request or a reply that is none.
+    /// Something that is not a valid request or reply.
     #[error("read the headers of a stream: {0}")]
     Headers(&'static str),
     /// The other side refused.
@@ -90,10 +94,10 @@ pub enum LslError {
     /// The first samples are not the agreed patterns.
     #[error("read samples: the sender's first samples are not LSL's test pattern")]
     Pattern,
-    /// A text longer than any that is read.
+    /// A text that is too long.
     #[error("read samples: a text of {0} bytes")]
     Long(u64),
-    /// A byte of a sample is impossible.
+    /// A byte of a sample has an impossible value.
     #[error("read samples: a byte is {0:#x}, expected {1}")]
     Byte(u8, &'static str),
 }

@@ -10,7 +10,7 @@ const LARGEST_BYTES: usize = 512;
 pub struct ProbeRequest {
     /// The number of the probe.
     pub wave: i32,
-    /// When it was sent, by the clock of who asks [s].
+    /// When it was sent, by the clock of the requester [s].
     pub sent_secs: f64,
 }
 
@@ -19,9 +19,9 @@ pub struct ProbeRequest {
 pub struct ProbeReply {
     /// The number of the probe.
     pub wave: i32,
-    /// When the request was sent, by the clock of who asked [s].
+    /// When the request was sent, by the clock of the requester [s].
     pub sent_secs: f64,
-    /// When it arrived, by the clock of who replies [s].
+    /// When it arrived, by the clock of the replier [s].
     pub received_secs: f64,
     /// When the reply was sent, by that clock [s].
     pub replied_secs: f64,
@@ -33,7 +33,7 @@ impl ProbeRequest {
         format!("LSL:timedata\r\n{} {}\r\n", self.wave, self.sent_secs)
     }
 
-    /// Reads a datagram; `None` where it is no such request.
+    /// Reads a datagram; `None` if it is not such a request.
     pub fn parse(datagram: &[u8]) -> Option<ProbeRequest> {
         let text = std::str::from_utf8(datagram.get(..datagram.len().min(LARGEST_BYTES))?).ok()?;
         let (method, rest) = text.split_once('\n')?;
@@ -55,7 +55,7 @@ impl ProbeReply {
         text
     }
 
-    /// Reads a datagram; `None` where it is no such reply.
+    /// Reads a datagram; `None` if it is not such a reply.
     pub fn parse(datagram: &[u8]) -> Option<ProbeReply> {
         let text = std::str::from_utf8(datagram.get(..datagram.len().min(LARGEST_BYTES))?).ok()?;
         let mut words = text.split_ascii_whitespace();

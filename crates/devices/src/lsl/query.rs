@@ -1,19 +1,19 @@
-//! Discovery: who has a stream like this?
+//! Discovery: finding the senders of matching streams.
 
 use super::{LslError, StreamInfo};
 
-/// The most bytes of a request for discovery, and how deep a query may be nested.
+/// The most bytes of a discovery request, and how deep a query may be nested.
 const LARGEST_BYTES: usize = 4096;
 const DEEPEST: usize = 32;
 
 /// A request for descriptions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Discovery {
-    /// What streams are asked for.
+    /// The condition that streams must meet.
     pub query: String,
     /// The UDP port to reply to.
     pub port: u16,
-    /// What the reply begins with.
+    /// The text at the start of the reply.
     pub id: String,
 }
 
@@ -23,7 +23,7 @@ impl Discovery {
         format!("LSL:shortinfo\r\n{}\r\n{} {}\r\n", self.query, self.port, self.id)
     }
 
-    /// Reads a datagram; `None` where it is no such request.
+    /// Reads a datagram; `None` if it is not such a request.
     pub fn parse(datagram: &[u8]) -> Option<Discovery> {
         let text = std::str::from_utf8(datagram).ok().filter(|text| text.len() <= LARGEST_BYTES)?;
         let mut lines = text.split('\n');
@@ -42,7 +42,7 @@ impl Discovery {
     }
 }
 
-/// The stream of a reply to the request of this id; `None` for a reply to any other.
+/// The stream in a reply to the request with this id; `None` for a reply to any other.
 pub fn discovered(datagram: &[u8], id: &str) -> Option<Result<StreamInfo, LslError>> {
     let text = std::str::from_utf8(datagram).ok()?;
     let (first, document) = text.split_once('\n')?;
@@ -50,7 +50,7 @@ pub fn discovered(datagram: &[u8], id: &str) -> Option<Result<StreamInfo, LslErr
 }
 
 /// A question about the description of a stream: a condition in `XPath`, of which comparisons of elements with texts,
-/// `and`, `or`, `not`, `starts-with` and `contains` are understood.
+/// `and`, `or`, `not`, `starts-with` and `contains` are supported.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Query(Condition);
 
@@ -73,7 +73,7 @@ enum Comparison {
 }
 
 impl Query {
-    /// Reads a query; an empty one is true of all streams. `None` where it is not understood.
+    /// Reads a query; an empty one matches all streams. `None` if it is not supported.
     pub fn parse(text: &str) -> Option<Query> {
         if text.trim().is_empty() {
             return Some(Query(Condition::Always));
@@ -83,7 +83,7 @@ impl Query {
         parser.rest.trim().is_empty().then_some(Query(condition))
     }
 
-    /// Whether it is true of a stream.
+    /// Whether it matches a stream.
     pub fn matches(&self, stream: &StreamInfo) -> bool {
         self.0.holds(&stream.fields())
     }
@@ -111,7 +111,7 @@ impl Condition {
     }
 }
 
-/// Whether two texts are the same, or the same number: each library writes rates in its own way.
+/// Whether two texts are equal, or the same number: each library formats rates in its own way.
 fn is_same(text: &str, value: &str) -> bool {
     let numbers = (text.parse::<f64>(), value.parse::<f64>());
     text == value || matches!(numbers, (Ok(a), Ok(b)) if a.total_cmp(&b).is_eq())

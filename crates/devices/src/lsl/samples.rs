@@ -1,14 +1,14 @@
-//! Samples as they follow a handshake.
+//! The samples that follow a handshake.
 
 use super::{FeedReply, Format, LslError, StreamInfo, Values};
 
-/// A stamp is one period after that before it, or follows.
+/// Whether a stamp is one period after the previous one, or follows.
 const DEDUCED: u8 = 1;
 const STAMPED: u8 = 2;
 /// The stamp of test patterns [s].
 const PATTERN_SECS: f64 = 123_456.789;
 const PATTERNS: [i64; 2] = [4, 2];
-/// The longest texts of a sample together [bytes].
+/// The most bytes of all texts of a sample together.
 const LONGEST_TEXTS: u64 = 4 << 20;
 
 /// A sample.
@@ -20,7 +20,7 @@ pub struct Sample {
     pub values: Values,
 }
 
-/// Reads the samples of a stream, of bytes that arrive in pieces. The test patterns come first, and are checked.
+/// Reads the samples of a stream from bytes that arrive in pieces. The test patterns come first, and are checked.
 #[derive(Clone, Debug)]
 pub struct SampleReader {
     format: Format,
@@ -28,14 +28,14 @@ pub struct SampleReader {
     period_secs: f64,
     reply: FeedReply,
     waiting: Vec<u8>,
-    /// How many bytes there must be before another look is worth while.
+    /// How many bytes there must be before parsing is worth another attempt.
     needed: usize,
     last_secs: f64,
     patterns: usize,
 }
 
 impl SampleReader {
-    /// A reader of what follows this reply.
+    /// A reader of the samples that follow this reply.
     pub fn new(stream: &StreamInfo, reply: FeedReply) -> SampleReader {
         SampleReader {
             format: stream.format,
@@ -49,7 +49,7 @@ impl SampleReader {
         }
     }
 
-    /// Takes bytes; the samples that are complete with them.
+    /// Takes in bytes; returns the samples that they complete.
     pub fn push(&mut self, bytes: &[u8]) -> Result<Vec<Sample>, LslError> {
         self.waiting.extend(bytes);
         let mut samples = Vec::new();
@@ -75,7 +75,7 @@ impl SampleReader {
         }
     }
 
-    /// The sample, or nothing where it is a test pattern as agreed.
+    /// The sample, or nothing for a correct test pattern.
     fn checked(&mut self, sample: Sample) -> Result<Option<Sample>, LslError> {
         let Some(pattern) = PATTERNS.get(self.patterns) else {
             self.last_secs = sample.stamp_secs;
@@ -117,7 +117,7 @@ impl SampleReader {
         Ok(all.chunks_exact(size).map(number).collect())
     }
 
-    /// A subnormal number is zero where the sender asked for that.
+    /// Replaces a subnormal number by zero if the sender asked for that.
     fn flushed(&self, number: f64) -> f64 {
         let least = if self.format == Format::Float32 {
             f32::MIN_POSITIVE.into()
@@ -155,7 +155,7 @@ impl SampleReader {
 
 /// Why no sample could be read.
 enum Stop {
-    /// So many bytes more are needed, at least.
+    /// At least this many more bytes are needed.
     Needs(usize),
     Wrong(LslError),
 }
@@ -208,7 +208,7 @@ impl SampleWriter {
         SampleWriter { format, channels }
     }
 
-    /// The test patterns with which a feed begins.
+    /// The test patterns at the start of a feed.
     pub fn patterns(self) -> Vec<u8> {
         let mut out = Vec::new();
         for pattern in PATTERNS {
@@ -218,7 +218,7 @@ impl SampleWriter {
         out
     }
 
-    /// Appends a sample; one of another shape than the stream's has `NaN` or empty texts where values are missing.
+    /// Appends a sample; if its shape differs from the stream's, missing values are `NaN` or empty texts.
     pub fn write(self, sample: &Sample, out: &mut Vec<u8>) {
         out.push(STAMPED);
         out.extend(sample.stamp_secs.to_le_bytes());

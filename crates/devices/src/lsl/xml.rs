@@ -1,4 +1,4 @@
-//! XML, as far as descriptions of streams need it: elements and text. Whatever comes, memory and depth are bounded.
+//! XML, as far as descriptions of streams need it: elements and text. Memory and depth are bounded for any input.
 
 use super::LslError;
 
@@ -17,7 +17,7 @@ pub(super) struct Element {
 }
 
 impl Element {
-    /// Reads a document; its root.
+    /// Reads a document; returns its root.
     pub fn parse(document: &str) -> Result<Element, LslError> {
         if document.len() > LARGEST_BYTES {
             return Err(LslError::Description("it is too large"));
@@ -59,7 +59,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads what begins with `<`; the root once that is closed.
+    /// Reads markup that begins with `<`; returns the root once that is closed.
     fn tag(&mut self) -> Result<Option<Element>, LslError> {
         if let Some(rest) = self.rest.strip_prefix("!--") {
             self.rest = rest;
@@ -110,7 +110,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Appends text with its entities replaced; unknown ones stay.
+/// Appends text with its entities replaced; unknown ones are kept.
 fn unescape(text: &str, out: &mut String) {
     let mut rest = text;
     while let Some((before, after)) = rest.split_once('&') {

@@ -1,4 +1,4 @@
-/// What is written to the command characteristic.
+/// Commands written to the command characteristic.
 ///
 /// ```
 /// use teampulse_devices::myo::{Command, Vibration};
@@ -7,13 +7,13 @@
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// What to send: EMG, IMU with taps, poses.
+    /// Selects what to send: EMG, IMU with taps, poses.
     SetMode {
         /// EMG.
         emg: EmgMode,
         /// IMU and taps.
         imu: bool,
-        /// Poses.
+        /// Recognised poses.
         poses: bool,
     },
     /// Vibrates.
@@ -24,20 +24,20 @@ pub enum Command {
     DeepSleep,
 }
 
-/// What is sent of the electrodes.
+/// The EMG data to send.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum EmgMode {
     /// Nothing.
     Off = 0,
-    /// With the mains' hum filtered out.
+    /// With mains hum filtered out.
     Filtered = 2,
     /// As measured.
     #[default]
     Raw = 3,
 }
 
-/// For how long to vibrate.
+/// How long to vibrate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Vibration {

@@ -11,7 +11,7 @@ const ELECTRODES: usize = 8;
 /// After this, four notifications or more may be lost: how many is not known.
 const SILENCE: Duration = Duration::from_millis(500);
 
-/// Counts EMG notifications by the turns of their characteristics.
+/// Counts EMG notifications by the characteristics, which take turns.
 #[derive(Debug, Default)]
 pub(super) struct Emg {
     last: Option<(usize, Duration)>,
@@ -19,14 +19,15 @@ pub(super) struct Emg {
 }
 
 impl Emg {
-    /// The link was lost: the turns begin anew.
+    /// Notes that the link was lost: the turns start again.
     pub fn lose_link(&mut self, out: &mut Outbox<Request>) {
         if self.last.take().is_some() {
             out.event(Event::Gap { stream: "emg", samples: None });
         }
     }
 
-    /// A notification of the characteristic whose turn it is, or of a later one. Whether it was one.
+    /// Takes in a notification, of the characteristic whose turn it is or of a later one; returns whether it was one of
+    /// EMG.
     pub fn receive(
         &mut self,
         turn: usize,

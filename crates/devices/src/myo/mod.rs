@@ -19,10 +19,10 @@
 //!
 //! Quirks, each with a test:
 //! - A notification holds two samples, 5 ms apart, and the four characteristics take turns: all four are subscribed to.
-//! - Which of the four comes is a counter of two bits: up to three lost notifications are a gap of known length.
-//! - It sleeps after 30 s without movement, even with sleep switched off, unless that is sent again: every 15 s.
+//! - Which of the four sends next acts as a two-bit counter: up to three lost notifications are a gap of known length.
+//! - It sleeps after 30 s without movement, even with sleep switched off, unless that command is repeated: every 15 s.
 //! - It may stop sending: its mode is set again after two seconds.
-//! - A user can't see whether it is connected: it vibrates shortly.
+//! - A user can't see whether it is connected, so it vibrates briefly.
 //! - Left in streaming mode it empties its battery: the mode is reset at the end.
 
 mod session;
@@ -39,13 +39,13 @@ pub const fn uuid(number: u16) -> Uuid {
     Uuid(0xd506_0000_a904_deb9_4748_2c7f_4a12_4842 | (number as u128) << 96)
 }
 
-/// The control service, by which a Myo is found: its name is its user's.
+/// The control service, by which a Myo is found, as users can change its name.
 pub const SERVICE: Uuid = uuid(0x0001);
 
 /// Takes commands.
 pub const COMMAND: Uuid = uuid(0x0401);
 
-/// Serial number and others.
+/// Serial number and other information.
 pub const INFORMATION: Uuid = uuid(0x0101);
 
 /// Version of the firmware.
@@ -60,5 +60,5 @@ pub const MOTION: Uuid = uuid(0x0502);
 /// Poses.
 pub const CLASSIFIER: Uuid = uuid(0x0103);
 
-/// EMG, in turns.
+/// EMG, on four characteristics that take turns.
 pub const EMG: [Uuid; 4] = [uuid(0x0105), uuid(0x0205), uuid(0x0305), uuid(0x0405)];

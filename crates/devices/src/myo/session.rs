@@ -19,7 +19,7 @@ const KEEP_AWAKE: Duration = Duration::from_secs(15);
 const EMG_HZ: f64 = 200.0;
 const IMU_HZ: f64 = 50.0;
 
-/// What a Myo sends.
+/// The data that a Myo sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MyoSettings {
     /// EMG at 200 Hz.
@@ -63,7 +63,7 @@ pub struct MyoSession {
     standard: StandardServices,
     emg: Emg,
     imu_samples: u64,
-    /// While samples are to come.
+    /// Present while samples are expected.
     watchdog: Option<Watchdog>,
     keep_awake_at: Option<Duration>,
     restarts: u32,
@@ -201,7 +201,7 @@ impl MyoSession {
     }
 }
 
-/// In the order of the notification: name, channels, unit, one step.
+/// A stream of the IMU, in the order of the notification: name, channels, unit, one step.
 type ImuStream = (&'static str, &'static [&'static str], &'static str, f64);
 const IMU_STREAMS: [ImuStream; 3] = [
     ("orientation", &["w", "x", "y", "z"], "", 1.0 / 16384.0),

@@ -2,10 +2,10 @@ use super::{Measurement, SettingsList};
 use crate::DecodeError;
 use crate::cursor::Cursor;
 
-/// What is written to the control point.
+/// Commands written to the control point.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Asks which settings a measurement offers.
+    /// Requests the settings that a measurement offers.
     Settings(Measurement),
     /// Starts a measurement with one value of each setting.
     Start(Measurement, SettingsList),
@@ -23,7 +23,7 @@ impl Command {
         bytes
     }
 
-    /// What it is about.
+    /// Its measurement.
     pub const fn measurement(&self) -> Measurement {
         match self {
             Self::Settings(measurement) | Self::Start(measurement, _) | Self::Stop(measurement) => {
@@ -41,10 +41,10 @@ impl Command {
     }
 }
 
-/// What the control point says: read from it, or indicated.
+/// Messages of the control point: read from it, or indicated.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ControlMessage {
-    /// What the device can measure. Every read of the control point gives this.
+    /// What the device can measure. Every read of the control point returns this.
     Features(Features),
     /// The answer to a command.
     Response(Response),
@@ -88,9 +88,9 @@ pub struct Response {
     pub measurement: u8,
     /// Whether it was carried out.
     pub status: Status,
-    /// Whether parameters go on in another answer.
+    /// Whether parameters continue in another answer.
     pub more: bool,
-    /// Settings, to be decoded when no more follow.
+    /// Settings, to be decoded once no more follow.
     pub parameters: Vec<u8>,
 }
 

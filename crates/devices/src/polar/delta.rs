@@ -3,7 +3,7 @@ use crate::DecodeError;
 use crate::cursor::{Cursor, signed};
 
 /// The samples of a compressed payload, channel by channel: a whole sample, then blocks of a bit width, a
-/// count and that many samples as differences from the one before, packed from the lowest bit on.
+/// count and that many samples as differences from the previous one, packed from the lowest bit up.
 pub(super) fn decompress(payload: &[u8], layout: &Layout) -> Result<Vec<i32>, DecodeError> {
     let truncated =
         |expected, got| DecodeError::Truncated { what: "a compressed payload", expected, got };
@@ -33,7 +33,7 @@ pub(super) fn decompress(payload: &[u8], layout: &Layout) -> Result<Vec<i32>, De
     Ok(values)
 }
 
-/// Numbers of any width out of bytes, from the lowest bit on.
+/// Reads numbers of any width from bytes, from the lowest bit up.
 struct Bits<'a> {
     bytes: &'a [u8],
     held: u64,

@@ -14,26 +14,26 @@ use crate::{Channel, Event, Reading, Stream};
 /// The first ECG of an H10 may take 20 to 30 s after a connection.
 const FIRST_PATIENCE: Duration = Duration::from_secs(30);
 const PATIENCE: Duration = Duration::from_secs(3);
-/// How long after an answered start without a frame the device is asked to start again: one that measures answers that
-/// it is on already, and goes on.
+/// How long after an answered start without a frame the device is asked to start again: if it is measuring, it answers
+/// that it is already on, and continues.
 const DOUBT: Duration = Duration::from_secs(10);
 /// Optical sensors send their first pulse interval after about 25 s, and then every few seconds.
 const INTERVAL_PATIENCE: Duration = Duration::from_secs(30);
 
-/// What the rates are where a device does not say.
+/// The rates of devices that do not state them.
 const DEFAULT_RATE_HZ: f64 = 130.0;
 
 /// One selected measurement: its settings, its time, its watchdog.
 #[derive(Debug)]
 pub(super) struct Feed {
     pub selection: Selection,
-    /// How often it was started again without a frame since.
+    /// How often it was restarted since the last frame.
     pub restarts: u32,
-    /// The device said that it was on before it was started.
+    /// Whether the device reported that it was on before it was started.
     pub was_already_on: bool,
-    /// It was asked to start once more, to see whether it measures.
+    /// Whether it was asked to start once more, to see if it is measuring.
     pub is_doubted: bool,
-    /// When that is to be asked.
+    /// When to ask that.
     doubted_at: Option<Duration>,
     settings: SettingsList,
     factor: f64,
@@ -43,7 +43,7 @@ pub(super) struct Feed {
     intervals: u64,
     /// Whether the last intervals had times.
     stamps_intervals: Option<bool>,
-    /// While it runs.
+    /// Present while it runs.
     watchdog: Option<Watchdog>,
 }
 
@@ -68,7 +68,7 @@ impl Feed {
         }
     }
 
-    /// Keeps the settings; what starts the measurement with them.
+    /// Keeps the settings; returns the command that starts the measurement with them.
     pub fn configure(&mut self, settings: SettingsList) -> Command {
         self.settings = settings;
         if let Some(rate @ 1..) = self.settings.values(SettingKind::Rate).first() {
@@ -82,7 +82,7 @@ impl Feed {
         Command::Start(self.selection.measurement, self.settings.clone())
     }
 
-    /// It was started; frames are to come.
+    /// Notes that it was started: frames are expected.
     pub fn run(&mut self, factor: Option<f64>, now: Duration) {
         self.factor = factor.unwrap_or(self.factor);
         self.watchdog = Some(Watchdog::new(now, FIRST_PATIENCE));
@@ -92,14 +92,14 @@ impl Feed {
         self.doubted_at = (!is_again && !is_slow).then_some(now.saturating_add(DOUBT));
     }
 
-    /// Whether it is time to ask it to start again, to see whether it measures at all; once a start.
+    /// Whether it is time to ask it to start again, to see if it is measuring at all; once per start.
     pub fn doubt(&mut self, now: Duration) -> bool {
         let is_due = self.doubted_at.take_if(|at| *at <= now).is_some();
         self.is_doubted |= is_due;
         is_due
     }
 
-    /// It is about to be started again; for how long it was silent, if it ran.
+    /// Prepares a restart; returns how long it was silent, if it was running.
     pub fn halt(&mut self, now: Duration) -> Option<Duration> {
         let watchdog = self.watchdog.take()?;
         (self.is_doubted, self.doubted_at) = (false, None);
@@ -107,7 +107,7 @@ impl Feed {
         Some(watchdog.quiet(now))
     }
 
-    /// The link or the session ends.
+    /// Resets it when the link or the session ends.
     pub fn forget(&mut self) {
         self.restarts = 0;
         self.was_already_on = false;
@@ -171,7 +171,7 @@ impl Feed {
         Some(())
     }
 
-    /// Only compressed frames are multiplied by the factor.
+    /// Describes the stream of a frame. Only compressed frames are multiplied by the factor.
     fn describe(&mut self, frame: &Frame<'_>, layout: Layout, out: &mut Outbox<Request>) {
         let factor = if frame.compressed { self.factor } else { 1.0 };
         let description = (layout, factor, self.rate_hz);
@@ -223,7 +223,7 @@ impl Feed {
     }
 }
 
-/// Each pulse with its time, of which the frame has that of the last.
+/// Each pulse with its time; the frame states that of the last one.
 fn dated(last_ns: i64, pulses: &[PpInterval]) -> impl Iterator<Item = (i64, PpInterval)> {
     let after = |pulse: &PpInterval| i64::from(pulse.interval_ms) * 1_000_000;
     let after_first: i64 = pulses.iter().skip(1).map(after).sum();

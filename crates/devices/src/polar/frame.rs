@@ -15,7 +15,7 @@ pub struct Frame<'a> {
     pub timestamp_ns: u64,
     /// Whether the payload holds differences.
     pub compressed: bool,
-    /// Frame type, which with `compressed` says how samples are written.
+    /// Frame type, which together with `compressed` determines the sample format.
     pub kind: u8,
     /// The samples.
     pub payload: &'a [u8],
@@ -31,7 +31,7 @@ pub struct Samples {
 }
 
 impl<'a> Frame<'a> {
-    /// Decodes the value of the characteristic; the samples stay as they are.
+    /// Decodes the value of the characteristic; the samples are not decoded.
     pub fn decode(value: &'a [u8]) -> Result<Self, DecodeError> {
         let mut fields = Cursor::new("a PMD frame", value);
         let code = fields.u8()?;
@@ -87,14 +87,14 @@ pub struct PpInterval {
     pub interval_ms: u16,
     /// The sensor's estimate of its error \[ms\].
     pub error_ms: u16,
-    /// The arm moved: don't use the interval.
+    /// Whether the arm moved: don't use the interval then.
     pub moving: bool,
-    /// Whether the sensor touches the skin; `None` where it can't say. Poor on Verity Sense and OH1.
+    /// Whether the sensor touches the skin; `None` if it can't determine that. Unreliable on Verity Sense and OH1.
     pub contact: Option<bool>,
 }
 
 impl PpInterval {
-    /// Decodes the payload of a frame of [`Measurement::PpInterval`]; a part of one at the end is left out.
+    /// Decodes the payload of a frame of [`Measurement::PpInterval`]; an incomplete one at the end is ignored.
     pub fn decode_all(payload: &[u8]) -> Vec<Self> {
         payload.as_chunks().0.iter().copied().map(Self::decode).collect()
     }

@@ -20,7 +20,7 @@ pub enum Measurement {
 }
 
 impl Measurement {
-    /// All of them.
+    /// All measurements.
     pub const ALL: [Self; 6] = [
         Self::Ecg,
         Self::Ppg,
@@ -30,7 +30,7 @@ impl Measurement {
         Self::Magnetometer,
     ];
 
-    /// By its code in the lower six bits.
+    /// The measurement with this code, in the lower six bits.
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|measurement| *measurement as u8 == code & 0x3f)
     }
@@ -68,7 +68,7 @@ const XYZ: &[&str] = &["x", "y", "z"];
 const PPG: &[&str] = &["ppg0", "ppg1", "ppg2", "ambient"];
 
 impl Layout {
-    /// Of a frame type; `None` where it is not documented.
+    /// The layout of a frame type; `None` if it is not documented.
     pub fn of(measurement: Measurement, compressed: bool, kind: u8) -> Option<Self> {
         use Measurement::{Acceleration, Ecg, Gyroscope, Magnetometer, Ppg};
         let integers = |channels, bits, unit, scale| {
@@ -92,12 +92,12 @@ impl Layout {
         }
     }
 
-    /// One sample, in bytes.
+    /// The size of one sample in bytes.
     pub fn sample_bytes(&self) -> usize {
         self.channels.len() * self.bits.div_ceil(8) as usize
     }
 
-    /// With the factor of the device's answer to the start request.
+    /// The channels, with the factor from the device's answer to the start request.
     pub fn channels_with_factor(&self, factor: f64) -> Vec<Channel> {
         let scale = self.scale * factor;
         let channel = |name: &&'static str| match *name {

@@ -1,7 +1,7 @@
 //! Polar H10, Verity Sense, OH1: the Polar Measurement Data (PMD) service.
 //!
-//! Sources: Polar's SDK and its *Online measurement* specification 1.0 (August 2024), github.com/polarofficial/polar-ble-sdk;
-//! issues cited by number are of that repository. Little endian.
+//! Sources: Polar's SDK and its *Online measurement* specification 1.0 (August 2024),
+//! github.com/polarofficial/polar-ble-sdk; issues cited by number are of that repository. Little endian.
 //!
 //! Control point (write with response, indications), one command at a time:
 //!
@@ -10,7 +10,7 @@
 //! | 1 | 1 settings? · 2 start · 3 stop | | 1 | `F0` |
 //! | 1 | measurement | | 1, 1 | the command's two bytes |
 //! | n | settings: kind, count, values | | 1 | status, see [`Status`] |
-//! | | | | 1 | whether parameters go on in another answer |
+//! | | | | 1 | whether parameters continue in another answer |
 //! | | | | n | parameters, in the layout of settings |
 //!
 //! Data (notifications):
@@ -27,20 +27,22 @@
 //! model has.
 //!
 //! Quirks, each with a test:
-//! - Streams have to be stopped before the link is closed, or an H10 measures until its battery is taken out.
+//! - Streams must be stopped before the link is closed, or an H10 keeps measuring until its battery is removed.
 //! - After a lost link a stream may still be on: start answers *already in state*. It is stopped and started again; if
-//!   it still is, what arrives is taken as running (issues 186, 255).
+//!   it is still on, arriving data are accepted (issues 186, 255).
 //! - An answer that says *invalid MTU* after a reconnect passes by itself: disconnect, wait, connect (issue 222).
-//! - A read of the control point gives the features, never an answer, and `BlueZ` repeats it as an indication (issue 360).
+//! - A read of the control point returns the features, never an answer, and `BlueZ` repeats it as an indication (issue
+//!   360).
 //! - The stamp is of the last sample. After a lost frame the samples keep their period: the gap is before them.
-//! - Stamps may jump back or repeat (issue 387): such frames are left out.
+//! - Stamps may jump back or repeat (issue 387): such frames are dropped.
 //! - The rate is 130 Hz within 2 %, and a Verity Sense before 2.1.0 sends 55 Hz PPG that it calls 135 Hz: the period is
 //!   measured.
-//! - The first ECG after a connection may take 20 to 30 s. After ten seconds it is asked to start again: one that measures
-//!   answers *already in state*, and one that does not begins.
-//! - Intervals between pulses come five seconds at a time, the first after 25 s, and without a time (issue 484).
+//! - The first ECG after a connection may take 20 to 30 s. After ten seconds it is asked to start again: a strap that
+//!   is measuring answers *already in state*, and one that is not starts.
+//! - Intervals between pulses arrive five seconds' worth at a time, the first after 25 s, and without a time (issue
+//!   484).
 //! - While ECG is on, a strap without skin contact keeps its link and sends noise (issue 383).
-//! - ECG and acceleration together have ended links: select what is needed.
+//! - ECG and acceleration together have broken links: select only what is needed.
 
 mod session;
 mod feed;

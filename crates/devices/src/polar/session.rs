@@ -21,7 +21,7 @@ const PAUSE: Duration = Duration::from_secs(1);
 /// How long stopping may take at most.
 const STOP_PATIENCE: Duration = Duration::from_secs(3);
 
-/// A measurement to start. What is left open is the greatest that the device offers.
+/// A measurement to start. Options left open take the largest value that the device offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Selection {
     /// What to measure.
@@ -38,7 +38,7 @@ impl Selection {
         Self { measurement, rate_hz: None, range: None }
     }
 
-    /// One value of each setting that is offered.
+    /// Chooses one value for each setting that is offered.
     fn choose(&self, offered: &SettingsList) -> SettingsList {
         let choose = |(kind, values): &(SettingKind, Vec<u32>)| {
             let wanted = match kind {
@@ -80,16 +80,16 @@ pub struct PolarSession {
     heart_rate: HeartRateReceiver,
     feeds: Vec<Feed>,
     features: Option<Features>,
-    /// Until the features are known, and how often they were asked for.
+    /// The deadline for the features, and how often they were requested; present until they are known.
     features_by: Option<(Duration, u32)>,
     commands: VecDeque<Command>,
-    /// Commands wait until then.
+    /// Until when commands wait.
     pause_until: Duration,
     pending: Option<Pending>,
     stop_by: Option<Duration>,
 }
 
-/// The command that waits for its answer.
+/// The command that is waiting for its answer.
 #[derive(Debug)]
 struct Pending {
     command: Command,
@@ -99,7 +99,7 @@ struct Pending {
 }
 
 impl PolarSession {
-    /// A session that has not started. A measurement that is selected twice counts once.
+    /// A session that has not started. A measurement selected twice counts once.
     pub fn new(selections: &[Selection]) -> Self {
         let mut feeds: Vec<Feed> = Vec::new();
         for selection in selections {
@@ -217,7 +217,7 @@ impl PolarSession {
         self.out.event(Event::Refused { stream: measurement.stream(), reason });
     }
 
-    /// Starts a measurement again that fell silent or that the device stopped.
+    /// Restarts a measurement that fell silent or that the device stopped.
     fn restart(&mut self, measurement: Measurement, now: Duration) {
         let Some(feed) = find(&mut self.feeds, measurement) else { return };
         let Some(quiet) = feed.halt(now) else { return };
@@ -259,7 +259,7 @@ impl PolarSession {
         self.pending = Some(Pending { command, parameters: Vec::new(), deadline, attempts: 1 });
     }
 
-    /// Reads the features again where the control point kept silent.
+    /// Reads the features again if the control point stayed silent.
     fn ask_features(&mut self, now: Duration) {
         let Some((_, attempts)) = self.features_by.filter(|(by, _)| *by <= now) else { return };
         if attempts == MOST_ATTEMPTS {
@@ -295,7 +295,7 @@ impl PolarSession {
     }
 }
 
-/// An answer may go on, but not for ever.
+/// The most parameters in an answer that continues.
 const MOST_PARAMETERS: usize = 4096;
 
 fn find(feeds: &mut [Feed], measurement: Measurement) -> Option<&mut Feed> {

@@ -1,7 +1,7 @@
 use crate::DecodeError;
 use crate::cursor::{Cursor, unsigned};
 
-/// What a setting is about.
+/// The kind of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum SettingKind {
@@ -15,7 +15,7 @@ pub enum SettingKind {
     RangeMilli = 3,
     /// Channels of a sample.
     Channels = 4,
-    /// What values have to be multiplied by: the bits of an IEEE 754 number. Only in answers.
+    /// The factor for values, as the bits of an IEEE 754 number. Only in answers.
     Factor = 5,
     /// A key for recordings in the device.
     Security = 6,
@@ -39,12 +39,12 @@ impl SettingKind {
     }
 }
 
-/// Settings with one or several values each: what a device offers, what is asked for, what it answered.
+/// Settings with one or more values each: as offered, requested or answered.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SettingsList(pub Vec<(SettingKind, Vec<u32>)>);
 
 impl SettingsList {
-    /// Decodes kind, count, values, and so on. Of a key only the first four bytes are kept.
+    /// Decodes repeated kind, count and values. Only the first four bytes of a key are kept.
     pub fn decode(parameters: &[u8]) -> Result<Self, DecodeError> {
         let mut settings = Vec::new();
         let mut rest = parameters;
@@ -64,7 +64,7 @@ impl SettingsList {
         Ok(Self(settings))
     }
 
-    /// As a request has them. A factor or a key is never sent.
+    /// The bytes for a request. A factor or a key is never sent.
     pub fn encode(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         for (kind, values) in &self.0 {
@@ -86,7 +86,7 @@ impl SettingsList {
         found.map_or(&[], |(_, values)| values)
     }
 
-    /// What values have to be multiplied by; `None` where the device did not say.
+    /// The factor for values; `None` if the device stated none.
     pub fn factor(&self) -> Option<f64> {
         let bits = self.values(SettingKind::Factor).first()?;
         Some(f64::from(f32::from_bits(*bits))).filter(|factor| factor.is_finite() && *factor > 0.0)

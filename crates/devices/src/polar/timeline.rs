@@ -1,15 +1,15 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// More than this between the device's clock and the caller's, and the device's was set \[ns\].
+/// If the device's clock departs from the caller's by more than this, it was set \[ns\].
 const CLOCK_SET_NS: i64 = 10_000_000_000;
 
-/// Frames whose period is remembered.
+/// The number of frames whose period is remembered.
 const REMEMBERED: usize = 7;
 
 /// Places frames that are stamped at their last sample: finds the period, lost frames and repeated ones.
 ///
-/// A lost frame never stretches the samples after it: they keep the period of the frames before.
+/// A lost frame never stretches the samples after it: they keep the period of the previous frames.
 #[derive(Debug)]
 pub(super) struct Timeline {
     nominal_ns: f64,
@@ -35,7 +35,7 @@ pub(super) struct Place {
     pub before: Before,
 }
 
-/// What lies between a frame and the one before it.
+/// What lies between a frame and the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Before {
     Nothing,
@@ -44,7 +44,7 @@ pub(super) enum Before {
 }
 
 impl Timeline {
-    /// `nominal_is_true`: within a few percent.
+    /// `nominal_is_true` if the nominal rate is right within a few percent.
     pub fn new(rate_hz: f64, nominal_is_true: bool) -> Self {
         Self {
             nominal_ns: 1e9 / rate_hz,
@@ -56,7 +56,7 @@ impl Timeline {
         }
     }
 
-    /// Another rate was set; numbers go on.
+    /// Sets another rate; numbering continues.
     pub fn set_rate(&mut self, rate_hz: f64) {
         if (1e9 / rate_hz - self.nominal_ns).abs() > 1.0 {
             self.nominal_ns = 1e9 / rate_hz;
@@ -64,7 +64,7 @@ impl Timeline {
         }
     }
 
-    /// `None` for a frame that is stamped no later than the last one.
+    /// Places a frame; `None` if it is not stamped later than the last one.
     pub fn place(&mut self, timestamp_ns: i64, samples: u64, now: Duration) -> Option<Place> {
         let last = self.last.unwrap_or(Last { timestamp_ns, arrival: now });
         let elapsed = timestamp_ns.saturating_sub(last.timestamp_ns);

@@ -3,19 +3,19 @@
 pub struct Calibration {
     /// Raw values at zero.
     pub offset: [f64; 3],
-    /// Raw steps in a unit.
+    /// Raw steps per unit.
     pub sensitivity: [f64; 3],
-    /// How the axes of the sensor lie in the device: rows of cosines.
+    /// The orientation of the sensor's axes in the device: rows of cosines.
     pub alignment: [[f64; 3]; 3],
 }
 
 impl Calibration {
-    /// What the device holds for one sensor: 3 × i16 offset, 3 × i16 sensitivity, 9 × i8 alignment in hundredths; big
+    /// The stored calibration of one sensor: 3 × i16 offset, 3 × i16 sensitivity, 9 × i8 alignment in hundredths; big
     /// endian.
     pub const BYTES: usize = 21;
 
-    /// Decodes it. `scale` is the sensor's: a gyroscope has its sensitivity in hundredths. `None` where the device was
-    /// never calibrated, or its values can't be inverted.
+    /// Decodes a calibration. `scale` is that of the sensor: the sensitivity of a gyroscope is in hundredths. `None` if
+    /// the device was never calibrated, or its values can't be inverted.
     pub fn decode(bytes: &[u8; Self::BYTES], scale: f64) -> Option<Self> {
         let numbers = bytes.as_chunks().0;
         let number =

@@ -1,6 +1,6 @@
 use crate::cursor::{signed, unsigned};
 
-/// A channel of a packet, by the ID that the inquiry lists.
+/// A channel of a packet, by its ID in the inquiry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PacketChannel {
     pub stream: &'static str,
@@ -26,7 +26,7 @@ const ADC_MV: f64 = 3000.0 / 4095.0;
 pub(super) const BATTERY_V: f64 = 3.0 / 4095.0 * 1.988;
 
 impl PacketChannel {
-    /// `None` for an ID that is not documented: its length is unknown, and so that of the packet.
+    /// The channel with this ID; `None` if it is not documented: then its length, and that of the packet, is unknown.
     pub fn of(id: u8) -> Option<Self> {
         use Format::{BigEndianSigned, BigEndianUnsigned, Signed, Unsigned};
         let of = |stream, name, bytes, format| Self {

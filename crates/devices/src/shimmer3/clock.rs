@@ -4,16 +4,16 @@ use super::TICKS_HZ;
 
 const WRAP: i64 = 1 << 24;
 
-/// Ticks of the device as one count over wraps of its 24 bits.
+/// Extends the device's ticks to one count across wraps of its 24 bits.
 #[derive(Debug, Default)]
 pub(super) struct Clock {
     last: Option<(u32, i64, Duration)>,
 }
 
 impl Clock {
-    /// The whole count at a packet, and how much more it is than at the one before.
+    /// The full count at a packet, and its increase since the previous one.
     ///
-    /// What arrived later than a wrap of 512 s is found by the caller's time.
+    /// Pauses longer than a wrap of 512 s are resolved with the caller's time.
     pub fn count(&mut self, ticks: u32, now: Duration) -> (i64, Option<i64>) {
         let Some((last, count, then)) = self.last else {
             self.last = Some((ticks, ticks.into(), now));

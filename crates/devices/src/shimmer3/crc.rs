@@ -2,7 +2,7 @@
 
 const START: u16 = 0xb0ca;
 
-/// The checksum of bytes; it is sent low byte first. An odd number of bytes is filled up with a zero.
+/// The checksum of bytes; it is sent low byte first. An odd number of bytes is padded with a zero.
 ///
 /// ```
 /// use teampulse_devices::shimmer3::crc::crc;

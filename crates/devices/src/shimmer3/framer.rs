@@ -1,7 +1,7 @@
 use super::TICKS_HZ;
 use super::crc;
 
-/// More than any packet, three times: what is kept while a packet is looked for.
+/// The most bytes kept while searching for a packet: more than three of any kind.
 const MOST_KEPT: usize = 2048;
 
 /// Cuts the bytes of a streaming device into packets and replies.
@@ -9,9 +9,9 @@ const MOST_KEPT: usize = 2048;
 /// Depends on the bytes alone, not on the pieces in which they arrive.
 #[derive(Debug)]
 pub(super) struct Framer {
-    /// Of a packet without its checksum.
+    /// The length of a packet without its checksum.
     length: usize,
-    /// Between packets \[ticks\].
+    /// The time between packets \[ticks\].
     interval: u32,
     checked: bool,
     kept: Vec<u8>,
@@ -19,7 +19,7 @@ pub(super) struct Framer {
     discarded: usize,
 }
 
-/// What was found.
+/// An item that was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Frame {
     Packet { ticks: u32, channels: Vec<u8> },
@@ -29,7 +29,7 @@ pub(super) enum Frame {
     Status,
 }
 
-/// What the front of the bytes is.
+/// What the bytes start with.
 enum Front {
     Frame(Frame, usize),
     Noise,
@@ -37,7 +37,7 @@ enum Front {
 }
 
 impl Framer {
-    /// `length` of a packet from its `00` to its last channel.
+    /// `length` is that of a packet, from its `00` to its last channel.
     pub fn new(length: usize, interval: u32, checked: bool) -> Self {
         let (kept, last_ticks, discarded) = (Vec::new(), None, 0);
         Self { length, interval, checked, kept, last_ticks, discarded }
@@ -94,8 +94,8 @@ impl Framer {
         }
     }
 
-    /// Without a checksum a packet counts when the next one begins behind it; after a loss, when that is exactly in
-    /// step; and where nothing fits the last packet, when two more follow in step.
+    /// Without a checksum a packet is accepted when the next one begins right after it; after a loss, when that one is
+    /// exactly in step; and if nothing fits the last packet, when two more follow in step.
     fn packet(&self, bytes: &[u8]) -> Front {
         let header = |at: usize| bytes.get(at..at + 4);
         let Some(first) = header(0) else { return Front::NotYet };
@@ -130,14 +130,14 @@ impl Framer {
         step.abs_diff(self.interval) <= 1
     }
 
-    /// Some intervals later, at most a minute.
+    /// Several intervals later, at most a minute.
     fn follows(&self, last: u32, ticks: u32) -> bool {
         let step = ticks.wrapping_sub(last) & 0x00ff_ffff;
         let off = step % self.interval;
         step >= self.interval - 1 && step <= 60 * TICKS_HZ && (off <= 1 || off >= self.interval - 1)
     }
 
-    /// An acknowledgement, status or battery, unasked or asked.
+    /// An acknowledgement, status or battery reply, requested or not.
     fn reply(&self, bytes: &[u8]) -> Front {
         let sum = if self.checked { 2 } else { 0 };
         let is_whole = |length: usize| {
@@ -176,7 +176,7 @@ impl Framer {
     }
 }
 
-/// Behind replies that came between two packets.
+/// Skips replies between two packets.
 fn skip_replies(bytes: &[u8], from: usize) -> usize {
     (0..2).fold(from, |at, _| match bytes.get(at..).unwrap_or_default() {
         [0xff, 0x8a, 0x71, ..] => at + 4,

@@ -30,12 +30,12 @@ impl GsrRange {
 
 const RESISTORS_KOHM: [f64; 4] = [40.2, 287.0, 1000.0, 3300.0];
 
-/// Below this the amplifier says that no current flows: 0.5 V of 3 V.
+/// Below this the amplifier indicates that no current flows: 0.5 V of 3 V.
 const OPEN_CIRCUIT: u16 = 683;
 
 /// A value of the skin conductance channel, by the amplifier's equation: R = Rf / (V / 0.5 V − 1).
 ///
-/// The older straight-line fit of the vendor, which `BrainFlow` has, differs by up to 3 %.
+/// The vendor's older straight-line fit, which `BrainFlow` uses, differs by up to 3 %.
 ///
 /// ```
 /// use teampulse_devices::shimmer3::{Gsr, GsrRange};

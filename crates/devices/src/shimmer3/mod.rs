@@ -1,8 +1,8 @@
 //! Shimmer3 GSR+ (and other Shimmer3) with the `LogAndStream` firmware, over Bluetooth RFCOMM or a serial port.
 //!
-//! Sources: the firmware, github.com/ShimmerResearch/log-and-stream-common at 12db787 and shimmer3 at db65e6c; the vendor's
-//! Java API; pyshimmer's tests. Little endian unless noted. Every accepted command is answered with `FF`, then its
-//! reply; a refused one with `FE`.
+//! Sources: the firmware, github.com/ShimmerResearch/log-and-stream-common at 12db787 and shimmer3 at db65e6c; the
+//! vendor's Java API; pyshimmer's tests. Little endian unless noted. Every accepted command is answered with `FF`, then
+//! its reply; a refused one with `FE`.
 //!
 //! | command | reply | |
 //! |---|---|---|
@@ -15,7 +15,7 @@
 //! | `08` 3 bytes | | sensors, see [`Sensors`] |
 //! | `21` u8 | | range of the conductance: 0 to 3, 4 automatic |
 //! | `5E` u8 | | power for the optical sensor |
-//! | `A3 00` | | no `FF` before unasked status (firmware 0.15.4) |
+//! | `A3 00` | | no `FF` before unsolicited status (firmware 0.15.4) |
 //! | `8B 02` | | two bytes of [`crc`] after everything |
 //! | `01` | `02` ticks u16, config (4 bytes, 7 of a `Shimmer3R`), n u8, buffer u8, n channel IDs | what a packet holds |
 //! | `07` | | start streaming |
@@ -24,20 +24,20 @@
 //!
 //! Streams of a [`ShimmerSession`], each of one quantity: `eda` (conductance in `uS`) and `eda_raw` (with the range in
 //! bits 14–15), `ppg` (`mV`), `acceleration_low_noise`, `acceleration_wide_range` (`m/s^2`), `gyroscope` (`deg/s`) and
-//! `magnetometer` (in its local flux) as calibrated, each with its `…_raw`, `battery` (`V`), and the other channels as they
-//! are. Device times count from the first packet's 24 bits; they go on over wraps.
+//! `magnetometer` (in its local flux) as calibrated, each with its `…_raw`, `battery` (`V`), and the other channels
+//! unchanged. Device times count from the first packet's 24 bits, and continue across wraps.
 //!
 //! Quirks, each with a test:
 //! - The time wraps every 512 s.
-//! - Nothing marks a packet: `00` is in the data, too. With a checksum a packet is taken when it fits; without, when the
-//!   next one begins behind it with the right time, so readings are one packet late. Else three packets in a row are
-//!   looked for. A lost byte costs a packet and shifts no channel.
-//! - Firmware without checksums or without `A3` does not answer these commands: the session goes on without.
-//! - Status (`8A 71`, with or without `FF`) comes unasked at any time.
-//! - A session that was cut goes on streaming: stop, turn
-//!   checksums off and drain for 300 ms before anything is asked.
+//! - Nothing marks a packet: `00` occurs in the data, too. With a checksum a packet is accepted when it matches;
+//!   without, when the next one begins right after it with the right time, so readings are one packet late. Otherwise
+//!   three packets in a row are searched for. A lost byte costs a packet and shifts no channel.
+//! - Firmware without checksums or without `A3` does not answer these commands: the session continues without them.
+//! - Status (`8A 71`, with or without `FF`) arrives unsolicited at any time.
+//! - After a session was cut off the device keeps streaming: stop it, turn checksums off and drain for 300 ms before
+//!   any other request.
 //! - Settings are refused while it streams: they are made before, and read back.
-//! - The range switches by itself: the raw value says which resistor was active.
+//! - The range switches automatically: the raw value contains which resistor was active.
 
 pub mod crc;
 mod session;

@@ -12,7 +12,7 @@ use crate::{Channel, Event, Reading, Stream};
 pub(super) struct Packets {
     gsr_range: GsrRange,
     groups: Vec<Group>,
-    /// Of the channels; `None` while one of them is unknown.
+    /// The length of the channels; `None` while one of them is unknown.
     length: Option<usize>,
     interval_ticks: i64,
     clock: Clock,
@@ -20,7 +20,7 @@ pub(super) struct Packets {
     lost_link: bool,
 }
 
-/// Channels of one stream, which lie side by side.
+/// Adjacent channels of one stream.
 #[derive(Debug)]
 struct Group {
     stream: &'static str,
@@ -41,7 +41,7 @@ impl Packets {
         }
     }
 
-    /// From `00` to the last channel.
+    /// The length from `00` to the last channel.
     pub fn packet_length(&self) -> Option<usize> {
         self.length.map(|length| 4 + length)
     }
@@ -55,7 +55,7 @@ impl Packets {
         }
     }
 
-    /// Takes over what the inquiry listed.
+    /// Takes in the channels that the inquiry listed.
     pub fn describe(
         &mut self,
         ids: &[u8],
@@ -115,7 +115,7 @@ impl Group {
         self.stream == "eda"
     }
 
-    /// The stream of raw values, where those that are computed from them have a stream of their own.
+    /// The stream of raw values, if the values computed from them have a stream of their own.
     fn raw_stream(&self) -> Option<&'static str> {
         match self.stream {
             "eda" => Some("eda_raw"),
@@ -128,7 +128,7 @@ impl Group {
         }
     }
 
-    /// Each stream has one quantity: what is computed from raw values, and these.
+    /// The streams, each with one quantity: computed values, and the raw ones.
     fn descriptions(&self) -> Vec<Stream> {
         let of = |name, channels| Stream { has_clock: true, ..Stream::irregular(name, channels) };
         let raw = |channel: &PacketChannel| {
@@ -155,7 +155,7 @@ impl Group {
         self.channels.iter().map(value).collect()
     }
 
-    /// What is computed from raw values.
+    /// The values computed from raw ones.
     fn converted(&self, raw: &[f64], gsr_range: GsrRange) -> Option<Vec<f64>> {
         match (&self.calibration, raw) {
             (_, [raw]) if self.is_gsr() => {

@@ -1,6 +1,6 @@
 use std::ops::BitOr;
 
-/// A set of sensors, as the firmware's three bytes have them.
+/// A set of sensors, as in the firmware's three bytes.
 ///
 /// ```
 /// use teampulse_devices::shimmer3::Sensors;
@@ -14,7 +14,7 @@ pub struct Sensors(pub u32);
 impl Sensors {
     /// Skin conductance.
     pub const GSR: Self = Self(0x04);
-    /// The optical sensor on the internal ADC channel 13, with its power.
+    /// The optical sensor on the internal ADC channel 13, including its power.
     pub const PPG: Self = Self(0x01 << 8);
     /// The low-noise accelerometer.
     pub const ACCELERATION_LOW_NOISE: Self = Self(0x80);

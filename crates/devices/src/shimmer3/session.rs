@@ -12,7 +12,7 @@ use crate::outbox::Outbox;
 use crate::watchdog::Watchdog;
 use crate::{ByteSession, Channel, Error, Event, Identity, Output, Reading, Session, Stream};
 
-/// What is left of an earlier session arrives within this after a stop.
+/// The time after a stop within which data of an earlier session may still arrive.
 const DRAIN: Duration = Duration::from_millis(300);
 
 const ANSWER_PATIENCE: Duration = Duration::from_secs(1);
@@ -29,10 +29,10 @@ const CHECKSUM: u8 = 0x8b;
 /// What to measure, and how often.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShimmerSettings {
-    /// Samples per second \[Hz\]; the device takes 32768 Hz divided by a whole number. More than 256 Hz of several
-    /// sensors is more than the radio carries.
+    /// Samples per second \[Hz\]; the device takes 32768 Hz divided by a whole number. More than 256 Hz from several
+    /// sensors exceeds what the radio can carry.
     pub rate_hz: f64,
-    /// Which sensors.
+    /// The sensors to read.
     pub sensors: Sensors,
     /// Range of the skin conductance.
     pub gsr_range: GsrRange,
@@ -85,7 +85,7 @@ pub struct ShimmerSession {
 #[derive(Debug)]
 enum State {
     Idle,
-    /// Until then what arrives is of an earlier session.
+    /// Until then, arriving data belong to an earlier session.
     Draining(Duration),
     /// The first of the steps waits for its reply.
     Asking(Duration),
@@ -112,7 +112,7 @@ impl ShimmerSession {
         }
     }
 
-    /// Stops what may be left of an earlier session, and begins.
+    /// Stops any earlier session, and begins.
     fn begin(&mut self, now: Duration) {
         self.kept.clear();
         self.is_checked = false;
@@ -145,7 +145,7 @@ impl ShimmerSession {
         self.begin(now);
     }
 
-    /// Asks the next thing; starts streaming after the last.
+    /// Sends the next request; starts streaming after the last.
     fn ask(&mut self, now: Duration) {
         if let Some(step) = self.steps.front() {
             self.out.request(step.command.clone());
@@ -192,7 +192,7 @@ impl ShimmerSession {
         }
     }
 
-    /// A step that was refused or not answered.
+    /// Skips a step that was refused or not answered.
     fn skip(&mut self, now: Duration) {
         match self.steps.pop_front() {
             Some(step) if step.optional => self.ask(now),
@@ -284,7 +284,7 @@ impl ShimmerSession {
     }
 }
 
-/// In the order of the reply: the gyroscope has its sensitivity in hundredths.
+/// The calibrations, in the order of the reply: the sensitivity of the gyroscope is in hundredths.
 fn calibrations(bytes: &[u8]) -> [(&'static str, Option<Calibration>); 4] {
     let of = |at: usize, scale| {
         let bytes = bytes.as_chunks::<{ Calibration::BYTES }>().0.get(at)?;

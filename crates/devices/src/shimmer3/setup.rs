@@ -5,11 +5,11 @@ use super::crc;
 pub(super) struct Step {
     pub command: Vec<u8>,
     pub reply: Reply,
-    /// Older firmware does not answer it.
+    /// Whether older firmware may not answer it.
     pub optional: bool,
 }
 
-/// What follows the acknowledgement.
+/// The reply after the acknowledgement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reply {
     Nothing,
@@ -31,13 +31,13 @@ impl Step {
     }
 }
 
-/// What the bytes after a command are.
+/// The state of parsing the bytes after a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Parsed {
-    /// The step is over; what followed the reply's header, and how many bytes that was in all.
+    /// The step is done; with the contents after the reply's header, and the number of bytes in all.
     Done(Vec<u8>, usize),
     Refused(usize),
-    /// These bytes are no part of it.
+    /// These bytes are not part of it.
     Skip {
         bytes: usize,
         noise: bool,
@@ -46,7 +46,7 @@ pub(super) enum Parsed {
 }
 
 impl Reply {
-    /// Parses from an acknowledgement on. `wide`: of a `Shimmer3R`.
+    /// Parses from an acknowledgement on; `wide` for a `Shimmer3R`.
     pub fn parse(self, bytes: &[u8], wide: bool) -> Parsed {
         let status = if wide { 4 } else { 3 };
         match bytes {
@@ -99,7 +99,7 @@ impl Reply {
     }
 }
 
-/// Interval (2 bytes), configuration (4, of a `Shimmer3R` 7), number of channels, buffer size.
+/// Interval (2 bytes), configuration (4; 7 for a `Shimmer3R`), number of channels, buffer size.
 pub(super) const fn inquiry_header(wide: bool) -> usize {
     if wide { 11 } else { 8 }
 }

@@ -13,7 +13,7 @@ pub const fn millis(millis: u64) -> Duration {
     Duration::from_millis(millis)
 }
 
-/// All that a session has to say now.
+/// All outputs that a session has now.
 pub fn drain<R>(session: &mut dyn Session<Request = R>) -> Vec<Output<R>> {
     std::iter::from_fn(|| session.poll()).collect()
 }
@@ -41,7 +41,7 @@ pub fn values(readings: &[Reading]) -> Vec<f64> {
     readings.iter().flat_map(|reading| reading.values.iter().copied()).collect()
 }
 
-/// The bytes of a line of hexadecimal digits; spaces don't count.
+/// The bytes of a line of hexadecimal digits; spaces are ignored.
 pub fn hex(digits: &str) -> Vec<u8> {
     let digits: Vec<u32> = digits.chars().filter_map(|c| c.to_digit(16)).collect();
     digits

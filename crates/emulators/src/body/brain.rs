@@ -1,4 +1,4 @@
-//! The brain: its waves, as electrodes behind the ears and over the forehead see them.
+//! The brain: its waves, as recorded by electrodes behind the ears and over the forehead.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,19 +9,19 @@ use crate::noise::Noise;
 
 /// The number of electrodes: TP9, AF7, AF8, TP10.
 pub const ELECTRODES: usize = 4;
-/// How strongly each sees the alpha rhythm, theta of the forehead, and blinks.
+/// How strongly each records the alpha rhythm, frontal theta, and blinks.
 const ALPHA: [f64; ELECTRODES] = [1.0, 0.5, 0.5, 1.0];
 const THETA: [f64; ELECTRODES] = [0.4, 1.0, 1.0, 0.4];
 const BLINK: [f64; ELECTRODES] = [0.1, 1.0, 1.0, 0.1];
-/// Which lie to the left: they see its own part of alpha.
+/// Which are on the left: they record the left side's own part of alpha.
 const LEFT: [bool; ELECTRODES] = [true, true, false, false];
-/// The background, 1/f from 0.5 to 32 Hz, common to all electrodes and of each [µV RMS].
+/// The background, 1/f from 0.5 to 32 Hz, common to all electrodes, and of each alone [µV RMS].
 const COMMON_UV: f64 = 6.0;
 const OWN_UV: f64 = 5.0;
-/// Theta of the forehead [µV RMS, Hz].
+/// Frontal theta [µV RMS, Hz].
 const THETA_UV: f64 = 3.0;
 const THETA_HZ: f64 = 6.0;
-/// How wide rhythms are [Hz].
+/// The bandwidth of rhythms [Hz].
 const WIDTH_HZ: f64 = 1.5;
 /// The fall of alpha power and the rise of theta power at full workload.
 const ALPHA_LOSS: f64 = 0.35;
@@ -29,14 +29,13 @@ const THETA_GAIN: f64 = 0.3;
 /// The rise of alpha with closed eyes, and its time constant [s].
 const CLOSED_EYES: f64 = 1.8;
 const CLOSING_SECS: f64 = 0.5;
-/// How alpha over the forehead differs between the sides when all is pleasant: ln(right) − ln(left)
-/// of its power is so much higher than when all is neutral (Davidson 1992,
-/// doi:10.1111/j.1467-9280.1992.tb00254.x).
+/// The asymmetry of frontal alpha at the most pleasant valence: ln(right) − ln(left) of its power is this much higher
+/// than at neutral valence (Davidson 1992, doi:10.1111/j.1467-9280.1992.tb00254.x).
 const ASYMMETRY: f64 = 0.3;
 /// The shares of alpha power that both sides have in common, and that each has alone.
 const ALPHA_IN_COMMON: f64 = 0.6;
 
-/// The brain of a body, as electrodes at a rate see it.
+/// The brain of a body, as recorded by electrodes at a sampling rate.
 #[derive(Clone, Debug)]
 pub struct Brain {
     alpha_uv: f64,
@@ -57,7 +56,7 @@ struct Gains {
 }
 
 impl Brain {
-    /// A brain at rest, seen at a rate [Hz].
+    /// A brain at rest, sampled at a rate [Hz].
     pub fn new(traits: &Traits, rate_hz: f64, noise: Noise) -> Brain {
         let mut brain = Brain {
             alpha_uv: traits.alpha_uv,
@@ -73,7 +72,7 @@ impl Brain {
         brain
     }
 
-    /// Moves on by one step.
+    /// Advances by one step.
     pub fn advance(&mut self, state: State, eyes_are_closed: bool) {
         let target = if eyes_are_closed { CLOSED_EYES } else { 1.0 };
         self.closed += (target - self.closed) * (1.0 - (-STEP_SECS / CLOSING_SECS).exp());
@@ -113,7 +112,7 @@ impl Brain {
     }
 }
 
-/// A rhythm of deviation 1: white noise behind a resonator.
+/// A rhythm with standard deviation 1: white noise through a resonator.
 #[derive(Clone, Copy, Debug)]
 struct Rhythm {
     back: [f64; 2],
@@ -139,10 +138,10 @@ impl Rhythm {
     }
 }
 
-/// Where poles lie that make noise of power 1/f [Hz].
+/// The poles that shape noise with a 1/f power spectrum [Hz].
 const POLES_HZ: [f64; 4] = [0.5, 2.0, 8.0, 32.0];
 
-/// Noise of power 1/f and deviation 1: white noise behind four poles.
+/// Noise with a 1/f power spectrum and standard deviation 1: white noise through four poles.
 #[derive(Clone, Copy, Debug)]
 struct Pink {
     kept: [f64; POLES_HZ.len()],

@@ -16,7 +16,7 @@ const RATE_SECS: f64 = 15.0;
 /// The relative variation of the depth of breaths.
 const DEPTH_SIGMA: f64 = 0.08;
 
-/// A breath that was taken.
+/// A breath.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breath {
     /// When inhaling began, after the start [s].
@@ -80,7 +80,7 @@ impl Lungs {
         exhales.then_some(breath)
     }
 
-    /// Brings the place of the step before to its end.
+    /// Moves the start of the step to the end of the previous one.
     fn settle(&mut self) {
         self.place += self.per_sec * STEP_SECS;
         if self.place >= 1.0 {
@@ -90,12 +90,12 @@ impl Lungs {
         }
     }
 
-    /// Breaths in a minute, now.
+    /// The present breathing rate [1/min].
     pub fn rate_per_min(&self) -> f64 {
         60.0 * self.per_sec
     }
 
-    /// How wide the chest is in the present step: from 0 after exhaling to about 1 after inhaling.
+    /// The expansion of the chest in the present step: from 0 after exhaling to about 1 after inhaling.
     pub fn volume(&self, secs: f64) -> f64 {
         let place = self.place + self.per_sec * (secs - self.from_secs);
         let (place, depth) =

@@ -1,9 +1,9 @@
-//! What comes by chance.
+//! Events that happen by chance.
 
 use super::step::{STEP_SECS, Step};
 use crate::noise::Noise;
 
-/// Events at random times whose rate may change: a Poisson process, by its integrated rate.
+/// Events at random times whose rate may change: a Poisson process, driven by its integrated rate.
 #[derive(Clone, Debug)]
 pub struct Chance {
     left: f64,
@@ -16,7 +16,7 @@ impl Chance {
         Chance { left: noise.exponential(), noise }
     }
 
-    /// When the next event comes [s], if it does in this step. There is at most one in a step.
+    /// When the next event happens [s], if it is in this step. There is at most one per step.
     pub fn within(&mut self, step: Step, per_min: f64) -> Option<f64> {
         let expected = per_min / 60.0 * STEP_SECS;
         if self.left >= expected {

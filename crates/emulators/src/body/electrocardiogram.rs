@@ -1,23 +1,23 @@
-//! The electrocardiogram: five waves in each cycle of the heart.
+//! The electrocardiogram: five waves in each cardiac cycle.
 
 use std::f64::consts::TAU;
 
 use super::heart::{Origin, Place};
 
-/// A wave of the heart's cycle: a Gaussian.
+/// A wave of the cardiac cycle: a Gaussian.
 #[derive(Clone, Copy, Debug)]
 struct Wave {
-    /// Where it has its height, from the R wave [rad].
+    /// Its position in the cycle, from the R wave [rad].
     angle: f64,
-    /// How wide it is [rad].
+    /// Its width [rad].
     width: f64,
     /// Its height, as a multiple of the R wave's.
     height: f64,
-    /// How its place moves away from the R wave as the heart beats faster.
+    /// How its position moves away from the R wave as the heart beats faster.
     moves: Moves,
 }
 
-/// With √(heart rate / 60 per minute), or with the root of it.
+/// With √(heart rate / 60 per minute), or with the root of that.
 #[derive(Clone, Copy, Debug)]
 enum Moves {
     Near,
@@ -29,7 +29,7 @@ const fn wave(degrees: f64, width: f64, height: f64, moves: Moves) -> Wave {
 }
 
 /// P, Q, R, S and T of McSharry et al. (2003), doi:10.1109/TBME.2003.808805, table I, in closed form:
-/// of their differential equation a wave has the height a·b².
+/// in their differential equation a wave has the height a·b².
 const SINUS: [Wave; 5] = [
     wave(-70.0, 0.25, 0.25, Moves::Far),
     wave(-15.0, 0.1, -0.17, Moves::Near),
@@ -37,7 +37,7 @@ const SINUS: [Wave; 5] = [
     wave(15.0, 0.1, -0.25, Moves::Near),
     wave(100.0, 0.4, 0.4, Moves::Far),
 ];
-/// A beat from a ventricle is high and wide, has no P wave, and its T wave points downwards.
+/// A ventricular beat is high and wide, has no P wave, and its T wave points downwards.
 const VENTRICLE: [Wave; 3] = [
     wave(0.0, 0.22, 1.3, Moves::Near),
     wave(45.0, 0.25, -0.4, Moves::Near),
@@ -46,7 +46,7 @@ const VENTRICLE: [Wave; 3] = [
 /// The number of widths beyond which a wave is zero.
 const REACH: f64 = 6.0;
 
-/// The electrocardiogram at a place of the cycle, as a multiple of the R wave's height.
+/// The electrocardiogram at a position in the cycle, as a multiple of the R wave's height.
 pub fn electrocardiogram(place: Place) -> f64 {
     let near = place.rate_hz.sqrt();
     let stretch = Stretch { near, far: near.sqrt() };

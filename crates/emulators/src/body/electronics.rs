@@ -9,14 +9,14 @@ pub struct Electronics {
     pub noise: f64,
     /// Hum of the mains: amplitude.
     pub hum: f64,
-    /// The drift of its baseline over some seconds: standard deviation.
+    /// The drift of its baseline over several seconds: standard deviation.
     pub wander: f64,
     /// The disturbance by a movement of 1 g; 0 for an accelerometer, which measures it.
     pub shaken: f64,
 }
 
 impl Electronics {
-    /// Those of a sensor.
+    /// The shortcomings of a sensor.
     pub fn of(sensor: Sensor) -> Electronics {
         let none = Electronics::default();
         match sensor {

@@ -16,7 +16,7 @@ const UP_WIDTH_SECS: f64 = 0.07;
 /// The amplitude of a blink on the forehead [µV], and its variation.
 const HEIGHT_UV: f64 = 120.0;
 const HEIGHT_SIGMA: f64 = 0.15;
-/// A blink is over after [s]; none follows sooner.
+/// The duration of a blink, before which no other follows [s].
 const LAST_SECS: f64 = 0.5;
 
 /// A blink of both eyes.
@@ -26,7 +26,7 @@ pub struct Blink {
     pub onset_secs: f64,
     /// When they are down [s].
     pub peak_secs: f64,
-    /// How high it stands over the forehead [µV].
+    /// Its amplitude over the forehead [µV].
     pub height_uv: f64,
 }
 
@@ -48,7 +48,7 @@ impl Eyes {
         Eyes { per_min, are_closed: false, chance, noise, blink: None }
     }
 
-    /// Closes the eyes: they don't blink any more.
+    /// Closes the eyes: they no longer blink.
     pub fn close(&mut self) {
         self.are_closed = true;
     }

@@ -9,20 +9,20 @@ use crate::noise::{Correlated, Noise};
 
 /// The reduction of the influence of breathing at full workload [0..1].
 const RSA_LOSS: f64 = 0.65;
-/// The same of the 10 s rhythm.
+/// The same for the 10 s rhythm.
 const MAYER_LOSS: f64 = 0.4;
 /// The 10 s rhythm of blood pressure [Hz], its variation, and the time constant of that [s].
 const MAYER_HZ: f64 = 0.095;
 const MAYER_SIGMA: f64 = 0.1;
 const MAYER_SECS: f64 = 20.0;
-/// What else moves a beat [s].
+/// The random jitter of a beat [s].
 const JITTER_SECS: f64 = 0.004;
-/// A ventricle's own beat comes after this share of a cycle, and the next regular one when it is due.
+/// A ventricular beat occurs after this share of a cycle, and the next regular one when it is due.
 const ECTOPIC_CYCLES: f64 = 0.65;
 /// No cycle is shorter [s].
 const LEAST_CYCLE_SECS: f64 = 0.3;
 
-/// Where a beat comes from.
+/// The origin of a beat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// From the sinus node, as it should.
@@ -34,13 +34,13 @@ pub enum Origin {
 /// A beat of the heart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beat {
-    /// When the R wave is at its height, after the start [s].
+    /// When the R wave peaks, after the start [s].
     pub secs: f64,
-    /// Where it comes from.
+    /// Its origin.
     pub origin: Origin,
 }
 
-/// The heart's cycle during a step, or a part of one.
+/// The cardiac cycle during a step, or a part of one.
 #[derive(Clone, Copy, Debug)]
 struct CycleStep {
     from_secs: f64,
@@ -50,22 +50,22 @@ struct CycleStep {
     next: Origin,
 }
 
-/// The place in the heart's cycle at a time.
+/// The position in the cardiac cycle at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     /// From 0 at one beat to 2π at the next.
     pub angle: f64,
-    /// The heart rate at this moment [Hz].
+    /// The heart rate at this time [Hz].
     pub rate_hz: f64,
-    /// Where the beat before comes from.
+    /// The origin of the previous beat.
     pub last: Origin,
-    /// Where the beat after it comes from.
+    /// The origin of the next beat.
     pub next: Origin,
 }
 
 /// The heart of a body: an integral pulse frequency model.
 ///
-/// The rate is integrated, and a beat comes whenever the integral has grown by one cycle (Mateo &
+/// The rate is integrated, and a beat occurs whenever the integral has grown by one cycle (Mateo &
 /// Laguna 2000, doi:10.1109/10.844232). The RR interval swings with breath and with the 10 s rhythm
 /// of blood pressure, both less under workload; a jitter moves single beats.
 #[derive(Clone, Debug)]
@@ -81,7 +81,7 @@ pub struct Heart {
 }
 
 impl Heart {
-    /// A heart at a place in its cycle that the noise decides on.
+    /// A heart at a random position in its cycle.
     pub fn new(traits: &Traits, mut noise: Noise) -> Heart {
         let start = CycleStep {
             from_secs: 0.0,
@@ -101,7 +101,7 @@ impl Heart {
         }
     }
 
-    /// Advances by one step while the chest has a width, and returns the beat in it.
+    /// Advances by one step at a given chest expansion, and returns the beat in it.
     pub fn advance(&mut self, step: Step, state: State, volume: f64) -> Option<Beat> {
         let cycle_secs = self.cycle_secs(state, volume);
         self.rate_hz = 1.0 / cycle_secs;
@@ -120,12 +120,12 @@ impl Heart {
         Some(Beat { secs, origin: cycle.next })
     }
 
-    /// The mean heart rate at this moment, swings and all [1/min].
+    /// The mean heart rate at this time, including its oscillations [1/min].
     pub fn rate_bpm(&self) -> f64 {
         60.0 * self.rate_hz
     }
 
-    /// The place in the cycle at a time of the present step.
+    /// The position in the cycle at a time of the present step.
     pub fn place(&self, secs: f64) -> Place {
         let [before, after] = &self.steps;
         let cycle = if secs < after.from_secs { before } else { after };

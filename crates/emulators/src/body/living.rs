@@ -15,29 +15,28 @@ use super::step::{STEPS_HZ, Step};
 use super::traits::Traits;
 use crate::noise::Noise;
 
-/// The most that a body lives at once [s].
+/// The most that a body is simulated at once [s].
 const MOST_SECS: f64 = 3600.0;
 /// How long before a key press the finger's flexors contract, and for how long [s].
 const PRESS_AHEAD_SECS: f64 = 0.06;
 const PRESS_SECS: f64 = 0.18;
-/// How strongly [µV RMS].
+/// How strongly they contract [µV RMS].
 const PRESS_UV: f64 = 45.0;
 
 /// The sensors of a body, and their faults.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// How fast the sensors are read [Hz].
+    /// The sampling rates of the sensors [Hz].
     pub rates: Rates,
-    /// What goes wrong, with which sensor and when.
+    /// Faults, with their sensors and times.
     pub script: Vec<Scene>,
 }
 
 /// A simulated body of one person, with sensors on it.
 ///
-/// It knows no clock: the caller says until when to simulate, in whole steps of 1/64 s. The same traits,
-/// seed, settings and calls at the same simulated times give the same record, bit for bit, however the time
-/// is divided.
+/// It has no clock: the caller decides until when to simulate, in whole steps of 1/64 s. The same traits, seed,
+/// settings and calls at the same simulated times give the same record, bit for bit, however the time is divided.
 #[derive(Clone, Debug)]
 pub struct Body {
     organs: Organs,
@@ -54,7 +53,7 @@ impl Body {
         body.expect("the usual rates can be simulated")
     }
 
-    /// A body at rest with sensors as they are set.
+    /// A body at rest with sensors configured by these settings.
     pub fn wearing(traits: &Traits, seed: u64, settings: &Settings) -> Result<Body, RateError> {
         let Settings { rates, script } = settings;
         rates.check()?;
@@ -77,21 +76,20 @@ impl Body {
         self.organs.transition.now()
     }
 
-    /// Lets the person go towards another state, each part from 0 to 1.
+    /// Moves the person towards another state, each part from 0 to 1.
     pub fn state(&mut self, workload: f64, arousal: f64, valence: f64) {
         self.organs.transition.aim_at(State { workload, arousal, valence });
     }
 
-    /// Something happens at a time [s] that the skin will answer to, 1.5 to 3 s later, so many times
-    /// as strongly as usual.
+    /// Triggers an event at a time [s] to which the skin responds 1.5 to 3 s later, at a multiple of the usual
+    /// strength.
     pub fn startle(&mut self, at_secs: f64, strength: f64) {
         if at_secs.is_finite() && strength.is_finite() {
             self.organs.skin.startle(at_secs, strength);
         }
     }
 
-    /// A finger presses a key at a time [s]; its muscles contract 60 ms ahead of that, but not before
-    /// now.
+    /// Presses a key with a finger at a time [s]; its muscles contract 60 ms ahead of that, but not before now.
     pub fn press(&mut self, at_secs: f64) {
         let from_secs = (at_secs - PRESS_AHEAD_SECS).max(self.secs());
         if at_secs.is_finite() {
@@ -115,8 +113,8 @@ impl Body {
         self.organs.eyes.open();
     }
 
-    /// Simulates up to a time [s], in whole steps, at most an hour per call, and returns the recording
-    /// since the call before.
+    /// Simulates up to a time [s], in whole steps, at most an hour per call, and returns the recording since the
+    /// previous call.
     pub fn until(&mut self, secs: f64) -> &Record {
         self.turn_over();
         self.live(secs);
@@ -142,7 +140,7 @@ impl Body {
         self.record.truth.clear();
     }
 
-    /// Lives until a time, and adds to the record.
+    /// Simulates until a time, and adds to the record.
     pub(crate) fn live(&mut self, secs: f64) {
         let until = Step::whole_until(self.most_until(secs));
         while self.steps < until {

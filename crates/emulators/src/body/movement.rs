@@ -8,10 +8,10 @@ use super::step::{STEP_SECS, Step};
 use super::traits::Traits;
 use crate::noise::{Drift, Noise};
 
-/// The turning of the arm [rad], and its time constant [s].
+/// The rotation of the arm [rad], and its time constant [s].
 const TILT_RAD: f64 = 0.15;
 const TILT_SECS: f64 = 60.0;
-/// How strong a movement without a purpose is [g].
+/// The strength of a spontaneous movement [g].
 const USUAL_G: Range<f64> = 0.03..0.12;
 /// The duration of movements [s], and their frequency [Hz].
 const LASTS_SECS: Range<f64> = 0.5..2.0;
@@ -26,7 +26,7 @@ pub struct Swing {
     pub from_secs: f64,
     /// When it ends [s].
     pub to_secs: f64,
-    /// How strong it is [g].
+    /// Its strength [g].
     pub strength_g: f64,
     hz: f64,
     angle: f64,
@@ -84,7 +84,7 @@ impl Movement {
         self.swings.iter().filter(move |swing| swing.from_secs >= step.from_secs).copied()
     }
 
-    /// What an accelerometer at the wrist feels at a time of the present step [g].
+    /// The acceleration at the wrist at a time of the present step [g].
     pub fn acceleration_g(&self, secs: f64) -> [f64; 3] {
         let mut sum = self.gravity;
         for swing in &self.swings {

@@ -30,7 +30,7 @@ const CO_CONTRACTION: (f64, f64) = (0.2, 0.4);
 const BY_ITSELF_PER_MIN: f64 = 1.0;
 const LASTS_SECS: Range<f64> = 0.3..1.2;
 const STRENGTH_UV: Range<f64> = 20.0..60.0;
-/// The most contractions that wait or last at once.
+/// The most contractions that are active or pending at once.
 const MOST_CONTRACTIONS: usize = 256;
 
 /// A contraction of muscles.
@@ -40,15 +40,15 @@ pub struct Contraction {
     pub from_secs: f64,
     /// When it ends [s].
     pub to_secs: f64,
-    /// How strong it is over the muscles that do it [µV RMS].
+    /// Its strength over the contracting muscles [µV RMS].
     pub strength_uv: f64,
-    /// Whether the flexors do it; else the extensors.
+    /// Whether the flexors contract; otherwise the extensors.
     pub flexes: bool,
     /// The co-contraction of the antagonists [0..1].
     pub shared: f64,
 }
 
-/// The muscles of a body, as electrodes at a rate see them.
+/// The muscles of a body, as recorded by electrodes at a sampling rate.
 #[derive(Clone, Debug)]
 pub struct Muscles {
     tones_uv: [f64; ELECTRODES],
@@ -57,13 +57,13 @@ pub struct Muscles {
     noise: Noise,
     contractions: Vec<Contraction>,
     bands: [Cascade; ELECTRODES],
-    /// What makes the filtered noise have the deviation 1.
+    /// The gain that gives the filtered noise a standard deviation of 1.
     gain: f64,
     fibres: Noise,
 }
 
 impl Muscles {
-    /// Muscles at rest, seen at a rate [Hz].
+    /// Muscles at rest, sampled at a rate [Hz].
     pub fn new(traits: &Traits, rate_hz: f64, mut noise: Noise) -> Result<Muscles, SignalError> {
         let band = butterworth::band_pass(2, LOW_HZ, HIGH_HZ.min(HIGH_SHARE * rate_hz), rate_hz)?;
         let tone_uv = traits.muscle_tone_uv;
@@ -132,8 +132,7 @@ impl Contraction {
     }
 }
 
-/// The standard deviation of white noise of deviation 1 behind a filter: the length of its answer to
-/// a single one.
+/// The standard deviation of white noise of deviation 1 after a filter: the norm of its impulse response.
 fn deviation(band: &Design) -> f64 {
     let mut cascade = Cascade::at_rest(band);
     let ones = std::iter::once(1.0).chain(std::iter::repeat(0.0));

@@ -42,7 +42,7 @@ pub struct Organs {
 }
 
 impl Organs {
-    /// The organs of a person, seen at rates that can be simulated.
+    /// The organs of a person, sampled at rates that can be simulated.
     pub fn new(traits: &Traits, rates: &Rates, noise: &mut Noise) -> Organs {
         let seen_hz = |sensor: Sensor| match rates.of(sensor) {
             0.0 => sensor.usual_rate_hz(),

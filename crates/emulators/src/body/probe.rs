@@ -10,12 +10,12 @@ use crate::noise::{Drift, Noise};
 
 /// The frequency of the mains [Hz].
 const MAINS_HZ: f64 = 50.0;
-/// Over which time the base of a sensor wanders [s].
+/// The time constant of a sensor's baseline wander [s].
 const WANDER_SECS: f64 = 5.0;
-/// No sensor has more channels.
+/// The most channels of a sensor.
 pub const MOST_CHANNELS: usize = 8;
 
-/// One sensor that is worn.
+/// A worn sensor.
 #[derive(Clone, Debug)]
 pub struct Probe {
     sensor: Sensor,

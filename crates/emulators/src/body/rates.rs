@@ -1,4 +1,4 @@
-//! How fast the sensors are read.
+//! The sampling rates of the sensors.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -50,9 +50,9 @@ impl Default for Rates {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("the rate of {sensor:?} is {rate_hz} Hz; expected 0 (none), or {least} to {most} Hz")]
 pub struct RateError {
-    /// Of which sensor.
+    /// The sensor.
     pub sensor: Sensor,
-    /// What was given [Hz].
+    /// The requested rate [Hz].
     pub rate_hz: f64,
     /// The slowest [Hz].
     pub least: f64,
@@ -61,7 +61,7 @@ pub struct RateError {
 }
 
 impl Rates {
-    /// These, without some sensors.
+    /// These rates, without some sensors.
     #[must_use]
     pub fn without(mut self, sensors: &[Sensor]) -> Rates {
         for sensor in sensors {
@@ -112,7 +112,7 @@ impl Rates {
         }
     }
 
-    /// States what can't be simulated.
+    /// Fails for a rate that can't be simulated.
     pub fn check(&self) -> Result<(), RateError> {
         Sensor::ALL.into_iter().try_for_each(|sensor| {
             let (rate_hz, can) = (self.of(sensor), sensor.rates_hz());

@@ -10,16 +10,16 @@ use super::skin::Response;
 use super::state::State;
 use super::vessels::Pulse;
 
-/// A run of samples of one sensor.
+/// Successive samples of one sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wave {
-    /// Which sensor.
+    /// The sensor.
     pub sensor: Sensor,
     /// Its rate [Hz]; 0 when it is not worn.
     pub rate_hz: f64,
     /// The number of the first sample, counted from the start.
     pub first: u64,
-    /// Sample by sample, all channels of each, in the sensor's unit; NaN where it gave none.
+    /// Sample by sample, all channels of each, in the sensor's unit; NaN where there was none.
     pub samples: Vec<f64>,
 }
 
@@ -41,16 +41,16 @@ impl Wave {
     }
 }
 
-/// The body at one moment, exactly.
+/// The exact state of the body at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// When, after the start [s].
+    /// The time after the start [s].
     pub secs: f64,
     /// The person's state.
     pub state: State,
-    /// How fast the heart beats at this moment, swings and all [1/min].
+    /// The heart rate at this time, including its oscillations [1/min].
     pub heart_rate_bpm: f64,
-    /// How fast breath goes [1/min].
+    /// The breathing rate [1/min].
     pub breaths_per_min: f64,
     /// The tonic level of skin conductance [µS].
     pub skin_level_us: f64,

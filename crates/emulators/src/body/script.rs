@@ -1,4 +1,4 @@
-//! The script: what goes wrong with which sensor, and when.
+//! The script of faults: which sensor fails how, and when.
 
 use std::f64::consts::TAU;
 
@@ -10,26 +10,26 @@ use crate::noise::Noise;
 
 /// The frequency of the mains [Hz].
 const MAINS_HZ: f64 = 50.0;
-/// The temperature around the body [°C], and how fast a sensor takes it on [s].
+/// The temperature around the body [°C], and the time constant with which a sensor approaches it [s].
 const AMBIENT_C: f64 = 22.0;
 const AMBIENT_SECS: f64 = 60.0;
 
-/// One entry of the script: something is wrong for a while.
+/// One entry of the script: a fault that lasts for a while.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Only this sensor; all of them when left out. Ignored by movement, which all of them feel.
+    /// Only this sensor; by default all. Ignored for movement, which affects all of them.
     pub sensor: Option<Sensor>,
     /// When it begins, after the start [s]. Default: 0.
     #[serde(default)]
     pub from_secs: f64,
-    /// When it ends, after the start [s]; never when left out.
+    /// When it ends, after the start [s]; by default never.
     pub to_secs: Option<f64>,
-    /// What happens.
+    /// The fault.
     pub what: Fault,
 }
 
-/// What can go wrong with a sensor.
+/// A fault of a sensor.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(rename_all = "snake_case")]
 pub enum Fault {
@@ -37,11 +37,11 @@ pub enum Fault {
     Dead,
     /// Its values stay unchanged.
     Stuck,
-    /// It hangs in the air: noise and hum where a body was.
+    /// It hangs in the air: noise and hum instead of the body's signal.
     OffBody,
-    /// The body moves so strongly [g]: felt by the accelerometer, and by others as artefacts.
+    /// The body moves with this strength [g]: seen by the accelerometer, and as artefacts by the others.
     MovementG(f64),
-    /// The mains hum so high (amplitude, in the sensor's unit).
+    /// Mains hum with this amplitude (in the sensor's unit).
     MainsHum(f64),
     /// White noise as from muscles (RMS, in the sensor's unit).
     MuscleNoise(f64),
@@ -65,7 +65,7 @@ pub fn movement_g(scenes: &[Scene], secs: f64) -> f64 {
     strengths.fold(0.0, f64::max)
 }
 
-/// What comes between a body and the samples of one of its sensors.
+/// The contact between a body and one of its sensors, which affects the samples.
 #[derive(Clone, Debug)]
 pub struct Contact {
     sensor: Sensor,
@@ -75,14 +75,14 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// The contact of a sensor, as the script has it.
+    /// The contact of a sensor according to the script.
     pub fn new(sensor: Sensor, script: &[Scene], noise: Noise) -> Contact {
         let concerns = |scene: &&Scene| scene.sensor.is_none_or(|only| only == sensor);
         let scenes = script.iter().filter(concerns).cloned().collect();
         Contact { sensor, scenes, held: vec![0.0; sensor.channels().len()], noise }
     }
 
-    /// Whether anything will ever be wrong.
+    /// Whether the script has any faults.
     pub fn has_script(&self) -> bool {
         !self.scenes.is_empty()
     }
@@ -117,7 +117,7 @@ impl Contact {
         playing.find(|scene| scene.what == what).map(|scene| scene.from_secs)
     }
 
-    /// Hum, noise and limit at a time.
+    /// The hum, noise and limit at a time.
     fn strengths(&self, secs: f64) -> (f64, f64, f64) {
         let (mut hum, mut noise, mut limit) = (0.0, 0.0, f64::INFINITY);
         for scene in self.scenes.iter().filter(|scene| scene.is_playing(secs)) {

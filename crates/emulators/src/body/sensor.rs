@@ -30,7 +30,7 @@ pub enum Sensor {
 }
 
 impl Sensor {
-    /// All of them, in the order of their places.
+    /// All of them, in order.
     pub const ALL: [Sensor; 9] = [
         Sensor::Ecg,
         Sensor::Ppg,
@@ -43,7 +43,7 @@ impl Sensor {
         Sensor::Acceleration,
     ];
 
-    /// What its channels are called.
+    /// The names of its channels.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Sensor::Ecg => &["ecg"],
@@ -69,7 +69,7 @@ impl Sensor {
         }
     }
 
-    /// The rate of devices that are worn [Hz].
+    /// The rate of common wearable devices [Hz].
     pub fn usual_rate_hz(self) -> f64 {
         match self {
             Sensor::Ecg => 130.0,

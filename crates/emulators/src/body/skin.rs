@@ -1,4 +1,4 @@
-//! The skin: how well it conducts.
+//! The skin and its conductance.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -24,19 +24,19 @@ const RISE_SECS: f64 = 0.7;
 const FALL_SECS: f64 = 2.0;
 /// The variation of responses: the standard deviation of the logarithm.
 const HEIGHT_SIGMA: f64 = 0.5;
-/// A response to an event begins after it by [s].
+/// The delay from an event to its response [s].
 const LATENCY_SECS: Range<f64> = 1.5..3.0;
 /// The duration of a response [s].
 const LAST_SECS: f64 = 20.0;
-/// The most responses that last or wait at once.
+/// The most responses that are active or pending at once.
 const MOST_RESPONSES: usize = 256;
 
-/// A response of the skin.
+/// A skin conductance response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Response {
     /// When it begins to rise, after the start [s].
     pub onset_secs: f64,
-    /// When it is at its height, if none follows meanwhile [s].
+    /// When it peaks, unless another follows before [s].
     pub peak_secs: f64,
     /// Its amplitude above the level without it [µS].
     pub amplitude_us: f64,
@@ -55,7 +55,7 @@ pub struct Skin {
     answers: Noise,
     level_us: f64,
     until_secs: f64,
-    /// Responses that are under way or will come, by their onset.
+    /// Active and pending responses, by their onset.
     responses: VecDeque<Response>,
 }
 
@@ -75,8 +75,7 @@ impl Skin {
         }
     }
 
-    /// Something happens that the skin will answer to, 1.5 to 3 s later, so many times as strongly as
-    /// usual.
+    /// Triggers an event to which the skin responds 1.5 to 3 s later, at a multiple of the usual strength.
     pub fn startle(&mut self, event_secs: f64, strength: f64) {
         let onset_secs = (event_secs + self.answers.uniform(LATENCY_SECS)).max(self.until_secs);
         let median_us = self.response_us * strength;
@@ -111,7 +110,7 @@ impl Skin {
         self.level_us
     }
 
-    /// How well the skin conducts at a time of the present step [µS].
+    /// The skin conductance at a time of the present step [µS].
     pub fn at(&self, secs: f64) -> f64 {
         self.level_us + self.responses.iter().map(|response| response.at(secs)).sum::<f64>()
     }
@@ -139,13 +138,13 @@ impl Response {
     }
 }
 
-/// A substance that flows into the skin and out of it (Benedek & Kaernbach 2010,
+/// The response function: a substance that flows into the skin and out of it (Benedek & Kaernbach 2010,
 /// doi:10.1016/j.jneumeth.2010.04.028).
 fn bateman(secs: f64) -> f64 {
     (-secs / FALL_SECS).exp() - (-secs / RISE_SECS).exp()
 }
 
-/// When a Bateman function is at its height [s].
+/// When a Bateman function peaks [s].
 fn peak_secs() -> f64 {
     (FALL_SECS / RISE_SECS).ln() * FALL_SECS * RISE_SECS / (FALL_SECS - RISE_SECS)
 }

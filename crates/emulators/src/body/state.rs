@@ -4,7 +4,7 @@ use super::step::STEP_SECS;
 
 /// A state follows its target with this time constant upwards [s].
 const RISE_SECS: f64 = 8.0;
-/// And with this one downwards [s].
+/// It follows its target with this time constant downwards [s].
 const FALL_SECS: f64 = 20.0;
 /// Neither pleasant nor unpleasant.
 const NEUTRAL: f64 = 0.5;
@@ -12,11 +12,11 @@ const NEUTRAL: f64 = 0.5;
 /// Workload, arousal and valence, each from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// How hard the mind works: 0 at rest, 1 at the limit.
+    /// Mental workload: 0 at rest, 1 at the limit.
     pub workload: f64,
-    /// How excited the person is: 0 calm, 1 agitated.
+    /// Arousal: 0 calm, 1 agitated.
     pub arousal: f64,
-    /// How it feels: 0 unpleasant, 0.5 neutral, 1 pleasant.
+    /// Valence: 0 unpleasant, 0.5 neutral, 1 pleasant.
     pub valence: f64,
 }
 
@@ -27,7 +27,7 @@ impl Default for State {
     }
 }
 
-/// A state on its way to a target: first order, 8 s upwards and 20 s downwards.
+/// A state that approaches a target: first order, 8 s upwards and 20 s downwards.
 #[derive(Clone, Debug, Default)]
 pub struct Transition {
     now: State,
@@ -35,12 +35,12 @@ pub struct Transition {
 }
 
 impl Transition {
-    /// Where it is.
+    /// The present state.
     pub fn now(&self) -> State {
         self.now
     }
 
-    /// Sets another target; a NaN leaves the present one.
+    /// Sets another target; NaN keeps the present one.
     pub fn aim_at(&mut self, target: State) {
         let State { workload, arousal, valence } = self.target;
         let usable =
@@ -52,7 +52,7 @@ impl Transition {
         };
     }
 
-    /// Moves on by one step.
+    /// Advances by one step.
     pub fn advance(&mut self) {
         let State { workload, arousal, valence } = self.target;
         self.now = State {

@@ -1,11 +1,11 @@
-//! The steps in which a body moves on.
+//! The steps in which a body is simulated.
 
 /// The number of steps in a second: a power of two, so that their times are exact.
 pub const STEPS_HZ: f64 = 64.0;
 /// The duration of a step [s].
 pub const STEP_SECS: f64 = 1.0 / STEPS_HZ;
 
-/// One step: what changes slowly stays the same during it, what happens in it has its exact time.
+/// One step: slow quantities stay constant during it, events in it have their exact time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Where it begins, after the start [s].
@@ -15,7 +15,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// The step of a number, from 0.
+    /// The step with this number, from 0.
     pub fn nth(number: u64) -> Step {
         let at = |number: u64| number as f64 * STEP_SECS;
         Step { from_secs: at(number), to_secs: at(number + 1) }

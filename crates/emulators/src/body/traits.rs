@@ -1,14 +1,14 @@
-//! What one person has and another has not.
+//! How people differ from each other.
 
 use crate::noise::Noise;
 
 /// Separates the random numbers of the traits from those of the body of the same seed.
 const SALT: u64 = 0x7465_616d_7075_6c73;
 
-/// The traits of a person, at rest unless said otherwise.
+/// The traits of a person, at rest unless stated otherwise.
 ///
-/// Means are those of an adult who sits; where a number says how strongly something answers, it
-/// stands for full workload or arousal. They can be set one by one.
+/// Means are those of a seated adult; the strength of a response is stated for full workload or arousal. They can be
+/// set one by one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traits {
     /// Mean heart rate [1/min].
@@ -39,7 +39,7 @@ pub struct Traits {
     pub skin_temperature_c: f64,
     /// The fall of skin temperature at full workload [K].
     pub cooling_k: f64,
-    /// Tone of a forearm muscle that does nothing [µV RMS].
+    /// Tone of a resting forearm muscle [µV RMS].
     pub muscle_tone_uv: f64,
     /// Frequency of the alpha rhythm [Hz].
     pub alpha_hz: f64,
@@ -47,12 +47,12 @@ pub struct Traits {
     pub alpha_uv: f64,
     /// Blinks [1/min].
     pub blinks_per_min: f64,
-    /// Movements of the arm without a purpose [1/min].
+    /// Spontaneous movements of the arm [1/min].
     pub movements_per_min: f64,
 }
 
 impl Traits {
-    /// The person of a seed.
+    /// The person generated from a seed.
     pub fn of_seed(seed: u64) -> Traits {
         let mut noise = Noise::seeded(seed ^ SALT);
         Traits {

@@ -1,4 +1,4 @@
-//! The vessels: the pulse that follows each beat, as it is seen at a finger.
+//! The vessels: the pulse that follows each beat, as measured at a finger.
 
 use std::collections::VecDeque;
 
@@ -15,17 +15,17 @@ const HEIGHT_LOSS: f64 = 0.35;
 /// The modulation of its height and baseline by breathing, relative to the usual height.
 const HEIGHT_SWING: f64 = 0.08;
 const BASE_SWING: f64 = 0.15;
-/// What else varies of pulses: arrival [s] and height.
+/// The random variation of pulses: arrival [s] and height.
 const ARRIVAL_SIGMA_SECS: f64 = 0.002;
 const HEIGHT_SIGMA: f64 = 0.02;
 /// An early beat pumps less.
 const ECTOPIC_HEIGHT: f64 = 0.55;
-/// From the foot to the two heights of a pulse, and their widths [s].
+/// From the foot to the two peaks of a pulse, and their widths [s].
 const SYSTOLE_SECS: f64 = 0.14;
 const SYSTOLE_WIDTH_SECS: f64 = 0.055;
 const DIASTOLE_SECS: f64 = 0.36;
 const DIASTOLE_WIDTH_SECS: f64 = 0.09;
-/// The second height, as a share of the first.
+/// The height of the second peak, as a share of the first.
 const DIASTOLE_SHARE: f64 = 0.4;
 /// The duration of a pulse [s].
 const LAST_SECS: f64 = 1.0;
@@ -33,11 +33,11 @@ const LAST_SECS: f64 = 1.0;
 /// A pulse at the finger.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {
-    /// When the beat was that it follows, after the start [s].
+    /// The time of the beat that it follows, after the start [s].
     pub beat_secs: f64,
     /// When its foot arrives [s].
     pub foot_secs: f64,
-    /// When it is at its height [s].
+    /// When it peaks [s].
     pub peak_secs: f64,
     /// Its height over its foot [1].
     pub amplitude: f64,
@@ -59,7 +59,7 @@ impl Vessels {
         Vessels { arrival_secs, amplitude, pulses: VecDeque::new(), noise }
     }
 
-    /// Takes in a beat while the chest has a width.
+    /// Takes in a beat at a given chest expansion.
     pub fn beat(&mut self, beat: Beat, state: State, volume: f64) {
         let late_secs = ARRIVAL_SIGMA_SECS * self.noise.normal();
         let foot_secs =

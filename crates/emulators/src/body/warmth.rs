@@ -11,7 +11,7 @@ const LAG_SECS: f64 = 90.0;
 const DRIFT_K: f64 = 0.05;
 const DRIFT_SECS: f64 = 180.0;
 
-/// The warmth of a body at its skin: vessels narrow under workload, and it becomes colder.
+/// The temperature of the skin: vessels narrow under workload, and it becomes colder.
 #[derive(Clone, Debug)]
 pub struct Warmth {
     rest_c: f64,
@@ -29,7 +29,7 @@ impl Warmth {
         Warmth { rest_c, cooling_k, cooled_k: 0.0, drift, wandered_k: 0.0 }
     }
 
-    /// Moves on by one step.
+    /// Advances by one step.
     pub fn advance(&mut self, state: State) {
         let target_k = self.cooling_k * state.workload;
         self.cooled_k += (target_k - self.cooled_k) * (1.0 - (-STEP_SECS / LAG_SECS).exp());

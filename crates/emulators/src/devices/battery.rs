@@ -18,7 +18,7 @@ impl Battery {
         (self.full_percent - drained).round().clamp(0.0, 100.0) as u8
     }
 
-    /// When the next percent is gone.
+    /// When the next percent is used up.
     pub fn due_secs(&self) -> f64 {
         if self.reported == 0 || self.drain_percent_per_hour <= 0.0 {
             return f64::INFINITY;
@@ -28,7 +28,7 @@ impl Battery {
         left.max(0.0) / self.drain_percent_per_hour * 3600.0 + 1e-6
     }
 
-    /// The level that is due.
+    /// Reports the level that is due.
     pub fn report(&mut self, secs: f64) -> u8 {
         self.reported = self.percent(secs).min(self.reported.saturating_sub(1));
         self.reported

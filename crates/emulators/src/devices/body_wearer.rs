@@ -1,4 +1,4 @@
-//! The simulated body as who wears the devices.
+//! The simulated body as the wearer of devices.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -7,19 +7,19 @@ use super::Wearer;
 use crate::body::{STEP_SECS, Sensor};
 use crate::task::Operator;
 
-/// How long samples and beats are kept for a device that asks late \[s\].
+/// How long samples and beats are kept for a device that requests them late \[s\].
 const KEPT_SECS: f64 = 10.0;
-/// What rounding may take from the number of a sample.
+/// The rounding error allowed in the number of a sample.
 const ROUNDING: f64 = 1e-6;
-/// Light that a resting finger lets through, and how much of it a usual pulse takes.
+/// The light that a resting finger transmits, and how much of it a usual pulse absorbs.
 const LIGHT: f64 = 0.5;
 const LIGHT_OF_PULSE: f64 = 0.15;
 
 /// A simulated person with devices on the body; clones share the body.
 ///
-/// The body lives until the latest time that any device asked for. A device that asks for an earlier one, of the last
-/// ten seconds, gets what was then. A sensor's value is its last sample. A microvolt of a muscle is a step of an
-/// armband.
+/// The body is simulated up to the latest time that any device asked for. A device that asks for an earlier time within
+/// the last ten seconds gets the values of that time. A sensor's value is its last sample. One microvolt of a muscle is
+/// one step of an armband.
 #[derive(Clone, Debug)]
 pub struct BodyWearer {
     body: Arc<Mutex<WornBody>>,
@@ -42,7 +42,7 @@ impl BodyWearer {
         look(&mut self.body.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The channels of a sensor; zeros where it isn't worn or has no value.
+    /// The channels of a sensor; zeros if it isn't worn or has no value.
     fn sense<const N: usize>(&self, sensor: Sensor, secs: f64) -> [f64; N] {
         self.with(|body| body.sense(sensor, secs)).unwrap_or([0.0; N])
     }
@@ -107,7 +107,7 @@ impl WornBody {
         }
     }
 
-    /// Lives until after a time.
+    /// Simulates the body past a time.
     fn live(&mut self, secs: f64) {
         let record = self.operator.until(secs + STEP_SECS).record;
         for (history, wave) in self.history.iter_mut().zip(record.waves()) {

@@ -1,6 +1,6 @@
 //! The streaming server of the Empatica E4, with one E4: lines of text over TCP.
 //!
-//! From the server's protocol pages, and from what pyEmpatica accepts.
+//! Based on the server's protocol pages, and on what pyEmpatica accepts.
 
 use std::collections::VecDeque;
 
@@ -12,10 +12,10 @@ use super::Wearer;
 /// The ID of the E4.
 const ID: &str = "9ff167";
 
-/// Unix time at the first moment, unless it is set \[s\].
+/// The Unix time at the start, unless it is set \[s\].
 const EPOCH_SECS: f64 = 1_460_377_850.0;
 
-/// Subscription, line and rate \[Hz\] of what is sampled.
+/// The subscription, line and rate \[Hz\] of each sampled signal.
 const SIGNALS: [(&str, &str, f64); 5] = [
     ("bvp", "E4_Bvp", 64.0),
     ("acc", "E4_Acc", 32.0),
@@ -24,25 +24,25 @@ const SIGNALS: [(&str, &str, f64); 5] = [
     ("bat", "E4_Battery", 0.2),
 ];
 
-/// Something that goes wrong at a moment.
+/// A fault at a given time.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct E4Incident {
-    /// From when on \[s\].
+    /// When it begins \[s\].
     pub at_secs: f64,
-    /// What.
+    /// The fault.
     pub fault: E4Fault,
 }
 
-/// What may go wrong, or happen.
+/// A fault, or another occurrence.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum E4Fault {
     /// The radio link to the E4 is lost.
     LinkLost,
-    /// It is up again; what was measured meanwhile is lost.
+    /// It is up again; samples from the meantime are lost.
     LinkBack,
-    /// The server sends nothing more of what is subscribed to, until that is subscribed to again.
+    /// The server stops sending subscribed signals until they are subscribed to again.
     Stall,
     /// The wearer presses the button.
     Press,
@@ -61,7 +61,7 @@ pub struct E4Server {
     /// Why it sends no samples.
     silent: Vec<Silence>,
     subscribed: Vec<String>,
-    /// Of each signal, the next sample.
+    /// The next sample of each signal.
     next: [u64; SIGNALS.len()],
     last_beat_secs: Option<f64>,
 }
@@ -80,7 +80,7 @@ impl Default for E4Server {
 }
 
 impl E4Server {
-    /// With what goes wrong, in the order of time.
+    /// A server with faults, in order of time.
     pub fn new(incidents: Vec<E4Incident>) -> Self {
         Self {
             epoch_secs: EPOCH_SECS,
@@ -97,13 +97,13 @@ impl E4Server {
         }
     }
 
-    /// Started at this Unix time \[s\].
+    /// The same server, started at this Unix time \[s\].
     #[must_use]
     pub fn started_at(self, epoch_secs: f64) -> Self {
         Self { epoch_secs, ..self }
     }
 
-    /// On a Windows that writes numbers with a comma.
+    /// The same server, on a Windows that writes numbers with a comma.
     #[must_use]
     pub fn with_decimal_comma(self) -> Self {
         Self { has_decimal_comma: true, ..self }
@@ -116,7 +116,7 @@ impl E4Server {
         }
     }
 
-    /// Requests, cut anywhere.
+    /// Takes in requests, cut anywhere.
     pub fn receive(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if *byte == b'\n' {
@@ -169,7 +169,7 @@ impl E4Server {
         self.sent.extend(line.bytes().chain(*b"\r\n"));
     }
 
-    /// What it sends until then.
+    /// The data that it sends until then.
     pub fn until(&mut self, secs: f64, wearer: &mut dyn Wearer) -> Vec<u8> {
         loop {
             let samples = SIGNALS.iter().zip(&self.next).enumerate();

@@ -1,6 +1,6 @@
 use super::Wearer;
 
-/// Between two notifications of the heart rate \[s\].
+/// The time between two notifications of the heart rate \[s\].
 pub(super) const HEART_RATE_SECS: f64 = 1.0;
 
 /// The part of a strap that finds beats, and writes Heart Rate Measurements (Heart Rate Service 1.0, 3.1).
@@ -16,8 +16,8 @@ impl BeatDetector {
         self.from_secs + HEART_RATE_SECS
     }
 
-    /// The rate of the last beats, and every interval since the last measurement. `contact` is of the skin, for straps
-    /// that report it; `quartz` is how much faster than true the strap's clock is.
+    /// The rate of the last beats, and every interval since the last measurement. `contact` is skin contact, for straps
+    /// that report it; `quartz` is the speed of the strap's clock.
     pub fn measure(
         &mut self,
         secs: f64,

@@ -1,7 +1,7 @@
 //! Devices at the level of their bytes, worn by any [`Wearer`]: what they answer, what they send, and how they fail.
 //!
-//! Written from the makers' documents, not from our decoders, which are tested against them. A device has no link and no
-//! clock: who holds it carries its bytes and says how late it is.
+//! Written from the makers' documents, not from our decoders, which are tested against them. A device has no link and
+//! no clock: its owner transports its bytes and tells it the time.
 
 mod peripheral;
 mod body_wearer;
@@ -26,14 +26,14 @@ pub use shimmer::{Shimmer, ShimmerFault, ShimmerIncident, ShimmerSettings};
 pub use strap::{Strap, StrapFault, StrapIncident, StrapSettings};
 pub use verity::{Verity, VerityFault, VerityIncident, VerityModel, VeritySettings};
 
-/// Who wears a device: what its sensors meet at any time. By default that is air, and nobody.
+/// The wearer of a device: what its sensors measure at any time. By default nobody, only air.
 pub trait Wearer {
-    /// Between the electrodes on the chest \[µV\].
+    /// The voltage between the electrodes on the chest \[µV\].
     fn ecg_uv(&mut self, _secs: f64) -> f64 {
         0.0
     }
 
-    /// Gravity included \[mg\].
+    /// The acceleration, including gravity \[mg\].
     fn acceleration_mg(&mut self, _secs: f64) -> [f64; 3] {
         [0.0, 0.0, 1000.0]
     }
@@ -53,12 +53,12 @@ pub trait Wearer {
         20.0
     }
 
-    /// At the eight electrodes of an armband, from -128 to 127.
+    /// The signals at the eight electrodes of an armband, from -128 to 127.
     fn muscles(&mut self, _secs: f64) -> [f64; 8] {
         [0.0; 8]
     }
 
-    /// The beats after one moment and up to another \[s\].
+    /// The beats after one time and up to another \[s\].
     fn beats(&mut self, _after_secs: f64, _until_secs: f64) -> Vec<f64> {
         Vec::new()
     }

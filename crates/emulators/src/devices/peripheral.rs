@@ -2,7 +2,7 @@ use super::Wearer;
 
 /// A device that is reached over Bluetooth Low Energy: what it advertises, and its table of characteristics (GATT).
 ///
-/// Characteristics go by their UUIDs. Times are true seconds since it was switched on, and never go back.
+/// Characteristics are identified by their UUIDs. Times are true seconds since it was switched on, and never go back.
 pub trait Peripheral: Send {
     /// What it sends while nobody is connected.
     fn advertisement(&self) -> Advertisement;
@@ -10,7 +10,7 @@ pub trait Peripheral: Send {
     /// Its services, in the order of their handles.
     fn services(&self) -> &'static [Service];
 
-    /// The MTU of its links: a value has 3 bytes less at most.
+    /// The MTU of its links: a value is at least 3 bytes smaller.
     fn mtu(&self) -> u16;
 
     /// Enables notifications or indications.
@@ -28,7 +28,7 @@ pub trait Peripheral: Send {
     /// The link ended: subscriptions end with it.
     fn disconnect(&mut self);
 
-    /// What it sends until then, in the order of time.
+    /// What it sends until then, in order of time.
     fn until(&mut self, secs: f64, wearer: &mut dyn Wearer) -> Vec<Notice>;
 }
 
@@ -39,7 +39,7 @@ pub struct Advertisement {
     pub name: String,
     /// Its services, by which it is found.
     pub services: Vec<u128>,
-    /// The number of a company (assigned numbers, 7.1), and what that adds.
+    /// The number of a company (assigned numbers, 7.1), and that company's data.
     pub manufacturer: Option<(u16, Vec<u8>)>,
 }
 
@@ -68,22 +68,22 @@ pub struct Entry {
 /// What a characteristic permits (Core specification, vol. 3, part G, 3.3.1.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Property {
-    /// To read it.
+    /// Reading.
     Read,
-    /// To write it with response.
+    /// Writing with response.
     Write,
-    /// To write it without.
+    /// Writing without response.
     WriteWithoutResponse,
-    /// To subscribe to it; values are not confirmed.
+    /// Subscribing; values are not confirmed.
     Notify,
-    /// To subscribe to it; values are confirmed.
+    /// Subscribing; values are confirmed.
     Indicate,
 }
 
-/// Why a request failed, as the link says it.
+/// Why a request failed, as reported over the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AttError {
-    /// Written before it was subscribed to.
+    /// It was written before it was subscribed to.
     #[error("the client has not subscribed to the characteristic")]
     NotSubscribed,
     /// It can't be read, written or subscribed to.
@@ -103,7 +103,7 @@ pub enum Notice {
     LinkLost,
 }
 
-/// The UUID that the Bluetooth SIG assigned a number for (Core specification, vol. 3, part B, 2.5.1).
+/// The UUID of a number assigned by the Bluetooth SIG (Core specification, vol. 3, part B, 2.5.1).
 pub const fn assigned(number: u16) -> u128 {
     0x0000_0000_0000_1000_8000_0080_5f9b_34fb | (number as u128) << 96
 }

@@ -1,4 +1,4 @@
-//! What all sensors with Polar's Measurement Data service share.
+//! Parts shared by all sensors with Polar's Measurement Data service.
 
 /// The company number of Polar Electro (assigned numbers, 7.1).
 pub(super) const POLAR: u16 = 0x006b;
@@ -39,7 +39,7 @@ pub(super) fn answer(command: &[u8], result: Result<Vec<u8>, u8>) -> Vec<u8> {
     answer
 }
 
-/// With which a setting that is not offered is refused.
+/// The status that refuses a setting that is not offered.
 pub(super) const fn refusal(setting: u8) -> u8 {
     match setting {
         RESOLUTION => 7,

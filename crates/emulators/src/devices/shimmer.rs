@@ -1,6 +1,6 @@
 //! A Shimmer3 GSR+ with the `LogAndStream` firmware, over a stream of bytes.
 //!
-//! From the firmware's sources (log-and-stream-common at 12db787), and from what pyshimmer and `BrainFlow` accept.
+//! Based on the firmware's sources (log-and-stream-common at 12db787), and on what pyshimmer and `BrainFlow` accept.
 
 use std::collections::VecDeque;
 
@@ -18,17 +18,17 @@ const REFUSED: u8 = 0xfe;
 /// Resistors of the skin conductance amplifier \[kΩ\].
 const RESISTORS_KOHM: [f64; 4] = [40.2, 287.0, 1000.0, 3300.0];
 
-/// What a Shimmer3 is like.
+/// The properties of an emulated Shimmer3.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ShimmerSettings {
-    /// Whether its firmware knows checksums.
+    /// Whether its firmware supports checksums.
     pub has_checksums: bool,
-    /// Its clock at the first moment \[ticks\]; 24 bits of it are sent, and wrap.
+    /// Its clock at the start \[ticks\]; 24 bits of it are sent, and wrap.
     pub first_ticks: u32,
-    /// How much faster than true its clock runs: 0.0001 for 100 ppm.
+    /// How much too fast its clock runs: 0.0001 for 100 ppm.
     pub clock_fast: f64,
-    /// What goes wrong, in the order of time.
+    /// Faults, in order of time.
     #[serde(rename = "faults")]
     pub incidents: Vec<ShimmerIncident>,
 }
@@ -39,17 +39,17 @@ impl Default for ShimmerSettings {
     }
 }
 
-/// Something that goes wrong at a moment.
+/// A fault at a given time.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShimmerIncident {
-    /// From when on \[s\].
+    /// When it begins \[s\].
     pub at_secs: f64,
-    /// What.
+    /// The fault.
     pub fault: ShimmerFault,
 }
 
-/// What may go wrong.
+/// The possible faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ShimmerFault {
@@ -59,7 +59,7 @@ pub enum ShimmerFault {
     CorruptByte(usize),
     /// The next packets are lost.
     LostPackets(u32),
-    /// It sends its status unasked, as after docking.
+    /// It sends an unsolicited status, as after docking.
     Status,
     /// It sends nothing until it is started again.
     Stall,
@@ -70,7 +70,7 @@ pub enum ShimmerFault {
 pub struct Shimmer {
     settings: ShimmerSettings,
     now_secs: f64,
-    /// What was received of a command.
+    /// The bytes of a command received so far.
     command: Vec<u8>,
     sent: VecDeque<u8>,
     interval_ticks: u16,
@@ -86,7 +86,7 @@ pub struct Shimmer {
 }
 
 impl Shimmer {
-    /// Switched on, and idle.
+    /// A Shimmer3 that is switched on and idle.
     pub fn new(settings: ShimmerSettings) -> Self {
         Self {
             settings,
@@ -110,7 +110,7 @@ impl Shimmer {
         self.streaming.is_some()
     }
 
-    /// Commands, cut anywhere.
+    /// Takes in commands, cut anywhere.
     pub fn receive(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.command.push(*byte);
@@ -180,12 +180,12 @@ impl Shimmer {
         self.sent.extend(sum.iter().take(self.checksum_bytes.into()));
     }
 
-    /// Bit 4: streaming.
+    /// The status byte. Bit 4: streaming.
     fn status(&self) -> u8 {
         u8::from(self.is_streaming()) << 4
     }
 
-    /// In the firmware's order: battery, PPG (internal ADC 13), skin conductance.
+    /// The channels in the firmware's order: battery, PPG (internal ADC 13), skin conductance.
     fn channels(&self) -> Vec<u8> {
         let [first, second, _] = self.sensors;
         let bits =
@@ -276,7 +276,7 @@ impl Shimmer {
     }
 }
 
-/// Bytes that follow a command.
+/// The number of bytes that follow a command.
 const fn arguments(code: u8) -> usize {
     match code {
         0x05 => 2,
@@ -286,8 +286,8 @@ const fn arguments(code: u8) -> usize {
     }
 }
 
-/// The amplifier's voltage for a skin as the ADC has it, with the resistor in bits 14 and 15. In the automatic range (4)
-/// that of the smallest voltage above its lower end.
+/// The amplifier's voltage for a skin conductance as the ADC reads it, with the resistor in bits 14 and 15. The
+/// automatic range (4) chooses the resistor with the smallest voltage above its lower limit.
 fn conductance(us: f64, range: u8) -> u16 {
     let skin_kohm = 1000.0 / us;
     let adc = |resistor_kohm: f64| (0.5 * (1.0 + resistor_kohm / skin_kohm) * 4095.0 / 3.0).round();

@@ -1,4 +1,4 @@
-//! A strap with the Heart Rate service and nothing else to measure with: any maker's.
+//! A strap of any maker that has the Heart Rate service and measures nothing else.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -38,19 +38,19 @@ const SERVICES: &[Service] = &[
     },
 ];
 
-/// What a strap is like.
+/// The properties of an emulated strap.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct StrapSettings {
     /// Its name, as advertised.
     pub name: String,
-    /// How much faster than true its clock runs: 0.02 for 2 %.
+    /// How much too fast its clock runs: 0.02 for 2 %.
     pub clock_fast: f64,
-    /// Of its battery, when it is switched on.
+    /// The charge of its battery when it is switched on.
     pub battery_percent: f64,
     /// How fast that falls.
     pub drain_percent_per_hour: f64,
-    /// What goes wrong, in the order of time.
+    /// Faults, in order of time.
     #[serde(rename = "faults")]
     pub incidents: Vec<StrapIncident>,
 }
@@ -67,17 +67,17 @@ impl Default for StrapSettings {
     }
 }
 
-/// Something that goes wrong at a moment.
+/// A fault at a given time.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StrapIncident {
-    /// From when on \[s\].
+    /// When it begins \[s\].
     pub at_secs: f64,
-    /// What.
+    /// The fault.
     pub fault: StrapFault,
 }
 
-/// What may go wrong.
+/// The possible faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StrapFault {
@@ -102,7 +102,7 @@ pub struct Strap {
 }
 
 impl Strap {
-    /// Switched on, with nobody connected.
+    /// A strap that is switched on, with nobody connected.
     pub fn new(settings: StrapSettings) -> Self {
         let battery = Battery::new(settings.battery_percent, settings.drain_percent_per_hour);
         let beats = BeatDetector::default();

@@ -4,11 +4,11 @@
 
 use crate::noise::Noise;
 
-/// Where the router stands, in the lower left corner [m].
+/// Where the router is, in the lower left corner [m].
 pub const ROUTER: Point = Point { x_m: 0.3, y_m: 0.3 };
-/// The way that stays open between boxes, and between a box and a wall [m].
+/// The gap that stays open between boxes, and between a box and a wall [m].
 const GAP_M: f64 = 0.8;
-/// Around the router there is no box [m].
+/// The radius around the router without boxes [m].
 const ROUTER_CLEAR_M: f64 = 1.5;
 /// The number of attempts to find a place for an object.
 const TRIES: usize = 1000;
@@ -28,12 +28,12 @@ impl Point {
         (other.x_m - self.x_m).hypot(other.y_m - self.y_m)
     }
 
-    /// In which direction another place lies, counter-clockwise from x [rad].
+    /// The direction to another place, counter-clockwise from x [rad].
     pub fn bearing_rad(self, other: Point) -> f64 {
         (other.y_m - self.y_m).atan2(other.x_m - self.x_m)
     }
 
-    /// The place at a distance in a direction.
+    /// The place at this distance in this direction.
     #[must_use]
     pub fn toward(self, bearing_rad: f64, distance_m: f64) -> Point {
         let (sin, cos) = bearing_rad.sin_cos();
@@ -41,7 +41,7 @@ impl Point {
     }
 }
 
-/// A rectangle along the axes: a box, or the floor itself.
+/// An axis-aligned rectangle: a box, or the floor itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
     /// The lower left corner.
@@ -68,7 +68,7 @@ impl Rect {
             && at.y_m < self.high.y_m
     }
 
-    /// A place inside, all equally likely.
+    /// A uniformly distributed place inside.
     pub fn any_point(self, noise: &mut Noise) -> Point {
         Point {
             x_m: noise.uniform(self.low.x_m..self.high.x_m),
@@ -83,8 +83,7 @@ impl Rect {
             && other.low.y_m < self.high.y_m
     }
 
-    /// Where a straight line from `from` enters and leaves [m], behind `from` negative; `None` when
-    /// it passes by.
+    /// Where a straight line from `from` enters and leaves [m], negative behind `from`; `None` if it misses.
     fn crossing_m(self, from: Point, bearing_rad: f64) -> Option<(f64, f64)> {
         let (sin, cos) = bearing_rad.sin_cos();
         let slab = |low: f64, high: f64, slope: f64| {
@@ -128,7 +127,7 @@ impl Arena {
         &self.boxes
     }
 
-    /// Whether a disc of a radius stands there without touching a wall or a box.
+    /// Whether a disc of this radius fits there without touching a wall or a box.
     pub fn is_free(&self, at: Point, radius_m: f64) -> bool {
         self.floor.grown(-radius_m).contains(at)
             && !self.boxes.iter().any(|each| each.grown(radius_m).contains(at))

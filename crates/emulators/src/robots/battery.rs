@@ -1,20 +1,20 @@
-//! The battery: three lithium-ion cells in series, with a protection that cuts off.
+//! The battery: three lithium-ion cells in series, with a protection circuit that cuts off.
 //!
-//! The cells are those of Chen and Rincón-Mora (2006, doi:10.1109/TEC.2006.874229): the open
-//! voltage, the series resistance and two RC pairs as functions of the state of charge. Their cell
-//! has 0.85 Ah; a larger one is several of them in parallel.
+//! The cells are those of Chen and Rincón-Mora (2006, doi:10.1109/TEC.2006.874229): the open-circuit voltage, the
+//! series resistance and two RC pairs as functions of the state of charge. Their cell has 0.85 Ah; a larger one is
+//! several of them in parallel.
 
 /// The number of cells in series.
 pub const CELLS: u32 = 3;
-/// The capacity of the cell that the coefficients are of [Ah].
+/// The capacity of the cell that the coefficients describe [Ah].
 const CELL_AH: f64 = 0.85;
-/// Below this voltage of a cell the protection cuts off [V].
+/// The cell voltage below which the protection cuts off [V].
 const CUT_OFF_CELL_V: f64 = 3.0;
 /// The temperature around the robot [°C].
 const AMBIENT_C: f64 = 22.0;
 /// The thermal resistance of the pack [K/W].
 const WARMING_K_PER_W: f64 = 8.0;
-/// The heat that it takes to warm the pack [J/K].
+/// The heat capacity of the pack [J/K].
 const HEAT_J_PER_K: f64 = 130.0;
 /// The smallest capacitances at which the fits near empty are trusted [F].
 const LEAST_F: (f64, f64) = (50.0, 500.0);
@@ -36,7 +36,7 @@ struct Pair {
 }
 
 impl Cell {
-    /// Equations 2 to 7 of Chen and Rincón-Mora.
+    /// The cell at a state of charge, by equations 2 to 7 of Chen and Rincón-Mora.
     fn at(fraction: f64) -> Cell {
         let fit = |scale: f64, fall: f64, rest: f64| scale * (-fall * fraction).exp() + rest;
         let cubic = fraction * (0.2156 + fraction * (-0.1178 + fraction * 0.3201));
@@ -56,14 +56,14 @@ impl Cell {
 }
 
 impl Pair {
-    /// Its voltage after a constant current for a while: exact for the pair [V].
+    /// Its voltage after a constant current for some time [V]; exact for such a pair.
     fn voltage_after(self, before_v: f64, current_a: f64, secs: f64) -> f64 {
         let kept = (-secs / (self.ohm * self.farad)).exp();
         before_v * kept + current_a * self.ohm * (1.0 - kept)
     }
 }
 
-/// A pack of cells, discharged by the power that is drawn.
+/// A pack of cells, discharged by the drawn power.
 #[derive(Clone, Debug)]
 pub struct Pack {
     capacity_ah: f64,
@@ -75,14 +75,14 @@ pub struct Pack {
     is_cut_off: bool,
 }
 
-/// What can be measured at a pack.
+/// The measurable state of a pack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// Between the terminals [V].
+    /// The voltage between the terminals [V].
     pub voltage_v: f64,
-    /// Out of the pack [A].
+    /// The current out of the pack [A].
     pub current_a: f64,
-    /// Of the cells [°C].
+    /// The temperature of the cells [°C].
     pub temperature_c: f64,
 }
 
@@ -101,7 +101,7 @@ impl Pack {
         }
     }
 
-    /// What can be measured now.
+    /// The present measurable state.
     pub fn reading(&self) -> Reading {
         self.reading
     }
@@ -111,7 +111,7 @@ impl Pack {
         self.capacity_ah
     }
 
-    /// The charge that is left [Ah].
+    /// The remaining charge [Ah].
     pub fn charge_ah(&self) -> f64 {
         self.charge_ah
     }
@@ -126,13 +126,12 @@ impl Pack {
         self.drawn_j
     }
 
-    /// Whether the protection has cut off; it stays so.
+    /// Whether the protection has cut off; it does not reset.
     pub fn is_cut_off(&self) -> bool {
         self.is_cut_off
     }
 
-    /// Gives a power for a short while. A sag takes so much of its voltage away, as a failing cell
-    /// does.
+    /// Delivers a power for a short time. A sag lowers its voltage by this much, like a failing cell.
     pub fn draw(&mut self, power_w: f64, sag_v: f64, secs: f64) {
         let cell = Cell::at(self.fraction().clamp(0.0, 1.0));
         let series_ohm = self.pack_ohm(cell.series_ohm);
@@ -169,8 +168,8 @@ impl Pack {
     }
 }
 
-/// The current at which a source gives a power: the smaller root of `P = I (E - I R)` [A]; `None`
-/// when it can't give so much.
+/// The current at which a source gives a power: the smaller root of `P = I (E - I R)` [A]; `None` if it can't deliver
+/// that much.
 fn current_a(power_w: f64, source_v: f64, series_ohm: f64) -> Option<f64> {
     let discriminant = source_v * source_v - 4.0 * series_ohm * power_w;
     let possible = source_v > 0.0 && discriminant >= 0.0;

@@ -16,10 +16,10 @@ const BOX: Rgb = [120, 84, 50];
 const ROUTER_COLOUR: Rgb = [30, 90, 200];
 const ROBOT: Rgb = [200, 30, 40];
 const NOSE: Rgb = [255, 220, 60];
-/// How large robot and router are drawn [m].
+/// The size at which robot and router are drawn [m].
 const DRAWN_M: f64 = 0.35;
 
-/// The picture row by row from the top, three bytes a pixel.
+/// The picture row by row from the top, three bytes per pixel.
 pub fn picture(arena: &Arena, pose: Pose) -> Arc<[u8]> {
     let side_m = arena.floor().high.x_m;
     let nose = pose.at.toward(pose.heading_rad, DRAWN_M);

@@ -10,18 +10,18 @@ use super::settings::Settings;
 /// A person sends a robot to a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
-    /// When, after the start [s].
+    /// The time after the start [s].
     pub at_secs: f64,
-    /// Which robot, from 0.
+    /// The index of the robot, from 0.
     pub robot: usize,
-    /// Where to.
+    /// The goal.
     pub goal: Point,
 }
 
-/// All commands of a team's people.
+/// All commands of the people in a team.
 ///
-/// The actions of a person follow from a seed, so the robots know them without messages: whoever simulates the
-/// person runs the same task ([`Settings::task_of_person`]).
+/// The actions of a person follow from a seed, so the robots know them without messages: the simulation of the person
+/// runs the same task ([`Settings::task_of_person`]).
 #[derive(Debug)]
 pub struct Commands {
     people: Vec<Person>,
@@ -36,14 +36,14 @@ struct Person {
 }
 
 impl Commands {
-    /// Those of a team.
+    /// The commands of a team.
     pub fn of(team: &Settings, noise: &mut Noise) -> Commands {
         let person = |number| Person { task: team.task_of_person(number), next: None };
         Commands { people: (1..=team.people).map(person).collect(), goals: Goals::new(noise) }
     }
 
-    /// The next command, if it is given until a time after the start [s]; in the order of times. Its
-    /// goal is a place where a robot of this radius [m] stands free.
+    /// The next command, if it is given by a time after the start [s]; in order of time. Its goal is a place that is
+    /// free for a robot of this radius [m].
     pub fn next_until(&mut self, secs: f64, arena: &Arena, radius_m: f64) -> Option<Command> {
         let due = self.people.iter_mut().filter_map(|person| {
             let at_secs = person.look_ahead(secs)?.at_secs;

@@ -13,7 +13,7 @@ const WARMING_K_PER_W: f64 = 2.0;
 /// Its thermal time constant [s].
 const WARMING_SECS: f64 = 40.0;
 
-/// A computer of a mean consumption.
+/// A computer with a given mean consumption.
 #[derive(Clone, Debug)]
 pub struct Computer {
     consumption_w: f64,
@@ -23,14 +23,14 @@ pub struct Computer {
 }
 
 impl Computer {
-    /// A computer that has run for long.
+    /// A computer that has been running for a long time.
     pub fn new(consumption_w: f64, noise: Noise) -> Computer {
         let temperature_c = AMBIENT_C + WARMING_K_PER_W * consumption_w;
         let swing = Correlated::new(SWING_SECS, noise);
         Computer { consumption_w, power_w: consumption_w, temperature_c, swing }
     }
 
-    /// Runs on for a short while with its consumption multiplied; 0 when it is off.
+    /// Runs for a short time with its consumption multiplied by a factor; 0 when it is off.
     pub fn advance(&mut self, factor: f64, secs: f64) {
         let swing = (1.0 + SWING * self.swing.after(secs)).max(0.0);
         self.power_w = self.consumption_w * factor * swing;
@@ -43,7 +43,7 @@ impl Computer {
         self.power_w
     }
 
-    /// How warm it is [°C].
+    /// Its temperature [°C].
     pub fn temperature_c(&self) -> f64 {
         self.temperature_c
     }

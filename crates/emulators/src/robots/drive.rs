@@ -4,26 +4,26 @@ use std::f64::consts::{PI, TAU};
 
 use super::arena::Point;
 
-/// Where a body is and where it points.
+/// The position and heading of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// The middle of the body.
+    /// The centre of the body.
     pub at: Point,
     /// Its heading, counter-clockwise from x [rad].
     pub heading_rad: f64,
 }
 
-/// How a body moves.
+/// The motion of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Twist {
-    /// Forwards [m/s].
+    /// Forward speed [m/s].
     pub speed_mps: f64,
-    /// Counter-clockwise [rad/s].
+    /// Turn rate, counter-clockwise [rad/s].
     pub turn_radps: f64,
 }
 
 impl Pose {
-    /// The pose after moving for a short while: along the chord of the arc.
+    /// The pose after a short time of motion, along the chord of the arc.
     #[must_use]
     pub fn moved(self, twist: Twist, secs: f64) -> Pose {
         let turn_rad = twist.turn_radps * secs;
@@ -33,7 +33,7 @@ impl Pose {
 }
 
 impl Twist {
-    /// The twist after a short while of changing towards another, as fast as the motors allow.
+    /// The twist after changing towards another for a short time, as fast as the motors allow.
     #[must_use]
     pub fn toward(self, wanted: Twist, secs: f64) -> Twist {
         let slewed = |from: f64, to: f64, most: f64| from + (to - from).clamp(-most, most);
@@ -44,9 +44,9 @@ impl Twist {
     }
 }
 
-/// How fast a body speeds up and slows down [m/s²].
+/// The greatest acceleration and deceleration [m/s²].
 pub const MOST_MPS2: f64 = 0.8;
-/// How fast its turning changes [rad/s²].
+/// The greatest angular acceleration [rad/s²].
 const MOST_RADPS2: f64 = 6.0;
 
 /// The same angle in (-π, π] [rad].

@@ -1,7 +1,7 @@
-//! A team of robots that drive through an arena, discharge, and hear a router more or less well, with
+//! A team of robots that drive through an arena, discharge, and receive a router more or less well, with
 //! faults on request and people who command them.
 //!
-//! Time goes in and [`Telegram`]s come out: the robots' reports, before they are messages of any kind.
+//! Its input is time, its output [`Telegram`]s: the robots' reports, before they become messages of any kind.
 //!
 //! ```
 //! use teampulse_emulators::robots::{Settings, SimTime, Team, Topic};

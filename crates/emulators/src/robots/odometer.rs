@@ -1,4 +1,4 @@
-//! The odometer: where a robot believes to be, from the turning of its wheels.
+//! The odometer: where a robot believes it is, from the rotation of its wheels.
 
 use crate::noise::Noise;
 
@@ -6,9 +6,9 @@ use super::drive::{Pose, Twist};
 
 /// The standard deviation of the error of the wheels' size, from robot to robot [1].
 const WHEEL_SIGMA: f64 = 0.005;
-/// The standard deviation of a reading of the speed, for each m/s [1].
+/// The standard deviation of a speed reading, per m/s [1].
 const SPEED_SIGMA: f64 = 0.02;
-/// The standard deviation of a reading of the turning, for each m/s or rad/s [rad/s].
+/// The standard deviation of a turn rate reading, per m/s or rad/s [rad/s].
 const TURN_SIGMA_RADPS: f64 = 0.02;
 
 /// Dead reckoning from noisy wheels.
@@ -38,12 +38,12 @@ impl Odometer {
         self.pose = self.pose.moved(self.twist, secs);
     }
 
-    /// Where the robot believes to be.
+    /// Where the robot believes it is.
     pub fn pose(&self) -> Pose {
         self.pose
     }
 
-    /// How it believes to move.
+    /// How it believes it is moving.
     pub fn twist(&self) -> Twist {
         self.twist
     }

@@ -7,8 +7,8 @@ use super::topic::Topic;
 pub struct Published {
     /// The robot's name.
     pub robot: String,
-    /// Which topic.
+    /// The topic.
     pub topic: Topic,
-    /// Its rate [Hz]; 0 where it comes now and then.
+    /// Its rate [Hz]; 0 if it is irregular.
     pub rate_hz: f64,
 }

@@ -1,28 +1,28 @@
-//! The radio: how well a robot hears the router.
+//! The radio: how well a robot receives the router.
 //!
 //! Two-slope path loss as in the channel models of 802.11n (Erceg et al. 2004, IEEE
-//! 802.11-03/940r4) with shadowing that is correlated along the way (Gudmundson 1991,
+//! 802.11-03/940r4) with shadowing that is correlated along the path (Gudmundson 1991,
 //! doi:10.1049/el:19911328).
 
 use crate::noise::{Correlated, Noise};
 
 use super::arena::{Arena, Point, ROUTER};
 
-/// The power that the router sends with [dBm].
+/// The transmit power of the router [dBm].
 pub const SENT_DBM: f64 = 20.0;
 /// The frequency of channel 6 [Hz].
 pub const FREQUENCY_HZ: f64 = 2.437e9;
-/// The floor of noise [dBm].
+/// The noise floor [dBm].
 pub const NOISE_DBM: f64 = -95.0;
 /// The loss over the first metre at 2.437 GHz in free space [dB].
 const FIRST_METRE_DB: f64 = 40.2;
-/// Where the loss becomes steeper [m]: models B and C.
+/// The breakpoint, where the loss becomes steeper [m]: models B and C.
 const BREAK_M: f64 = 5.0;
-/// The standard deviation of shadowing before the break [dB].
+/// The standard deviation of shadowing before the breakpoint [dB].
 const SHADOW_NEAR_DB: f64 = 2.0;
-/// The same behind it [dB].
+/// The same beyond it [dB].
 const SHADOW_FAR_DB: f64 = 2.5;
-/// The way over which shadowing falls to 1/e of its correlation [m].
+/// The distance over which the correlation of shadowing falls to 1/e [m].
 const SHADOW_WAY_M: f64 = 1.5;
 /// The attenuation by a box in the line of sight [dB].
 const BOX_DB: f64 = 2.0;
@@ -44,14 +44,14 @@ const RATES: [(f64, f64); 8] = [
 /// The readings of a robot's radio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reception {
-    /// The strength of the signal, in whole decibels as drivers give it [dBm].
+    /// The strength of the signal, in whole decibels as drivers report it [dBm].
     pub signal_dbm: f64,
     /// The bit rate that this strength allows [Mbit/s]; 0 below the lowest.
     pub bitrate_mbitps: f64,
 }
 
 impl Reception {
-    /// The quality as Linux drivers count it [0..70].
+    /// The quality as Linux drivers report it [0..70].
     pub fn quality(self) -> f64 {
         (self.signal_dbm + 110.0).clamp(0.0, 70.0)
     }
@@ -73,7 +73,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// The link of a robot that stands there.
+    /// The link of a robot at this place.
     pub fn new(at: Point, mut noise: Noise) -> Link {
         Link { shadow: Correlated::new(SHADOW_WAY_M, noise.fork()), heard_at: at, noise }
     }

@@ -1,4 +1,4 @@
-//! A report: one topic of a robot, when it is due, and what faults make of it.
+//! A report: one topic of a robot, when it is due, and how faults change it.
 
 use std::time::Duration;
 
@@ -33,7 +33,7 @@ impl Report {
         self.topic
     }
 
-    /// Whether it is due; then it is next due a period later, which may be slowed.
+    /// Whether it is due; if so, it is next due a period later, which may be slowed down.
     pub fn falls_due(&mut self, now: SimTime, slow_factor: f64) -> bool {
         let is_due = self.due <= now;
         if is_due {
@@ -42,7 +42,7 @@ impl Report {
         is_due
     }
 
-    /// Publishes the current measurement as the faults of the script have it: not at all, once or twice.
+    /// Publishes the current measurement subject to the faults in the script: not at all, once or twice.
     pub fn report(
         &mut self,
         measured: Body,
@@ -66,7 +66,7 @@ impl Report {
         self.said = Some(said);
     }
 
-    /// The time by the robot's clock; the truth goes by the simulation's.
+    /// The time by the robot's clock; the truth uses the simulation's.
     fn stamp(&self, now: SimTime, script: &Script) -> SimTime {
         let ahead_secs = if self.topic.is_truth() { 0.0 } else { script.clock_ahead_secs(now) };
         now.ahead_by(ahead_secs)

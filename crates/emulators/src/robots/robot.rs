@@ -26,9 +26,9 @@ pub const RADIUS_M: f64 = 0.18;
 const SENSORS_W: f64 = 2.0;
 /// The power of the radio [W].
 const RADIO_W: f64 = 0.75;
-/// What driving consumes, for each m/s [W].
+/// The power for driving, per m/s [W].
 const DRIVING_W: f64 = 4.0;
-/// What turning consumes, for each rad/s [W].
+/// The power for turning, per rad/s [W].
 const TURNING_W: f64 = 0.8;
 /// The standard deviations of the battery's sensors [V], [A].
 const BATTERY_SIGMA: (f64, f64) = (0.005, 0.01);
@@ -50,7 +50,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A robot that stands there with a charged battery and reports nothing yet.
+    /// A robot at this place with a charged battery, which reports nothing yet.
     pub fn new(body: Disc, settings: &Settings, script: Script, mut noise: Noise) -> Robot {
         let wanderer = Wanderer::new(body, settings.top_speed_mps, noise.fork());
         Robot {
@@ -66,14 +66,14 @@ impl Robot {
         }
     }
 
-    /// Begins to report a topic on a stream, at some moment of its first period.
+    /// Begins to report a topic on a stream, at a random time in its first period.
     pub fn report(&mut self, topic: Topic, stream: usize, rate_hz: f64) {
         let phase_secs = self.noise.uniform(0.0..1.0 / rate_hz);
         let due = SimTime::START + Duration::from_secs_f64(phase_secs);
         self.reports.push(Report::new(topic, stream, rate_hz, due));
     }
 
-    /// The floor that it covers.
+    /// The area that it covers.
     pub fn body(&self) -> Disc {
         self.wanderer.body()
     }
@@ -83,7 +83,7 @@ impl Robot {
         &self.pack
     }
 
-    /// A person sends it to a place; it drives there unless it is off or out of reach.
+    /// Sends it to a place on a person's behalf; it drives there unless it is off or out of reach.
     pub fn command(&mut self, now: SimTime, goal: Point) {
         let hears = !self.pack.is_cut_off()
             && !self.script.is_off(now)
@@ -93,7 +93,7 @@ impl Robot {
         }
     }
 
-    /// Drives, computes and discharges for a short while.
+    /// Drives, computes and discharges for a short time.
     pub fn advance(&mut self, now: SimTime, secs: f64, around: &Surroundings<'_>) {
         let is_on = !self.pack.is_cut_off() && !self.script.is_off(now);
         if is_on {

@@ -1,4 +1,4 @@
-//! The script: what changes, with which robot and when.
+//! The script: which robot changes how, and when.
 
 use std::ops::Range;
 
@@ -8,43 +8,43 @@ use serde::Deserialize;
 use super::time::SimTime;
 use super::topic::Topic;
 
-/// One entry of the script: a robot behaves otherwise for a while.
+/// One entry of the script: a robot behaves differently for a while.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// The robot: `robot4`.
     pub robot: String,
-    /// Only this one of its topics; all of them when left out. Ignored by what concerns the robot
-    /// as a whole: its clock, its battery and its consumption.
+    /// Only this one of its topics; by default all. Ignored for changes to the robot as a whole: its clock, its battery
+    /// and its consumption.
     pub topic: Option<Topic>,
     /// When it begins, after the start [s of simulated time]. Default: 0.
     #[serde(default)]
     pub from_secs: f64,
-    /// When it ends, after the start [s of simulated time]; never when left out.
+    /// When it ends, after the start [s of simulated time]; by default never.
     pub to_secs: Option<f64>,
-    /// What happens.
+    /// The change.
     pub what: Change,
 }
 
-/// What can happen to a robot.
+/// A change to a robot.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(rename_all = "snake_case")]
 pub enum Change {
-    /// The topic falls silent; without a topic the whole robot is off and stands still.
+    /// The topic falls silent; without a topic the whole robot is off and stops.
     Dead,
-    /// Its values stay unchanged while its stamps go on.
+    /// Its values stay unchanged while its stamps continue.
     Stuck,
-    /// Its messages are lost on the way while the robot goes on.
+    /// Its messages are lost on the way while the robot continues.
     Outage,
-    /// Every message comes twice.
+    /// Every message arrives twice.
     Duplicate,
-    /// Every other message comes after the one that follows it.
+    /// Every other message arrives after the one that follows it.
     OutOfOrder,
     /// The rate is divided by this factor.
     SlowFactor(f64),
-    /// The robot's clock runs this much too fast [ppm]; it is set right at the end.
+    /// The robot's clock runs this much too fast [ppm]; it is corrected at the end.
     ClockDriftPpm(f64),
-    /// The robot's clock is ahead by this much [s]; it is set right at the end.
+    /// The robot's clock is ahead by this much [s]; it is corrected at the end.
     ClockJumpSecs(f64),
     /// The battery's voltage is lower by this much [V].
     BatterySagV(f64),
@@ -74,7 +74,7 @@ impl Script {
         Script { scenes: scenes.iter().filter(|scene| scene.robot == robot).cloned().collect() }
     }
 
-    /// Whether a change that is either there or not concerns a topic now.
+    /// Whether an on-off change applies to a topic now.
     pub fn has(&self, change: Change, topic: Topic, now: SimTime) -> bool {
         self.playing(now).any(|scene| scene.what == change && scene.concerns(topic))
     }
@@ -102,7 +102,7 @@ impl Script {
         self.playing(now).filter_map(loads).product()
     }
 
-    /// The voltage that the battery lacks [V].
+    /// The drop of the battery's voltage [V].
     pub fn sag_v(&self, now: SimTime) -> f64 {
         let sags = |scene: &Scene| match scene.what {
             Change::BatterySagV(sag_v) => Some(sag_v),

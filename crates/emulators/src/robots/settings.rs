@@ -5,7 +5,7 @@ use crate::task::{Plan, Skill, Task};
 use super::script::Scene;
 use super::topic::Topic;
 
-/// The slowest rate at which the simulation moves on [Hz].
+/// The slowest rate at which the simulation advances [Hz].
 const LEAST_TICK_HZ: f64 = 20.0;
 
 /// A team of robots in an arena, and the people who command them.
@@ -13,7 +13,7 @@ const LEAST_TICK_HZ: f64 = 20.0;
 pub struct Settings {
     /// The names of the robots.
     pub robots: Vec<String>,
-    /// The seed of all that is random.
+    /// The seed of everything random.
     pub seed: u64,
     /// The side of the square arena [m].
     pub arena_side_m: f64,
@@ -21,7 +21,7 @@ pub struct Settings {
     pub boxes: u32,
     /// The number of obstacles that move in the arena.
     pub obstacles: u32,
-    /// The fastest that a robot drives [m/s].
+    /// The top speed of a robot [m/s].
     pub top_speed_mps: f64,
     /// The mean consumption of a robot's computer [W].
     pub cpu_consumption_w: f64,
@@ -31,9 +31,9 @@ pub struct Settings {
     pub rates: Vec<(Topic, f64)>,
     /// The number of people.
     pub people: u32,
-    /// What each of them does.
+    /// The task that each of them does.
     pub task: Plan,
-    /// What changes, with which robot and when.
+    /// The script: which robot changes how, and when.
     pub script: Vec<Scene>,
 }
 

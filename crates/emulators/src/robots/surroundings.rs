@@ -1,11 +1,11 @@
-//! What one body meets on its way: the arena and the other bodies.
+//! The obstacles of one body: the arena and the other bodies.
 
 use super::arena::{Arena, Point};
 
 /// A round body on the floor.
 #[derive(Clone, Copy, Debug)]
 pub struct Disc {
-    /// Its middle.
+    /// Its centre.
     pub at: Point,
     /// Its radius [m].
     pub radius_m: f64,
@@ -17,7 +17,7 @@ impl Disc {
         self.at.distance_m(other.at) - self.radius_m - other.radius_m
     }
 
-    /// The distance that it can roll in a direction before it touches another [m]; `None` if it passes by.
+    /// The distance that it can roll in a direction before it touches another [m]; `None` if it misses.
     fn roll_m(self, bearing_rad: f64, other: Disc) -> Option<f64> {
         let (distance_m, touch_m) = (self.at.distance_m(other.at), self.radius_m + other.radius_m);
         let off_rad = self.at.bearing_rad(other.at) - bearing_rad;
@@ -34,7 +34,7 @@ pub struct Surroundings<'a> {
     pub arena: &'a Arena,
     /// All bodies on the floor.
     pub bodies: &'a [Disc],
-    /// Which of them meets the others.
+    /// The index of the body among them.
     pub own: usize,
 }
 
@@ -46,8 +46,8 @@ impl Surroundings<'_> {
         near.filter_map(|other| from.roll_m(bearing_rad, other)).fold(still, f64::min)
     }
 
-    /// Whether the body may move: it stays free of walls and boxes, and comes no nearer to a body
-    /// that it would touch.
+    /// Whether the body may move: it stays free of walls and boxes, and does not get closer to a body that it would
+    /// touch.
     pub fn admits(&self, from: Disc, to: Disc) -> bool {
         let blocked = |other: Disc| to.gap_m(other) < 0.0 && to.gap_m(other) < from.gap_m(other);
         self.arena.is_free(to.at, to.radius_m) && !self.others().any(blocked)

@@ -1,6 +1,6 @@
-//! The team: all robots and obstacles in their arena, moved on together.
+//! The team: all robots and obstacles in their arena, advanced together.
 //!
-//! Every body has its own turn in a tick, so that robots are no more in step than real ones are.
+//! Every body has its own turn in a tick, so that robots are no more synchronised than real ones.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -22,16 +22,17 @@ use super::wanderer::Wanderer;
 
 /// The radius of an obstacle [m].
 const OBSTACLE_RADIUS_M: f64 = 0.25;
-/// The fastest that an obstacle moves [m/s].
+/// The top speed of an obstacle [m/s].
 const OBSTACLE_MPS: f64 = 0.2;
 /// The distance between bodies at the start [m].
 const START_GAP_M: f64 = 0.3;
-/// The side of the square in the upper right in which so many robots as its square start [m].
+/// The side of the square in the upper right in which the robots start, for one robot; its area grows with their number
+/// [m].
 const START_SIDE_M: f64 = 1.1;
 
 /// The distance between a commanded goal and a wall [m].
 const GOAL_MARGIN_M: f64 = 0.1;
-/// Keeps the goals of commands apart from all else that is drawn of the same seed.
+/// Separates the random goals of commands from other random numbers of the same seed.
 const COMMANDS_SALT: u64 = 0x0063_6f6d_6d61_6e64;
 
 /// A simulated team. The same settings give the same telegrams.
@@ -52,7 +53,7 @@ pub struct Team {
 }
 
 impl Team {
-    /// A team at the start. There are robots, and room for all bodies in the arena.
+    /// A team at the start. There must be robots, and room for all bodies in the arena.
     pub fn new(settings: &Settings) -> Team {
         let mut noise = Noise::seeded(settings.seed);
         let mut team = Team {
@@ -95,7 +96,7 @@ impl Team {
         &self.robots
     }
 
-    /// When next anything happens.
+    /// When something happens next.
     pub fn next(&self) -> SimTime {
         let arrives = self.on_their_way.keys().next().map(|(at, _)| *at);
         arrives.map_or(self.next_turn(), |at| at.min(self.next_turn()))
@@ -160,7 +161,7 @@ impl Team {
         SimTime::START + Duration::from_nanos(nanos.unsigned_abs())
     }
 
-    /// Moves the body whose turn it is on by a tick.
+    /// Advances the body whose turn it is by a tick.
     fn take_turn(&mut self) {
         let now = self.next_turn();
         let own = self.turns as usize % self.bodies.len();
@@ -179,7 +180,7 @@ impl Team {
         }
     }
 
-    /// Gives robots the commands that are due, and publishes them.
+    /// Passes robots the commands that are due, and publishes them.
     fn take_commands(&mut self, now: SimTime) {
         let secs = now.secs();
         let room_m = RADIUS_M + GOAL_MARGIN_M;

@@ -7,7 +7,7 @@ use super::drive::{Pose, Twist};
 use super::radio::Reception;
 use super::time::SimTime;
 
-/// A report on its way.
+/// A report in transit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Telegram {
     /// The index of its topic among those of the team.
@@ -23,28 +23,28 @@ pub struct Telegram {
 /// The content of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Body {
-    /// Where the robot is and how it moves.
+    /// The robot's pose and motion.
     Motion(Pose, Twist),
     /// The state of its battery.
     Battery(Gauge),
-    /// How well it hears the router.
+    /// The reception of the router.
     Reception(Reception),
-    /// How it is.
+    /// Its health.
     Health(Health),
     /// The temperature of its computer [°C].
     Temperature(f64),
-    /// What its camera shows.
+    /// Its camera picture.
     Picture(Arc<[u8]>),
-    /// The place that it is sent to.
+    /// The goal that it is sent to.
     Goal(Pose),
 }
 
 /// The readings of a battery's gauge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gauge {
-    /// What its sensors read.
+    /// The readings of its sensors.
     pub reading: Reading,
-    /// The charge that is left [Ah].
+    /// The remaining charge [Ah].
     pub charge_ah: f64,
     /// The charge when full [Ah].
     pub capacity_ah: f64,
@@ -63,15 +63,15 @@ impl Gauge {
     }
 }
 
-/// How a robot is.
+/// The health of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Health {
     /// Its battery.
     pub battery: Gauge,
     /// The temperature of its computer [°C].
     pub computer_c: f64,
-    /// What its computer consumes [W].
+    /// The power of its computer [W].
     pub computer_w: f64,
-    /// How well it last heard the router; `None` before it first listened.
+    /// The last reception of the router; `None` before the first.
     pub heard: Option<Reception>,
 }

@@ -15,7 +15,7 @@ fn after(secs: f64) -> SimTime {
     SimTime::START + Duration::from_secs_f64(secs)
 }
 
-/// A team after some seconds, with all that it published.
+/// A team after a few seconds, with everything that it published.
 struct TeamRun {
     team: Team,
     telegrams: Vec<Telegram>,
@@ -41,7 +41,7 @@ fn names(robots: u32) -> Vec<String> {
     (1..=robots).map(|number| format!("robot{number}")).collect()
 }
 
-/// The usual rates, but for one topic [Hz].
+/// The usual rates, except for one topic [Hz].
 fn rates_with(topic: Topic, rate_hz: f64) -> Vec<(Topic, f64)> {
     let mut rates = Settings::default().rates;
     rates.retain(|(usual, _)| *usual != topic);
@@ -54,13 +54,13 @@ fn only_odometry() -> Settings {
     Settings { robots: names(1), obstacles: 0, rates, ..Settings::default() }
 }
 
-/// Something that happens to a whole robot.
+/// A change to a whole robot.
 fn scene(robot: &str, secs: Range<f64>, what: Change) -> Scene {
     let (from_secs, to_secs) = (secs.start, Some(secs.end));
     Scene { robot: robot.into(), topic: None, from_secs, to_secs, what }
 }
 
-/// The odometry of one robot that something happens to from second 10 to second 20.
+/// The odometry of one robot with a change from second 10 to second 20.
 fn odometry_with(what: Change) -> Vec<Telegram> {
     let scene = scene("robot1", 10.0..20.0, what);
     TeamRun::new(&Settings { script: vec![scene], ..only_odometry() }, 30.0).telegrams

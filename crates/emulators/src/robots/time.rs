@@ -3,7 +3,7 @@
 use std::ops::Add;
 use std::time::Duration;
 
-/// A moment of a simulation [ns after its start]; before the start for a clock that is behind.
+/// A time in a simulation [ns after its start]; negative for a clock that is behind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SimTime(i64);
 
@@ -11,7 +11,7 @@ impl SimTime {
     /// The start of the simulation.
     pub const START: SimTime = SimTime(0);
 
-    /// The moment `nanos` [ns] after the start.
+    /// The time `nanos` [ns] after the start.
     pub const fn from_nanos(nanos: i64) -> SimTime {
         SimTime(nanos)
     }
@@ -26,7 +26,7 @@ impl SimTime {
         self.0 as f64 / 1e9
     }
 
-    /// The reading of a clock that is ahead by `secs` [s] at this moment.
+    /// The reading of a clock that is ahead by `secs` [s] at this time.
     #[must_use]
     pub fn ahead_by(self, secs: f64) -> SimTime {
         SimTime(self.0.saturating_add((secs * 1e9).round() as i64))

@@ -7,7 +7,7 @@ use serde::Deserialize;
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
-    /// Its pose and speed from its wheels.
+    /// Its pose and speed from wheel odometry.
     Odom,
     /// Its battery.
     BatteryState,
@@ -22,10 +22,10 @@ pub enum Topic {
     /// The goals that people send.
     #[serde(skip)]
     GoalPose,
-    /// Where it truly is and how it truly moves.
+    /// Its true pose and motion.
     #[serde(skip)]
     TruePose,
-    /// What its battery truly gives.
+    /// The true state of its battery.
     #[serde(skip)]
     TruePower,
 }

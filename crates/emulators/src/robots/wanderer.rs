@@ -11,15 +11,15 @@ use super::surroundings::{Disc, Surroundings};
 
 /// The distance over which it looks for a free path [m].
 const REACH_M: f64 = 1.5;
-/// The time between looks [s].
+/// The time between two such looks [s].
 const LOOK_SECS: f64 = 0.2;
 /// The number of directions.
 const DIRECTIONS: u32 = 16;
 /// The distance that it keeps from everything [m].
 const MARGIN_M: f64 = 0.08;
-/// It is there when this near [m].
+/// It has arrived when this close [m].
 const THERE_M: f64 = 0.3;
-/// It turns on the spot when it points further off than this [rad].
+/// It turns on the spot when its heading is off by more than this [rad].
 const SPOT_RAD: f64 = 0.9;
 /// The fastest turn [rad/s].
 const TOP_TURN_RADPS: f64 = 1.8;
@@ -55,22 +55,22 @@ impl Wanderer {
         }
     }
 
-    /// Where it is.
+    /// Its pose.
     pub fn pose(&self) -> Pose {
         self.pose
     }
 
-    /// How it moves.
+    /// Its motion.
     pub fn twist(&self) -> Twist {
         self.twist
     }
 
-    /// The floor that it covers.
+    /// The area that it covers.
     pub fn body(&self) -> Disc {
         Disc { at: self.pose.at, radius_m: self.radius_m }
     }
 
-    /// Drives on for a short while.
+    /// Drives for a short time.
     pub fn advance(&mut self, secs: f64, around: &Surroundings<'_>) {
         self.patience_secs -= secs;
         self.until_look_secs -= secs;
@@ -92,7 +92,7 @@ impl Wanderer {
         self.until_look_secs = 0.0;
     }
 
-    /// Stands still, as when it is switched off.
+    /// Stops, as when it is switched off.
     pub fn halt(&mut self) {
         self.twist = Twist::default();
     }
@@ -103,13 +103,13 @@ impl Wanderer {
         self.patience_secs = self.usual_patience_secs();
     }
 
-    /// The time after which a goal is given up [s]: a multiple of the time that the straight path takes.
+    /// The time after which a goal is given up [s]: a multiple of the time for the straight path.
     fn usual_patience_secs(&self) -> f64 {
         let straight_secs = self.pose.at.distance_m(self.goal) / self.top_speed_mps;
         5.0 + 2.0 * straight_secs
     }
 
-    /// The direction that costs least: far off the goal, far off the heading and blocked cost most.
+    /// The direction with the least cost: those far from the goal, far from the heading and blocked cost most.
     fn best_way_rad(&self, around: &Surroundings<'_>) -> f64 {
         let goal_rad = self.pose.at.bearing_rad(self.goal);
         let reach_m = REACH_M.min(self.pose.at.distance_m(self.goal));
@@ -137,7 +137,7 @@ impl Wanderer {
         }
     }
 
-    /// Moves where that is admitted; otherwise only turns, and looks again at once.
+    /// Moves if that is possible; otherwise only turns, and looks again at once.
     fn roll(&mut self, secs: f64, around: &Surroundings<'_>) {
         let next = self.pose.moved(self.twist, secs);
         if around.admits(self.body(), Disc { at: next.at, radius_m: self.radius_m }) {

@@ -5,9 +5,9 @@ use super::plan::Phase;
 use super::skill::Skill;
 use crate::noise::Noise;
 
-/// What 1, 2 and 3-back demand of the mind [0..1].
+/// The workload of 1-, 2- and 3-back [0..1].
 const WORKLOAD: [f64; 3] = [0.35, 0.65, 1.0];
-/// Excitement follows workload, and feeling falls with it.
+/// Arousal follows workload, and valence falls with it.
 const AROUSAL: f64 = 0.8;
 const DISPLEASURE: f64 = 0.2;
 /// The share of a demand that remains for a person who has given up.
@@ -24,7 +24,7 @@ pub struct Bout {
     pub disengaged: bool,
 }
 
-/// How workload of a level is.
+/// The workload of a level.
 pub fn workload(level: u8) -> f64 {
     level.checked_sub(1).and_then(|place| WORKLOAD.get(usize::from(place))).copied().unwrap_or(0.0)
 }

@@ -1,4 +1,4 @@
-//! The course of a task, happening by happening.
+//! The course of a task, event by event.
 
 use std::collections::VecDeque;
 
@@ -17,7 +17,7 @@ const TAIL_SECS: f64 = 1.0;
 const REACH_SECS: f64 = 0.06;
 /// The variation of reports.
 const REPORT_SIGMA: f64 = 0.4;
-/// No robot is commanded more often [1/min].
+/// The highest rate at which robots are commanded [1/min].
 const MOST_COMMANDS_PER_MIN: f64 = 60.0;
 
 /// A task that a person does. The same plan, skill and seed give the same course.
@@ -37,7 +37,7 @@ impl Task {
         Task { plan, skill, noise, phases: 0, ahead: VecDeque::new() }
     }
 
-    /// What happens next, if it does until a time [s]; in the order of times.
+    /// The next event, if it happens by a time [s]; in order of time.
     pub fn next_until(&mut self, secs: f64) -> Option<Happening> {
         while self.ahead.is_empty() {
             let phase = self.plan.phase(self.phases)?;
@@ -107,7 +107,7 @@ impl Task {
     }
 }
 
-/// Before each press and command, the finger that sets out for it.
+/// Adds, before each press and command, the movement of the finger towards it.
 fn add_reaches(all: &mut Vec<Happening>) {
     let is_done =
         |each: &&Happening| matches!(each.what, What::Press { .. } | What::Command { .. });

@@ -4,7 +4,7 @@ use super::course::Task;
 use super::happening::{Happening, What};
 use crate::body::{Body, Record};
 
-/// How strongly the skin answers to a command and to a phase that begins, as a multiple of the usual.
+/// How strongly the skin responds to a command and to the start of a phase, as a multiple of the usual.
 const COMMAND_STARTLE: f64 = 1.0;
 const PHASE_STARTLE: f64 = 1.5;
 
@@ -20,7 +20,7 @@ pub struct Operator {
 /// The actions of a person since the previous step, and the recording of that time.
 #[derive(Clone, Copy, Debug)]
 pub struct OperatorOutput<'a> {
-    /// What happened, in the order of its times.
+    /// What happened, in order of time.
     pub happened: &'a [Happening],
     /// The recording of the body.
     pub record: &'a Record,
@@ -37,8 +37,8 @@ impl Operator {
         self.body.secs()
     }
 
-    /// Simulates up to a time [s], at most an hour per call, and returns what happened since the call
-    /// before. The same for any division of the time, as with [`Body::until`].
+    /// Simulates up to a time [s], at most an hour per call, and returns what happened since the previous call. The
+    /// same for any division of the time, as with [`Body::until`].
     pub fn until(&mut self, secs: f64) -> OperatorOutput<'_> {
         self.happened.clear();
         self.body.turn_over();

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 /// The plan of a task: a baseline, then levels of n-back with rests between them.
 ///
-/// Times that are no length count as 0, and a round lasts a second at least.
+/// Invalid durations count as 0, and a round lasts at least a second.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Plan {
@@ -19,7 +19,7 @@ pub struct Plan {
     pub stimulus_secs: f64,
     /// The levels, in their order, each 1 to 3. Default: 1, 2, 3.
     pub levels: Vec<u8>,
-    /// The number of rounds of levels; endless if left out.
+    /// The number of rounds of levels; by default endless.
     pub rounds: Option<u32>,
     /// The number of robots that can be commanded. Default: 5.
     pub robots: u32,
@@ -47,7 +47,7 @@ impl Default for Plan {
 pub struct Phase {
     /// Its name.
     pub name: &'static str,
-    /// The n of n-back; 0 for no task.
+    /// The n of n-back; 0 if there is no task.
     pub level: u8,
     /// When it begins, after the start [s].
     pub from_secs: f64,
@@ -56,15 +56,15 @@ pub struct Phase {
 }
 
 impl Phase {
-    /// Its duration [s]; a phase of no duration is left out.
+    /// Its duration [s]; a phase without duration is skipped.
     pub fn lasts_secs(&self) -> f64 {
         self.to_secs - self.from_secs
     }
 }
 
-/// Nothing lasts longer [s].
+/// The longest duration [s].
 const LONGEST_SECS: f64 = 86_400.0;
-/// No round is shorter [s].
+/// The shortest round [s].
 const LEAST_ROUND_SECS: f64 = 1.0;
 
 impl Plan {

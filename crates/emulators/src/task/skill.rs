@@ -4,22 +4,22 @@ use crate::noise::Noise;
 
 /// Separates the random numbers of the skill from those of the task of the same seed.
 const SALT: u64 = 0x006e_2d62_6163_6b21;
-/// The share of people who give up at 3-back now and then.
+/// The share of people who sometimes give up at 3-back.
 const GIVE_UP: f64 = 0.35;
 
 /// How well one person does n-back tasks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skill {
-    /// Time from a stimulus to the press at 1-back, median [s].
+    /// The median time from a stimulus to the press at 1-back [s].
     pub reaction_secs: f64,
     /// The probability that a press is right at 1, 2 and 3-back [0..1].
     pub right_share: [f64; 3],
-    /// What share of the time at 3-back the person gives up [0..1].
+    /// The share of the time at 3-back in which the person has given up [0..1].
     pub disengaged_share: f64,
 }
 
 impl Skill {
-    /// That of the person of a seed.
+    /// The skill of the person generated from a seed.
     pub fn of_seed(seed: u64) -> Skill {
         let mut noise = Noise::seeded(seed ^ SALT);
         let shift = noise.around(0.0, 0.02);

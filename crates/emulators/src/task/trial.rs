@@ -13,7 +13,7 @@ const MATCH_SHARE: f64 = 0.3;
 /// The additional reaction time for each further level [s], and the variation of reactions.
 const SLOWER_SECS: f64 = 0.12;
 const REACTION_SIGMA: f64 = 0.2;
-/// No reaction is faster [s], and none takes more of the time until the next stimulus.
+/// The fastest reaction [s], and the largest share of the time until the next stimulus that one may take.
 const FASTEST_SECS: f64 = 0.2;
 const LATEST_SHARE: f64 = 0.9;
 /// The share of stimuli at which a person who has given up presses, at random.
@@ -73,7 +73,7 @@ impl Trials {
     }
 }
 
-/// How likely a press is, and how likely it is right and fast.
+/// The probability of a press, and of its being correct and fast.
 #[derive(Clone, Copy, Debug)]
 struct Odds {
     press_share: f64,

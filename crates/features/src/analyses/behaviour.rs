@@ -1,4 +1,4 @@
-//! Analyses of what somebody does, as cameras, microphones and input devices see it.
+//! Analyses of a person's behaviour, as recorded by cameras, microphones and input devices.
 
 use teampulse_core::data::EventKind;
 use teampulse_core::stream::Signal;
@@ -184,7 +184,8 @@ fn names(chosen: &Chosen) -> Vec<&str> {
     chosen.channels.iter().map(String::as_str).collect()
 }
 
-/// Whether a stream has the [frames](voice::Frame) of a sound, made where it was heard, in place of its samples.
+/// Whether a stream contains the [frames](voice::Frame) of a sound, computed where it was recorded, instead of its
+/// samples.
 fn are_frames(chosen: &Chosen) -> bool {
     chosen.channels.iter().map(String::as_str).eq(voice::CHANNELS.map(|(name, _)| name))
 }

@@ -1,4 +1,4 @@
-//! Analyses of the heart, by what shows its beats.
+//! Analyses of the heart, from signals that show its beats.
 
 use teampulse_core::data::EventKind;
 use teampulse_core::stream::Signal;

@@ -1,4 +1,4 @@
-//! Analyses of signals that nothing is known of.
+//! Analyses of unknown signals.
 
 use teampulse_core::stream::Signal;
 use teampulse_signal::descriptive;

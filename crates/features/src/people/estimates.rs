@@ -29,34 +29,33 @@ use crate::whole_seconds::WholeSeconds;
 /// The family of estimates.
 pub const FAMILY: &str = "estimates";
 
-/// Estimates of a person's workload and arousal, from the own state and from self-reports.
+/// Estimates of a person's workload and arousal, from their own state and from self-reports.
 ///
-/// - Measures: nothing: these are estimates. `workload_physiology` and `arousal` state how far the body
-///   is from the own baseline, `workload_report` the person's rating (ISA, 1 to 5), `workload` both.
-/// - Formula: each measure counts z/(|z| + 3) in its direction, z the robust z of `state` (z where that is
+/// - Measures: nothing: these are estimates. `workload_physiology` and `arousal` state how far the body is from the
+///   person's own baseline, `workload_report` the person's rating (ISA, 1 to 5), `workload` both.
+/// - Formula: each measure contributes z/(|z| + 3) in its direction, z the robust z of `state` (z where that is
 ///   undefined). `workload_physiology` is the mean of heart rate (up), ln RMSSD (down) and breathing rate
-///   (up), `arousal` that of skin level (up) and response rate (up), as far as they are known, held at 0
-///   from below. `workload_report` is (ISA − 1)/4 of the newest report about the phase. `workload` takes
-///   both by inverse variance. Sigmas: 0.21 at least; the spread of the measures, the uncertainty of the
-///   baseline and the scatter of a window add to it; a report has the same 0.21, its variance doubles
-///   within `report_secs` and grows as the window leaves the phase that the report is about; where body
-///   and report contradict each other, the combined sigma is larger.
-/// - Unit: 1, on [0..1]: 0 as in the baseline or below (ISA 1), 1 as much as can be (ISA 5).
-/// - Window: those of `state`, once a second, and phases; of reports alone those of the study.
+///   (up), `arousal` that of skin level (up) and response rate (up), as far as they are known, clamped at 0 from below.
+///   `workload_report` is (ISA − 1)/4 of the newest report about the phase. `workload` combines both by inverse
+///   variance. Sigmas: 0.21 at least; the spread of the measures, the uncertainty of the baseline and the scatter of a
+///   window add to it; a report has the same 0.21, its variance doubles within `report_secs` and grows as the window
+///   leaves the phase that the report is about; where body and report contradict each other, the combined sigma is
+///   larger.
+/// - Unit: 1, on [0..1]: 0 as in the baseline or below (ISA 1), 1 for the maximum (ISA 5).
+/// - Window: those of `state`, once a second, and phases; for reports alone those of the study.
 /// - Reference: three classes of workload are classified correctly in 72 % of cases within people, and in
 ///   46 % across people (MOCAS, arXiv:2210.03065): 0.21 is the sigma that gives 72 %, 0.7 would be that of
 ///   46 %. Directions: Mehler et al. (2012), doi:10.1177/0018720812442086; Grassmann et al. (2016),
 ///   doi:10.1155/2016/8146809; Boucsein et al. (2012), doi:10.1111/j.1469-8986.2012.01384.x. Reports:
 ///   Tattersall & Foord (1996), doi:10.1080/00140139608964495.
-/// - Limits: heart, breath and skin answer to posture, speech, heat, coffee and surprise as well; the index
-///   compares a person with the own baseline, never people with each other; the scale is a convention.
-///   Against a baseline too short for z (see `state`) the body gives no estimate, and reports alone do. A
-///   report belongs to the phase in which it is given, or within 10 s after its end to that one, so a phase
-///   is reported 11 s after its end, or as the session ends. Reports are events of kind `report` labelled
-///   `isa` about the person, or on /session/events labelled `isa p001`, or `isa` where there is one person
-///   only. One that is not on the scale is not used; the first of a person is published as a fault on
-///   `/humans/persons/<id>/reports/faults`, and the first that is about nobody known on
-///   `/session/reports/faults`. Hidden from the screen unless the study sets `show_estimates`: an
+/// - Limits: heart, breath and skin respond to posture, speech, heat, coffee and surprise as well; the index compares a
+///   person with their own baseline, never people with each other; the scale is a convention. Against a baseline too
+///   short for z (see `state`) the body gives no estimate, and reports alone do. A report belongs to the phase in which
+///   it is given, or within 10 s after its end to that one, so a phase is reported 11 s after its end, or as the
+///   session ends. Reports are events of kind `report` labelled `isa` about the person, or on /session/events labelled
+///   `isa p001`, or just `isa` if there is only one person. A report that is not on the scale is not used; the first of
+///   each person is published as a fault on `/humans/persons/<id>/reports/faults`, and the first about an unknown
+///   person on `/session/reports/faults`. Hidden from the screen unless the study sets `show_estimates`: an
 ///   experimenter who sees them is no longer blind.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -66,7 +65,7 @@ pub struct Estimates {
 }
 
 impl Default for Estimates {
-    /// Reports are asked for every two minutes (Tattersall & Foord 1996).
+    /// Reports are requested every two minutes (Tattersall & Foord 1996).
     fn default() -> Estimates {
         Estimates { report_secs: 120.0 }
     }
@@ -112,7 +111,7 @@ impl Feature for Estimating {
     }
 }
 
-/// Windows about a person, which show who is present; states among them.
+/// Whether a stream has windows about a person, states included: these show who is present.
 fn is_of_a_person(stream: &Stream) -> bool {
     stream.about == About::Person
         && stream.origin == Origin::Derived

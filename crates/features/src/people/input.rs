@@ -24,19 +24,19 @@ const SETTLED_NS: i64 = 1_000_000_000;
 /// How much a person does at keys, mice and controls.
 ///
 /// - Measures: the events of all streams of a person whose signal is `input`, and the reaction time
-///   where the numbers of the events are in seconds.
-/// - Formula: `input_rate` is events over the length of the window; `reaction_time` is the mean of the
-///   finite numbers of events, of the streams that declare theirs in s.
+///   if the numbers of the events are in seconds.
+/// - Formula: `input_rate` is the number of events divided by the length of the window; `reaction_time` is the mean of
+///   the finite numbers of events, for streams that declare them in s.
 /// - Unit: 1/min, s.
-/// - Window: `windows_secs`, once a second, from when the first such stream is known; and each phase when
-///   it is over, of a longer one its last 600 s. Silence is a rate of 0, not missing.
-/// - Reference: none; counts.
+/// - Window: `windows_secs`, once a second, once the first such stream is known; and each phase when it is over, for a
+///   long one its last 600 s. Silence is a rate of 0, not missing.
+/// - Reference: none; these are counts.
 /// - Limits: a person who does nothing and a keyboard that is disconnected give the same silence. The
 ///   keys themselves are not recorded.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Input {
-    /// The lengths of the windows [s]; without it those of the study.
+    /// The lengths of the windows [s]; by default those of the study.
     pub windows_secs: Option<Vec<f64>>,
 }
 
@@ -57,7 +57,7 @@ impl Feature for Inputs {
         is_input(stream) || Phases::hears(stream)
     }
 
-    /// One for the session: phases are reported in the order of people.
+    /// One extractor for the session: phases are reported in the order of people.
     fn scope(&self) -> Scope {
         Scope::Session
     }

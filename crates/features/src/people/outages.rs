@@ -1,4 +1,4 @@
-//! Outages of people's sensors: when one falls silent or stands still, and when it is back.
+//! Outages of people's sensors: when one falls silent or gets stuck, and when it is back.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use crate::value::moment;
 const USUAL_INTERVALS: f64 = 3.0;
 /// The longest assumed interval of a stream with a single sample so far [s].
 const SLOWEST_SECS: f64 = 60.0;
-/// Signals whose numbers never stay the same for long on a living body.
+/// Signals whose numbers never stay constant for long on a living body.
 const RESTLESS: [Signal; 7] = [
     Signal::Ecg,
     Signal::Ppg,
@@ -30,19 +30,19 @@ const RESTLESS: [Signal; 7] = [
     Signal::Acceleration,
 ];
 
-/// Sensors of a person that fall silent or stand still, and that come back, each as an event.
+/// Sensors of a person that fall silent or get stuck, and that recover, each as an event.
 ///
 /// - Measures: silences of each stream of a person's signal, and times in which its numbers do not change
 ///   at all (ECG, PPG, skin conductance, EMG, EEG, breathing and acceleration).
 /// - Formula: a silence longer than `silent_secs` and than three usual intervals between arrivals is a
-///   fault at the time of the last sample; so are equal numbers for `stalled_secs`, at the time of the
+///   fault at the time of the last sample; so are unchanged numbers for `stalled_secs`, at the time of the
 ///   first of them. A marker states when the stream is back, and how long it was gone.
 /// - Unit: s (the duration of the marker).
 /// - Window: none; judged at each sample and tick.
 /// - Reference: as for robots, Zahumenský (2004), "Guidelines on quality control procedures for data from
 ///   automatic weather stations", WMO: the checks on missing data and on minimum variability.
-/// - Limits: a sensor that never came is not noticed here; one that is off the body but noisy shows in the
-///   quality of its signal.
+/// - Limits: a sensor that never appeared is not detected here; one that is off the body but noisy shows in the quality
+///   of its signal.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Outages {
@@ -106,11 +106,11 @@ struct Presence {
     intervals: f64,
     came_secs: f64,
     is_silent: bool,
-    /// Until when nothing could be received, as teampulse itself did not run.
+    /// Until when nothing could be received, as teampulse itself was suspended.
     deaf_until: Option<Time>,
 }
 
-/// Samples of the same numbers in a row.
+/// Consecutive samples with the same numbers.
 struct Run {
     numbers: Vec<f64>,
     since: Time,
@@ -197,7 +197,7 @@ impl OutagesExtractor {
         }
     }
 
-    /// Compares the numbers of a sample or of a run with those before.
+    /// Compares the numbers of a sample or of a wave with the previous ones.
     fn compare(&mut self, sample: &Sample, out: &mut Outputs) {
         let Some(mut readout) = self.readout.take() else { return };
         if let Some(numbers) = readout.read(&sample.data) {
@@ -235,7 +235,7 @@ impl OutagesExtractor {
         }
     }
 
-    /// The numbers have changed.
+    /// Notes that the numbers have changed.
     fn change(&mut self, numbers: &[f64], at: Time, out: &mut Outputs) {
         let since = self.run.as_ref().filter(|run| run.is_reported).map(|run| run.since);
         match &mut self.run {
@@ -261,7 +261,7 @@ impl OutagesExtractor {
     }
 }
 
-/// The time of the last sample of a run.
+/// The time of the last sample of a wave.
 fn end_of(sample: &Sample) -> Time {
     let samples = match &sample.data {
         Data::Wave(wave) => wave.samples.len() / wave.channels.max(1) as usize,
@@ -271,7 +271,7 @@ fn end_of(sample: &Sample) -> Time {
     Time::from_nanos(sample.measured.nanos().saturating_add(length_ns))
 }
 
-/// The name of a stream for people: `p001/polar_h10/ecg`.
+/// The name of a stream for display: `p001/polar_h10/ecg`.
 fn short_name(stream: &Stream) -> String {
     let subject = stream.subject();
     match subject.within(&stream.name) {
@@ -321,7 +321,7 @@ mod tests {
             Ecg { watch, out }
         }
 
-        /// Comes from one quarter of a second to another, arriving half a second late.
+        /// Delivers it from one quarter of a second to another, half a second late.
         fn come(&mut self, quarters: std::ops::Range<i64>, value: impl Fn(i64) -> f64) {
             for quarter in quarters {
                 let samples = (0..25).map(|k| value(quarter * 25 + k)).collect();

@@ -1,4 +1,4 @@
-//! The differences of a person from the own baseline.
+//! The differences of a person from their own baseline.
 
 mod baseline;
 mod measures;
@@ -30,29 +30,28 @@ use crate::whole_seconds::WholeSeconds;
 /// The family of states.
 pub(super) const FAMILY: &str = "state";
 
-/// The differences of a person from the own baseline: heart, breath, skin and input.
+/// The differences of a person from their own baseline: heart, breath, skin and input.
 ///
-/// - Measures: heart rate, ln RMSSD (of an ECG, else of intervals, else of a pulse wave), breathing rate,
-///   skin conductance level, rate of skin responses, and input rate, each against the person's last phase
-///   `baseline` that is over; each second in windows of each length, and of each later phase that is over.
-/// - Formula: of windows: difference from the mean of the windows that lie wholly inside the baseline; z in
-///   their SD (n − 1); robust z from their median in 1.4826 MAD. Of phases: difference from the value of
+/// - Measures: heart rate, ln RMSSD (from an ECG, else from intervals, else from a pulse wave), breathing rate,
+///   skin conductance level, rate of skin responses, and input rate, each against the person's last finished phase
+///   `baseline`; every second in windows of each length, and for each later phase when it is over.
+/// - Formula: for windows: difference from the mean of the windows that lie wholly inside the baseline; z in
+///   their SD (n − 1); robust z from their median in 1.4826 MAD. For phases: difference from the value of
 ///   the baseline as one phase, in the same SD and MAD, those of the shortest windows. Sigmas are the
 ///   uncertainty from the baseline; its overlapping windows count as n (1 − r)/(1 + r) independent ones, r
 ///   their correlation at lag 1, and at most as many as fit side by side.
-/// - Unit: differences in 1/min, ln(ms), µS; z and robust z in 1.
+/// - Unit: differences in 1/min, ln(ms), µS; z and robust z are dimensionless.
 /// - Window: those of the families it reads, once a second; phases.
 /// - Reference: Task Force (1996), doi:10.1161/01.CIR.93.5.1043, for the logarithm; Bayley & Hammersley
 ///   (1946), doi:10.2307/2983560, for overlapping windows.
 /// - Limits: a description of one person, neither a test nor an explanation. Before a baseline is over
-///   there is no state. Few windows vary less than a person does, and z against them is far too large: so
-///   it is reported only when five windows fit side by side into the baseline without its gaps (150 s for
-///   windows of 30 s; a twentieth may be missing), and five minutes are better; a difference needs nearly
-///   two. A measure is missing where no sensor gives it, has no baseline where the sensor came later, a
-///   baseline too short, and a gap where its newest window is older than `stale_secs`; else it has the
-///   reason of its window. Of several devices the best family that has a baseline is taken, in it the best
-///   in quality during the baseline, of equals the first by name; it is not changed until the next
-///   baseline.
+///   there is no state. A few windows vary less than a person does, and z against them is far too large: so it is
+///   reported only if five windows fit side by side into the baseline without its gaps (150 s for windows of 30 s; a
+///   twentieth may be missing), and five minutes are better; a difference needs nearly two. The reason for a missing
+///   measure is `missing` if no sensor provides it, `no_baseline` if the sensor appeared later, `brief_baseline` if the
+///   baseline is too short, and `gap` if its newest window is older than `stale_secs`; otherwise it is the reason of
+///   its window. Among several devices the best family that has a baseline is used, within it the one with the best
+///   quality during the baseline, among equals the first by name; this choice is kept until the next baseline.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct State {

@@ -27,24 +27,24 @@ use crate::windows::{View, Windows};
 /// How fast a battery is used, and when it will be empty: the battery utilisation of a robot.
 ///
 /// - Measures: the power taken from the battery and the loss of charge, negative while it is charged;
-///   the time and the share of the charge that are left.
-/// - Formula: power is the first available of: the power itself; the median of voltage × current; −d(energy)/dt; −d(fraction)/dt ×
-///   capacity × voltage; −d(charge)/dt × voltage. Loss is −d(fraction)/dt. Time left is the remaining charge over its loss, where
-///   that is more than twice its uncertainty; the share that is left is the median. Slopes are Theil–Sen lines, through the
-///   moments of change where a gauge is coarse.
+///   the remaining time and the remaining share of the charge.
+/// - Formula: power is the first available of: the power itself; the median of voltage × current; −d(energy)/dt;
+///   −d(fraction)/dt × capacity × voltage; −d(charge)/dt × voltage. Loss is −d(fraction)/dt. The remaining time is the
+///   remaining charge divided by its loss, if that is more than twice its uncertainty; the remaining share is the
+///   median. Slopes are Theil–Sen lines, through the times of change if a gauge is coarse.
 /// - Unit: W, %/min, s, 1, each with its standard uncertainty.
 /// - Window: `windows_secs`, once a second; at most 600 readings each.
 /// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
 ///   human-multi-robot team"; `sensor_msgs/msg/BatteryState`; Sen (1968),
 ///   doi:10.1080/01621459.1968.10480934.
-/// - Limits: drivers that give percent as 0–100, or discharge as a positive current, are recognised
-///   and reported once in `notes`; a current that is exactly zero throughout is not measured. A
-///   battery's own estimate of its charge is not checked. The time left assumes that use goes on as
-///   in the window. Uncertainties assume independent errors.
+/// - Limits: drivers that report percent as 0–100, or discharge as a positive current, are recognised and reported once
+///   in `notes`; a current that is exactly zero throughout counts as not measured. A battery's own estimate of its
+///   charge is not checked. The remaining time assumes that the use continues as in the window. Uncertainties assume
+///   independent errors.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BatteryUse {
-    /// The lengths of the windows [s]; the study's where not given.
+    /// The lengths of the windows [s]; by default the study's.
     pub windows_secs: Option<Vec<f64>>,
 }
 

@@ -31,8 +31,8 @@ pub(crate) const FAMILY: &str = "deployment";
 /// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
 ///   human-multi-robot team", the robots' deployment time.
 /// - Limits: a robot that runs but can't be reached counts as offline. Only messages show that a
-///   robot is online: neither the existence of its topics nor the commands of people do. While
-///   teampulse itself does not run, no robot goes offline.
+///   robot is online: neither the existence of its topics nor the commands of people do. While teampulse itself is
+///   suspended, no robot goes offline.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Deployment {
@@ -88,7 +88,7 @@ struct DeploymentExtractor {
     duty: Option<Duty>,
 }
 
-/// The state of a robot from its first sample on.
+/// The state of a robot since its first sample.
 struct Duty {
     /// Since when it has been online; `None` while it is offline.
     since: Option<Time>,

@@ -28,7 +28,7 @@ const MOST_ENTRIES: usize = 64;
 /// - Unit: 1; 0 ok, 1 warning, 2 error, 3 stale.
 /// - Window: `window_secs`, once a second, as each part of a robot publishes its own messages.
 /// - Reference: `diagnostic_msgs/msg/DiagnosticStatus`; REP-107.
-/// - Limits: of each message the first 64 statuses are read. Without messages the level is unknown,
+/// - Limits: only the first 64 statuses of each message are read. Without messages the level is unknown,
 ///   not ok.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

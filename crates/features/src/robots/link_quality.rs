@@ -24,22 +24,22 @@ const PLAUSIBLE_DBM: std::ops::RangeInclusive<f64> = -150.0..=30.0;
 const NO_QUALITY_DBM: f64 = -110.0;
 const FULL_QUALITY_DB: f64 = 70.0;
 
-/// The quality of a robot's radio link: its level, the variation of that, and how often it is weak.
+/// The quality of a robot's radio link: its level, how that varies, and how often it is weak.
 ///
-/// - Measures: the received signal level (RSSI) of a stream whose first channel is in dBm; of
-///   others, only the share of full quality that the driver reports.
+/// - Measures: the received signal level (RSSI) of a stream whose first channel is in dBm; for others, only the share
+///   of full quality that the driver reports.
 /// - Formula: median, median absolute deviation and minimum of the level; the share of readings
-///   below `weak_dbm`; quality = (median + 110 dBm) / 70 dB, held within 0 … 1.
+///   below `weak_dbm`; quality = (median + 110 dBm) / 70 dB, clamped to 0 … 1.
 /// - Unit: dBm, dB, dBm, 1, 1.
 /// - Window: `windows_secs`, once a second.
 /// - Reference: the scale of quality is that of Linux' cfg80211 (`wext-compat.c`).
 /// - Limits: levels of different radios can't be compared closely. Uncertainties assume independent
-///   readings; a slowly fading level is more uncertain. Of a stream faster than 600 readings a
-///   window, short dips are missed.
+///   readings; a slowly fading level is more uncertain. In a stream with more than 600 readings per window, short dips
+///   are missed.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LinkQuality {
-    /// The lengths of the windows [s]; the study's where not given.
+    /// The lengths of the windows [s]; by default the study's.
     pub windows_secs: Option<Vec<f64>>,
     /// The level below which a link is weak [dBm].
     pub weak_dbm: f64,

@@ -15,8 +15,8 @@ use crate::context::FeatureContext;
 
 /// The numbers inside ROS messages: one reading for each message, in the units of its stream.
 ///
-/// - Measures: the unchanged numbers of the message about the battery, the link, temperatures and
-///   every other topic for which the study names fields. Odometry and diagnostics are not repeated.
+/// - Measures: the unchanged numbers in messages about the battery, the link, temperatures and every other topic for
+///   which the study names fields. Odometry and diagnostics are not repeated.
 /// - Formula: field × scale.
 /// - Unit: as declared for each channel.
 /// - Window: none; each message at its own time, late ones too.

@@ -21,24 +21,24 @@ pub(crate) const FAMILY: &str = "stuck";
 /// The speed below which a robot stands still [m/s].
 const STANDING_M_PER_SEC: f64 = 0.01;
 
-/// A run is too long when it is this many times the second longest one before it.
+/// A run is too long if it is this many times as long as the second longest one before it.
 const USUAL_RUNS: i64 = 3;
 
-/// The least number of equal samples that is a fault.
+/// The least number of equal samples that counts as a fault.
 const LEAST_SAMPLES: u32 = 3;
 
 /// Sensors of a robot whose numbers do not change at all for too long, and when they change again.
 ///
 /// - Measures: runs of samples that arrive on time but whose numbers do not change at all, for
-///   batteries, links, temperatures and odometry. Odometry is stuck only when its speed is not zero
-///   while its position stays.
+///   batteries, links, temperatures and odometry. Odometry is stuck only if its speed is not zero while its position
+///   stays the same.
 /// - Formula: a run is a fault once it lasts `stuck_secs`, and three times the second longest run
-///   so far: a coarse gauge is reported twice and then recognised.
+///   so far: so a coarse gauge is reported twice and then recognised.
 /// - Unit: s (the event's value is the length of the run; its duration, when it ends).
 /// - Window: none; judged at each sample.
 /// - Reference: the check on minimum variability of automatic weather stations, Zahumenský (2004),
 ///   "Guidelines on quality control procedures for data from automatic weather stations", WMO.
-/// - Limits: a sensor that is stuck but noisy, or silent, is not noticed here.
+/// - Limits: a sensor that is stuck but noisy, or silent, is not detected here.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Stuck {
@@ -101,7 +101,7 @@ struct Watched {
     speeds: Vec<usize>,
 }
 
-/// Samples of the same numbers in a row.
+/// Consecutive samples with the same numbers.
 struct Run {
     numbers: Vec<f64>,
     since: Time,
@@ -133,7 +133,7 @@ impl Extractor for Persistence {
         self.judge(sample.measured, out);
     }
 
-    /// A late sample within the run that differs from it breaks it there.
+    /// A late sample within the run that differs from it ends it there.
     fn push_late(&mut self, sample: &Sample, _: &mut Outputs) {
         let numbers = self.readout.as_mut().and_then(|readout| readout.read(&sample.data));
         let (Some(numbers), Some(run)) = (numbers, &mut self.run) else { return };
@@ -195,7 +195,7 @@ impl Watched {
         self.channels.iter().filter_map(|&index| all.get(index)).copied().collect()
     }
 
-    /// Whether the numbers should change: always where no speed is given.
+    /// Whether the numbers should change: always, if there is no speed.
     fn should_change(&self, all: &[f64]) -> bool {
         let speeds = self.speeds.iter().filter_map(|&index| all.get(index));
         self.speeds.is_empty() || speeds.into_iter().any(|speed| speed.abs() > STANDING_M_PER_SEC)

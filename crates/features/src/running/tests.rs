@@ -39,7 +39,7 @@ fn ecg() -> Stream {
     stream.with_channels(&[("ecg", "mV")])
 }
 
-/// A bump each 100 samples and a little, broad ones between them.
+/// A bump slightly more than every 100 samples, with broad ones between them.
 fn voltages() -> Vec<f64> {
     let bump = |k: usize, at: f64, width: f64| {
         let from = (k % 101) as f64 - at;
@@ -201,7 +201,7 @@ fn a_rate_at_which_nothing_can_be_reported_gives_no_stream() {
     assert!(out.streams().is_empty() && out.samples().next().is_none());
 }
 
-/// The pitch [Hz] and the activity in each window of ten seconds of a stream of audio, of which each row is a sample.
+/// The pitch [Hz] and the activity in each window of ten seconds of an audio stream, each row of which is a sample.
 fn pitches(channels: &[(&str, &str)], rate_hz: f64, rows: &[Vec<f64>]) -> Vec<[f64; 2]> {
     let feature = built(Signal::Audio, Some(vec![10.0]));
     let subject = Subject { about: About::Person, id: "p1".into() };

@@ -45,16 +45,16 @@ const KEPT_ALERTS: u32 = 1000;
 /// - Measures: the people present, the robots online, robots per person, the robots that need someone,
 ///   and how long the oldest of their alerts has waited. A robot needs someone when it is offline, its
 ///   battery is low or soon empty, its diagnostics report an error, its link is poor or a sensor is
-///   stuck, from the start of the cause until it ends or a person commands the robot. Beside these, the
-///   study's `[[alerts]]` on any numbers of people, robots and the team.
+///   stuck, from the start of the cause until it ends or a person commands the robot. Besides these, the study's
+///   `[[alerts]]` on any numbers of people, robots and the team.
 /// - Formula: a person is present while samples of the person's streams arrive, with silences of at most
 ///   `present_secs`. An alert is raised when its cause begins, one for each robot and reason; answered
-///   when the robot is commanded afterwards; over when the cause ends, for a limit a tenth beyond it. All
-///   three are events: a fault, then markers with the time to the answer [s] and the length. An alert of
-///   the study is also unknown while its number is missing: it neither lasts nor ends unsaid.
+///   when the robot is commanded afterwards; over when the cause ends, with a hysteresis of a tenth for limits. All
+///   three are events: a fault, then markers with the time to the answer [s] and the duration. An alert of
+///   the study is also unknown while its number is missing: it does not silently continue or end.
 /// - Unit: 1, 1, 1, 1, s.
 /// - Window: none; once a second, and an event at each change.
-/// - Reference: how many robots there are for a person, for comparison with the fan-out, the number of
+/// - Reference: the number of robots per person, for comparison with the fan-out, the number of
 ///   robots that one person can look after: Olsen & Goodrich (2003), "Metrics for evaluating human-robot
 ///   interactions", NIST's workshop on performance metrics for intelligent systems; Olsen & Wood (2004),
 ///   doi:10.1145/985692.985722.
@@ -70,7 +70,7 @@ pub struct Attention {
     pub present_secs: f64,
     /// The share of its charge below which a battery is low [0..1].
     pub low_battery: f64,
-    /// The time before a battery is empty from which the robot needs someone [s].
+    /// The robot needs someone if its battery will be empty within this time [s].
     pub empty_in_secs: f64,
     /// The quality below which a link is poor [0..1].
     pub poor_link: f64,
@@ -186,7 +186,7 @@ struct AttentionExtractor {
     roles: BTreeMap<StreamId, Role>,
     /// The time of each person's last sample.
     people: BTreeMap<String, Time>,
-    /// Whether each robot was online at last.
+    /// Whether each robot was last reported as online.
     online: BTreeMap<String, bool>,
     alerts: Alerts,
     inputs: Inputs,
@@ -304,7 +304,7 @@ impl AttentionExtractor {
 /// The number under which a stream reports a sign of a robot's profile; those of the study's alerts are smaller.
 const SIGN: usize = usize::MAX;
 
-/// A number of a feature, where it has one.
+/// A number of a feature, if it has one.
 fn number(data: &Data, channel: usize) -> Option<f64> {
     let Data::Feature(values) = data else { return None };
     values.values.get(channel).copied().filter(|value| value.is_finite())

@@ -32,20 +32,20 @@ const LEAST_WATCHED: f64 = 0.5;
 ///   number of its messages), and for each window how often people intervened, how many robots they
 ///   commanded, and the time since the last intervention.
 /// - Formula: messages of one topic that are at most `pause_secs` apart are one intervention, so that
-///   driving a robot by hand at 20 Hz is one, not twenty a second. Rate is the number of those that began
-///   in the window over its length.
+///   driving a robot by hand at 20 Hz is one, not twenty a second. Rate is the number of those that began in the
+///   window, divided by its length.
 /// - Unit: 1/min, 1, s.
 /// - Window: `windows_secs`, once a second.
 /// - Reference: Steinfeld et al. (2006), "Common metrics for human-robot interaction",
 ///   doi:10.1145/1121241.1121249; the time since the last one is the neglect time of Olsen & Wood (2004),
 ///   doi:10.1145/985692.985722, of the team as a whole.
 /// - Limits: only topics that the study names in `commands` of its robots are read. Whether a robot obeyed
-///   is not checked, and who sent the command is not known. A message so late that its intervention is over
-///   is left out.
+///   is not checked, and who sent the command is not known. A message that arrives after its intervention is over is
+///   ignored.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Interventions {
-    /// The lengths of the windows [s]; the study's where not given.
+    /// The lengths of the windows [s]; by default the study's.
     pub windows_secs: Option<Vec<f64>>,
     /// The longest pause within one intervention [s].
     pub pause_secs: f64,
@@ -134,7 +134,7 @@ struct Topic {
     run: Option<Run>,
 }
 
-/// Messages of a topic in close succession: an intervention that may go on.
+/// Messages of a topic in close succession: an intervention that may continue.
 #[derive(Clone, Copy)]
 struct Run {
     begin: Time,

@@ -26,7 +26,7 @@ use teampulse_messages::convert::encode;
 
 /// When the session begins [s].
 const START_SECS: i32 = 1_700_000_000;
-/// The length of each signal that is handed over at once [s].
+/// How much of each signal is handed over at once [s].
 const CHUNK_SECS: f64 = 0.25;
 
 /// The samples that one sensor hands over at once.

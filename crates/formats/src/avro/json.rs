@@ -1,4 +1,4 @@
-//! JSON, as far as schemas use it.
+//! The part of JSON that schemas use.
 
 use std::collections::BTreeMap;
 

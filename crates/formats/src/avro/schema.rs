@@ -8,7 +8,7 @@ use crate::error::FormatError;
 /// The largest size of a fixed value [bytes].
 const MOST_FIXED: f64 = 1e6;
 
-/// What a value is. Other schemas are named by their index.
+/// The type of a value. Other schemas are referred to by their index.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Kind {
     Null,

@@ -11,7 +11,7 @@ pub(super) struct Annotations {
     pub(super) marks: Vec<Mark>,
 }
 
-/// Reads the annotations of a record; what is none is passed over.
+/// Reads the annotations of a record; anything else is skipped.
 pub(super) fn annotations(bytes: &[u8]) -> Annotations {
     let mut found = Annotations::default();
     for list in bytes.split(|byte| *byte == 0).filter(|list| !list.is_empty()) {

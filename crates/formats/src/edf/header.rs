@@ -28,7 +28,7 @@ pub(super) struct EdfSignal {
     pub(super) unit: String,
     physical: (f64, f64),
     digital: (f64, f64),
-    /// Samples a record.
+    /// The number of samples per record.
     pub(super) samples: usize,
 }
 
@@ -87,7 +87,7 @@ impl Header {
     }
 }
 
-/// The signals, whose fields come one after the other: first all labels, then all transducers, …
+/// The signals, whose fields are stored one after the other: first all labels, then all transducers, …
 fn signals(file: &mut Cursor<'_>, count: usize) -> Result<Vec<EdfSignal>, FormatError> {
     let mut signals = vec![EdfSignal::default(); count];
     for signal in &mut signals {
@@ -138,7 +138,7 @@ impl EdfSignal {
         least + (f64::from(digital) - from) * (most - least) / (to - from)
     }
 
-    /// The measured quantity, by the first word of the label, as EDF+ lists them, and by words in common use.
+    /// The measured quantity, by the first word of the label, as listed in EDF+, and by words in common use.
     pub(super) fn quantity(&self) -> Quantity {
         let label = self.label.to_ascii_lowercase();
         let mut words = label.split(|each: char| !each.is_ascii_alphanumeric());

@@ -4,7 +4,7 @@ use super::MAGIC;
 use crate::cursor::Cursor;
 use crate::error::FormatError;
 
-/// What a chunk is.
+/// The kind of a chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tag {
     StreamHeader,
@@ -19,7 +19,7 @@ pub(super) struct Chunk<'a> {
     pub(super) content: Cursor<'a>,
 }
 
-/// The chunks in their order.
+/// The chunks in order.
 pub(super) struct Chunks<'a> {
     file: Cursor<'a>,
     is_cut_off: bool,
@@ -38,7 +38,7 @@ impl<'a> Chunks<'a> {
         self.is_cut_off
     }
 
-    /// The next chunk; `None` at the end, or where a chunk is not whole.
+    /// The next chunk; `None` at the end, or if a chunk is incomplete.
     pub(super) fn next(&mut self) -> Option<Chunk<'a>> {
         if self.file.is_empty() || self.is_cut_off {
             return None;
@@ -61,7 +61,7 @@ impl<'a> Chunks<'a> {
     }
 }
 
-/// A length of one, four or eight bytes, whose number comes first.
+/// A length of one, four or eight bytes, preceded by that number.
 pub(super) fn length(file: &mut Cursor<'_>) -> Result<u64, FormatError> {
     match file.u8()? {
         1 => file.u8().map(u64::from),

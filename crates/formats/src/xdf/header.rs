@@ -81,7 +81,7 @@ fn quantity(kind: &str, format: Format) -> Quantity {
     }
 }
 
-/// The channels as they are described, which is optional.
+/// The channels as described; the description is optional.
 fn described(info: &str) -> Vec<Channel> {
     let mut channels = Vec::new();
     let Some((mut rest, _)) = element(info, "desc").and_then(|(desc, _)| element(desc, "channels"))

@@ -28,7 +28,7 @@ struct XdfStream {
     stamps_secs: Vec<f64>,
     values: Vec<f64>,
     texts: Vec<String>,
-    /// By the time at which it was measured, by the recorder's clock.
+    /// The measured offsets, each with its time by the recorder's clock.
     offsets: Vec<(f64, f64)>,
 }
 
@@ -75,7 +75,7 @@ impl Streams {
         Ok(())
     }
 
-    /// The signals, and notes on what was left out.
+    /// The signals, and notes on what was skipped.
     pub(super) fn finish(self) -> (Vec<Signal>, Vec<String>) {
         let mut notes = Vec::new();
         if self.unknown > 0 {

@@ -1,4 +1,4 @@
-//! Small files of each format, byte by byte from their documents.
+//! Small files of each format, byte by byte from their documentation.
 
 use std::io::{Cursor, Write};
 
@@ -103,7 +103,7 @@ pub fn xdf() -> Vec<u8> {
     file
 }
 
-/// Two records of one second, of which the second comes two seconds late: an ECG at 4 Hz, and a tap.
+/// Two records of one second, the second of them two seconds late: an ECG at 4 Hz, and a tap.
 pub fn edf() -> Vec<u8> {
     let field = |text: &str, width: usize| format!("{text:<width$}");
     let both = |first: &str, second: &str, width| field(first, width) + &field(second, width);

@@ -26,7 +26,7 @@ pub fn shipped(type_name: &str) -> Option<Arc<Schema>> {
     Some(Arc::clone(shipped.schema.get_or_init(|| Arc::new(schema(type_name)))))
 }
 
-/// The same; without its text and hash where none is shipped.
+/// The same; without text and hash if none is shipped.
 pub fn shipped_or_bare(type_name: &str) -> Arc<Schema> {
     let bare = || Schema {
         name: type_name.into(),

@@ -14,7 +14,7 @@ impl Writer {
         Writer(HEADER.to_vec())
     }
 
-    /// Creates a message with only its header, and room for this many bytes behind it.
+    /// Creates a message with only its header, and room for this many bytes after it.
     pub fn with_room(bytes: usize) -> Writer {
         let mut message = Vec::with_capacity(HEADER.len() + bytes);
         message.extend_from_slice(&HEADER);
@@ -39,7 +39,7 @@ impl Writer {
         T::write_all(items, self);
     }
 
-    /// Appends a sequence of bytes, whose parts follow on each other.
+    /// Appends a sequence of bytes, given in parts.
     pub fn byte_sequence(&mut self, parts: &[&[u8]]) {
         self.count(parts.iter().map(|part| part.len()).sum());
         for part in parts {

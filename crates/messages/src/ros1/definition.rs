@@ -21,13 +21,13 @@ const HEADER_TEXT: &str = "builtin_interfaces/Time stamp\nstring frame_id\n";
 /// The fields of a header of ROS 1.
 const HEADER_FIELDS: [&str; 3] = ["uint32 seq", "time stamp", "string frame_id"];
 
-/// The most fields whose names are alike by the rules of ROS 2.
+/// The most fields whose names become equal under the rules of ROS 2.
 const MOST_ALIKE: usize = 20;
 
-/// The text of a type without fields: readers take an empty one for a definition that is missing.
+/// The text of a type without fields: readers take an empty one for a missing definition.
 const NO_FIELDS: &str = "# It has no fields.\n";
 
-/// A type that has another name in ROS 2, where it has the same fields.
+/// A type that has a different name in ROS 2, with the same fields.
 const RENAMED: (&str, &str) = ("tf/msg/tfMessage", "tf2_msgs/msg/TFMessage");
 
 /// Translates a definition, and those of the types that it refers to.
@@ -72,7 +72,7 @@ fn translated(text: &str) -> String {
     if lines.trim().is_empty() { NO_FIELDS.to_owned() } else { lines }
 }
 
-/// A line with a declaration in the form of ROS 2; `None` if it stays as it is.
+/// A line with a declaration in the form of ROS 2; `None` if it is unchanged.
 fn translated_line(line: &str, names: &mut BTreeSet<String>) -> Option<String> {
     let (code, comment) = line.split_at(line.find('#').unwrap_or(line.len()));
     let (kind, rest) = code.trim().split_once(char::is_whitespace)?;
@@ -120,8 +120,8 @@ fn field_name(name: &str) -> String {
     words.split('_').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("_")
 }
 
-/// The name, with a number behind it if another field has it: in ROS 1 `x` and `X` differ. Names that many have stay
-/// as they are, which is an error of the definition.
+/// The name, followed by a number if another field has it: in ROS 1 `x` and `X` differ. Names shared by too many fields
+/// are left unchanged, which is an error of the definition.
 fn unused(name: &str, names: &mut BTreeSet<String>) -> String {
     let numbered = (2..=MOST_ALIKE).map(|number| format!("{name}_{number}"));
     let mut candidates = std::iter::once(name.to_owned()).chain(numbered);

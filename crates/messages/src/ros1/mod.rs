@@ -1,7 +1,7 @@
 //! Messages of ROS 1 as messages of ROS 2: their definitions, and their bytes as CDR.
 //!
-//! ROS 1 serialises fields in order, little-endian, without padding; strings and sequences begin with a count of
-//! 32 bits. Source: <http://wiki.ros.org/msg>, and `genmsg` for how definitions are read.
+//! ROS 1 serialises fields in order, little-endian, without padding; strings and sequences begin with a 32-bit count.
+//! Source: <http://wiki.ros.org/msg>, and `genmsg` for how definitions are read.
 
 mod definition;
 mod serialized;
@@ -15,12 +15,12 @@ use serialized::Serialized;
 
 use bytes::Bytes;
 
-/// A type of ROS 1 with the type of ROS 2 that its messages are converted to.
+/// A ROS 1 type with the ROS 2 type that its messages are converted to.
 #[derive(Debug)]
 pub struct Ros1Type {
     schema: Schema,
     definition: Definition,
-    /// Whether its headers begin with a sequence number, which ROS 2 has no more.
+    /// Whether its headers begin with a sequence number, which ROS 2 no longer has.
     has_sequence_numbers: bool,
 }
 
@@ -37,7 +37,7 @@ pub enum Ros1Error {
         /// The number of bytes left there.
         left: usize,
     },
-    /// The message goes on after its last field.
+    /// The message continues after its last field.
     #[error("match a message of {length} bytes with its definition: it ends at byte {at}")]
     Long {
         /// The length of the message [bytes].
@@ -45,13 +45,13 @@ pub enum Ros1Error {
         /// Where it should end.
         at: usize,
     },
-    /// It would become far larger than it is: sequences of empty messages.
+    /// It would become far larger: sequences of empty messages.
     #[error("convert a message to more than {0} bytes")]
     Large(usize),
 }
 
 impl Ros1Type {
-    /// Reads a definition as it is in a ROS 1 bag: `type_name` is `package/Type`, and the text is that of the type,
+    /// Reads a definition as stored in a ROS 1 bag: `type_name` is `package/Type`, and the text is that of the type,
     /// then of each type that it refers to, after a line of 80 `=` and a line `MSG: package/Type`.
     pub fn parse(type_name: &str, text: &str) -> Result<Ros1Type, DefinitionError> {
         let translated = definition::translate(type_name, text)?;

@@ -2,8 +2,8 @@ use super::Ros1Error;
 use crate::cdr::Writer;
 use crate::definition::{Count, EMPTY, Field, Kind, Struct};
 
-/// How many times its size, and how many bytes more, a message may become as CDR. Padding at most doubles it; only
-/// empty messages, of which ROS 1 writes nothing and ROS 2 a byte each, make it larger.
+/// The limit on a message's size as CDR: this multiple of its size, plus this many bytes. Padding at most doubles it;
+/// only empty messages, for which ROS 1 writes nothing and ROS 2 one byte each, make it larger.
 const MOST_TIMES: usize = 16;
 const MOST_MORE: usize = 1024;
 

@@ -10,7 +10,7 @@ use crate::standard::std_msgs::Header;
 const SEPARATOR: &str =
     "\n================================================================================\n";
 
-/// As `rosbag` of ROS Noetic keeps it.
+/// A definition as stored by `rosbag` of ROS Noetic.
 fn stamped(fields: &str) -> String {
     let header =
         "# Standard metadata\nuint32 seq\n#Two-integer timestamp\ntime stamp\nstring frame_id\n";
@@ -117,7 +117,7 @@ fn a_definition_without_a_type_that_it_needs_is_an_error() {
     assert_eq!(error.to_string(), "read the definition of own/msg/B: it is not known");
 }
 
-/// Four bytes that say that four billion empty messages follow.
+/// Four bytes that announce four billion empty messages.
 #[test]
 fn empty_messages_do_not_fill_the_memory() {
     let text = format!("Empty[] all\n{SEPARATOR}MSG: own/Empty\n");

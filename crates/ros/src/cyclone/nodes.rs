@@ -55,7 +55,7 @@ impl Nodes {
         heard.iter().filter_map(|cdr| ParticipantEntitiesInfo::decode(cdr).ok()).collect()
     }
 
-    /// Announces our node, unless the announcement is unchanged; says whether others have it.
+    /// Announces our node, unless the announcement is unchanged; returns whether others have received it.
     pub(super) fn announce(&mut self, ours: ParticipantEntitiesInfo, width: GidWidth) -> bool {
         let announced_now = (ours, width);
         if self.announced.as_ref() != Some(&announced_now) {

@@ -27,8 +27,8 @@ impl Overflow {
         Overflow { ports: sockets::ports(domain), known: BTreeMap::new(), due: Time::EPOCH }
     }
 
-    /// The number of packets dropped since the last reading; 0 before the period has passed, and where the
-    /// kernel does not report it.
+    /// The number of packets dropped since the last reading; 0 before the period has passed, and if the kernel does not
+    /// report it.
     pub(super) fn look(&mut self, now: Time) -> u64 {
         if now < self.due {
             return 0;

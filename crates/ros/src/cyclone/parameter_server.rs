@@ -24,7 +24,7 @@ pub(super) struct ParameterServer {
 /// Returns whether our node uses `/clock`.
 pub(super) type FollowsClock = Arc<dyn Fn() -> bool + Send + Sync>;
 
-/// A parameter of our node, as every ROS 2 node has it. None can be set: a session is configured by its
+/// A parameter of our node, of those that every ROS 2 node has. None can be set: a session is configured by its
 /// study.
 struct Known {
     name: &'static str,

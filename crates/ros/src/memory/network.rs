@@ -45,7 +45,7 @@ pub(super) struct Member {
     number: u32,
     pub(super) node: String,
     graph: watch::Sender<Arc<Graph>>,
-    /// Whether anybody has asked for its graph: until then it has none.
+    /// Whether its graph was ever requested: until then it has none.
     is_watched: AtomicBool,
     pub(super) incidents: broadcast::Sender<Incident>,
 }
@@ -101,7 +101,7 @@ impl Network {
         });
     }
 
-    /// The graph as a participant sees it.
+    /// The graph as seen by a participant.
     pub(super) fn graph(&self, member: &Arc<Member>) -> watch::Receiver<Arc<Graph>> {
         let state = self.lock();
         if !member.is_watched.swap(true, Ordering::Relaxed) {
@@ -273,7 +273,7 @@ impl State {
         }
     }
 
-    /// Changes the graph of each participant that is watched.
+    /// Changes the graph of each watched participant.
     fn report(&self, change: impl Fn(&mut Graph, &Arc<Member>)) {
         let watched = |member: &&Arc<Member>| member.is_watched.load(Ordering::Relaxed);
         for member in self.members.iter().filter(watched) {
@@ -281,14 +281,14 @@ impl State {
         }
     }
 
-    /// Reports the endpoints of a topic: one of them is new, so that others may request something else.
+    /// Reports the endpoints of a topic: one of them is new, so that others may request a different QoS.
     fn report_topic(&self, topic: &str) {
         self.report(|graph, seen_by| {
             self.endpoints(topic, seen_by).for_each(|endpoint| graph.put(endpoint));
         });
     }
 
-    /// An endpoint of a topic is there no more.
+    /// Removes an endpoint of a topic from the graphs.
     fn forget(&mut self, topic: &str, gid: Gid) {
         if let Some(ends) = self.topics.get_mut(topic) {
             ends.writers.remove(&gid);
@@ -303,7 +303,7 @@ impl State {
         });
     }
 
-    /// All that a participant sees.
+    /// Everything that a participant sees.
     fn seen_by(&self, member: &Arc<Member>) -> Graph {
         let mut graph = Graph::default();
         self.members.iter().for_each(|each| each.appear_in(&mut graph));

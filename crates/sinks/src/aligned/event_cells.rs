@@ -6,7 +6,7 @@ use teampulse_core::data::Event;
 
 use crate::csv::{cell, number};
 
-/// The texts of events, by the numbers under which the aligner holds them: its rows hold numbers only.
+/// The texts of events, by the numbers that stand for them in the aligner, whose rows contain only numbers.
 #[derive(Debug, Default)]
 pub(super) struct EventCells {
     /// The number of events already written.
@@ -28,7 +28,7 @@ impl EventCells {
         [place as f64, event.value, event.duration_secs]
     }
 
-    /// The cells of a row's event; rows come in order of time, and so mostly in order of arrival.
+    /// The cells of a row's event; rows are in order of time, and so mostly in order of arrival.
     pub(super) fn cells(&mut self, values: &[f64]) -> String {
         let [place, value, duration_secs] = values else { return ",,,".to_owned() };
         let place = (*place as u64).checked_sub(self.before);

@@ -12,16 +12,16 @@ use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 use super::continuing::{ContinuingBag, and, command_of, next_folder};
 use super::kept::{Kept, Limits};
 
-/// How often the number of kept seconds is stated.
+/// How often the number of kept seconds is reported.
 const STATE_EVERY: Duration = Duration::from_secs(1);
 
-/// A recording that begins and ends by command, as often as wanted, each time in a bag of its own. While it is
+/// A recording that starts and stops by command, any number of times, each time in a bag of its own. While it is
 /// paused, the last seconds are kept in memory.
 #[derive(Debug)]
 pub struct CommandedBag {
-    /// The bag, by which each of its recordings is made.
+    /// The bag, as the template of each recording.
     pub bag: ContinuingBag,
-    /// Whether it begins paused.
+    /// Whether it starts paused.
     pub is_paused: bool,
     /// How much is kept while it is paused.
     pub limits: Limits,
@@ -61,15 +61,15 @@ impl Sink for CommandedBag {
 
 /// What a recording that obeys commands does next.
 enum Next {
-    /// It begins with these.
+    /// It starts a recording with this content.
     Begin(Opening),
     /// It records.
     Record(Box<Recording>),
     /// It pauses.
     Pause {
-        /// What is kept already.
+        /// The records kept so far.
         kept: Kept,
-        /// What came together with the command, after it.
+        /// Records of the same batch that follow the command.
         after: Vec<Record>,
     },
     /// The session is over.
@@ -81,7 +81,7 @@ struct Course {
     bag: ContinuingBag,
     limits: Limits,
     inbox: Inbox,
-    /// Whether the folder that was made for the session is still free.
+    /// Whether the folder created for the session is still unused.
     is_first: bool,
     failed: Option<SinkError>,
 }
@@ -91,7 +91,7 @@ impl Course {
         &self.bag.bag.options.growth
     }
 
-    /// Begins the recording of a session that begins recorded: without a bag there is no session.
+    /// Starts the recording at the start of a session: without a bag there is no session.
     fn begin_first(&mut self) -> Result<Recording, SinkError> {
         self.is_first = false;
         self.bag.begin()
@@ -116,7 +116,7 @@ impl Course {
         Kept::new(self.limits, self.inbox.latched())
     }
 
-    /// Keeps the last seconds until a command begins a recording.
+    /// Keeps the last seconds until a command starts a recording.
     fn pause(&mut self, mut kept: Kept, after: &[Record]) -> Next {
         if let Some(place) = self.take(&mut kept, after) {
             return self.begins(kept, after[place..].to_vec());
@@ -135,7 +135,7 @@ impl Course {
         }
     }
 
-    /// Keeps these up to the command that begins a recording; returns the place after it.
+    /// Keeps these records up to the command that starts a recording; returns the position after it.
     fn take(&mut self, kept: &mut Kept, records: &[Record]) -> Option<usize> {
         for (place, record) in records.iter().enumerate() {
             kept.push(record);
@@ -153,7 +153,7 @@ impl Course {
         Next::Begin(kept.opening(after))
     }
 
-    /// Begins a recording by command; where that fails, everything is still kept.
+    /// Starts a recording by command; if that fails, everything is still kept.
     fn begin(&mut self, opening: Opening) -> Next {
         let begun = self.next_bag().and_then(|bag| {
             let folder = bag.folder.clone();
@@ -173,7 +173,7 @@ impl Course {
         }
     }
 
-    /// Writes what is kept into a bag of its own.
+    /// Writes the kept records into a bag of their own.
     fn snapshot(&mut self, kept: &Kept) {
         self.state_cut(kept);
         let written = self.next_bag().and_then(|mut bag| {
@@ -196,7 +196,7 @@ impl Course {
         }
     }
 
-    /// The next bag of the session: in the folder that was made for it, or beside that.
+    /// The next bag of the session: in the folder created for it, or beside that.
     fn next_bag(&mut self) -> Result<BagSink, SinkError> {
         let first = &self.bag.bag;
         let bag = if self.is_first {
@@ -214,7 +214,7 @@ impl Course {
         Ok(bag)
     }
 
-    /// States that less was kept than asked for.
+    /// Reports that less was kept than requested.
     fn state_cut(&self, kept: &Kept) {
         if kept.is_cut() {
             let (secs, asked_secs, mib) = (kept.secs(), self.limits.secs, kept.bytes() >> 20);
@@ -225,7 +225,7 @@ impl Course {
         }
     }
 
-    /// The session ended while it was paused.
+    /// Handles the end of the session while it is paused.
     fn close(&mut self) -> Next {
         if let Some(reason) = self.inbox.cut_off() {
             let hint = "please report this fault of teampulse".into();

@@ -13,9 +13,9 @@ use crate::Ended;
 
 /// The interval between attempts to continue a failed recording.
 const AGAIN_EVERY: Duration = Duration::from_secs(5);
-/// The most bags of one recording, for a disk that fills up again and again.
+/// The most bags of one recording, for a disk that fills up repeatedly.
 const MOST_BAGS: usize = 100;
-/// The room needed beyond what must stay free to continue on a disk that was full [bytes].
+/// The free space needed, beyond the required reserve, to continue on a disk that was full [bytes].
 const SOME_ROOM_BYTES: u64 = 64 << 20;
 
 /// Where a recording continues after a failure.
@@ -185,7 +185,7 @@ pub fn next_folder(first: &Path, parent: &Path) -> Option<PathBuf> {
 }
 
 /// Drops input for a while, or until the session ends or a command ends the recording; returns the number of
-/// messages dropped, and what came after that command.
+/// messages dropped, and the records after that command.
 fn let_pass(inbox: &Inbox, patience: Option<Duration>) -> (u64, Option<Complete>) {
     let clock = Clock::host();
     let until = patience.map(|patience| clock.now() + patience);
@@ -207,12 +207,12 @@ fn let_pass(inbox: &Inbox, patience: Option<Duration>) -> (u64, Option<Complete>
     (passed, None)
 }
 
-/// The command that a record is the event of.
+/// The command that a record's event represents.
 pub fn command_of(record: &Record) -> Option<Command> {
     Accepted::of(&record.stream, &record.sample.data).map(|accepted| accepted.command)
 }
 
-/// The same failure, with further text.
+/// The same failure, with additional text.
 pub fn and(failed: SinkError, more: &str) -> SinkError {
     let (SinkError::Lost { message, hint } | SinkError::Failed { message, hint }) = failed;
     SinkError::Lost { message: format!("{message}; {more}"), hint }

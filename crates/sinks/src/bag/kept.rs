@@ -7,16 +7,16 @@ use teampulse_core::latched::Latched;
 use teampulse_core::sample::Record;
 use teampulse_core::time::Time;
 
-/// How much is kept.
+/// The limits on what is kept.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// How many seconds [s].
+    /// The number of seconds [s].
     pub secs: f64,
-    /// The largest size [bytes]: where the seconds need more, fewer are kept.
+    /// The largest size [bytes]: if the seconds need more, fewer are kept.
     pub bytes: usize,
 }
 
-/// The newest records, and what held before them.
+/// The newest records, and the state before them.
 #[derive(Debug)]
 pub struct Kept {
     limits: Limits,
@@ -28,19 +28,19 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// Nothing yet, of a session in which this holds.
+    /// Nothing kept yet, in a session with this state.
     pub fn new(limits: Limits, held: Latched) -> Kept {
         Kept { limits, held, records: VecDeque::new(), bytes: 0, is_cut: false }
     }
 
-    /// What a recording that could not begin would have begun with, and what came after the command.
+    /// The content of a recording that failed to start, and the records after the command, kept again.
     pub fn reopened(limits: Limits, opening: Opening) -> (Kept, Vec<Record>) {
         let Opening { held, kept, after } = opening;
         let bytes = kept.iter().map(Record::held_bytes).sum();
         (Kept { limits, held, records: kept.into(), bytes, is_cut: false }, after)
     }
 
-    /// Adds the newest record; the oldest ones leave.
+    /// Adds the newest record, and drops the oldest ones.
     pub fn push(&mut self, record: &Record) {
         self.bytes += record.held_bytes();
         self.records.push_back(record.clone());
@@ -69,17 +69,17 @@ impl Kept {
         ends.map_or(0.0, |(oldest, newest): (Time, Time)| newest.secs_since(oldest))
     }
 
-    /// Whether fewer seconds are kept than asked for, as these need more memory than they may.
+    /// Whether fewer seconds are kept than requested, as they would exceed the memory limit.
     pub fn is_cut(&self) -> bool {
         self.is_cut
     }
 
-    /// The size of what is kept [bytes].
+    /// The size of the kept records [bytes].
     pub fn bytes(&self) -> usize {
         self.bytes
     }
 
-    /// What a recording that begins now begins with, and what comes after the command.
+    /// The content for a recording that starts now, with the records after the command.
     pub fn opening(self, after: Vec<Record>) -> Opening {
         Opening { held: self.held, kept: self.records.into(), after }
     }

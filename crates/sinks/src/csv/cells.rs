@@ -208,7 +208,7 @@ pub(crate) fn number(value: f64) -> String {
     if value.is_nan() { String::new() } else { (value + 0.0).to_string() }
 }
 
-/// A text from elsewhere as a CSV cell that no spreadsheet executes.
+/// A text from outside as a CSV cell that no spreadsheet executes.
 pub(crate) fn cell(text: &str) -> String {
     quoted(&harmless(text))
 }

@@ -12,22 +12,22 @@ use teampulse_messages::readout;
 
 use super::cells::{Columns, exact_secs, quoted};
 
-/// So many records [1] and bytes wait at most until it is known what a stream's numbers are called.
+/// The most records [1] and bytes that wait until the names of a stream's numbers are known.
 const MOST_WAITING: usize = 2000;
 const MOST_WAITING_BYTES: usize = 16 << 20;
 
-/// The table of one stream, in a file that is open or not.
+/// The table of one stream, whose file may be open or closed.
 pub(super) struct Table {
     path: PathBuf,
     file: Option<BufWriter<File>>,
     columns: Option<Columns>,
-    /// What came before its columns were known.
+    /// Records that arrived before its columns were known.
     waiting: Vec<Record>,
     waiting_bytes: usize,
 }
 
 impl Table {
-    /// A table that is written into a file, which is made with its first row.
+    /// A table that is written into a file, which is created with its first row.
     pub(super) fn new(path: PathBuf) -> Table {
         Table { path, file: None, columns: None, waiting: Vec::new(), waiting_bytes: 0 }
     }
@@ -49,7 +49,7 @@ impl Table {
         self.begin(record, definition)
     }
 
-    /// Writes the head and all that waited, with the columns that a record has.
+    /// Writes the header and all waiting records, with the columns of a record.
     fn begin(&mut self, record: &Record, definition: Option<Definition>) -> io::Result<()> {
         let waiting = std::mem::take(&mut self.waiting);
         let first = waiting.first().unwrap_or(record);
@@ -87,7 +87,7 @@ impl Table {
         self.file.take().map_or(Ok(()), |mut file| file.flush())
     }
 
-    /// Nothing comes any more: what still waits is written as far as it is known.
+    /// Finishes the table: waiting records are written as far as their columns are known.
     pub(super) fn finish(&mut self) -> io::Result<()> {
         if let Some(last) = self.waiting.pop() {
             self.begin(&last, None)?;
@@ -103,7 +103,7 @@ fn definition_of(stream: &Stream) -> Option<Definition> {
     }
 }
 
-/// Whether it is known what the numbers of a stream are called.
+/// Whether the names of a stream's numbers are known.
 fn is_described(stream: &Stream, definition: Option<&Definition>) -> bool {
     match &stream.shape {
         Shape::Message(_) => definition.is_some(),

@@ -13,11 +13,11 @@ use super::server::Shared;
 
 /// The type of single numbers, and its definition.
 const NUMBER: (&str, &str) = ("std_msgs/msg/Float64", "float64 data\n");
-/// The most numbers of a wave's channel a second.
+/// The most numbers sent per second from a wave's channel.
 const MOST_PER_SEC: f64 = 60.0;
 /// The most channels of a wave that have a topic of their own.
 const MOST_CHANNELS: usize = 64;
-/// The head of CDR: little-endian.
+/// The header of little-endian CDR.
 const CDR_HEAD: [u8; 4] = [0, 1, 0, 0];
 
 /// The channels so far.
@@ -29,10 +29,10 @@ pub(super) struct Channels {
 
 /// A stream with its channels.
 struct Served {
-    /// As it was when its channels were made.
+    /// As it was when its channels were created.
     stream: Arc<Stream>,
     message: u32,
-    /// Of a wave: one for each of its channels.
+    /// For a wave, the number of each of its channels.
     numbers: Vec<u32>,
     /// When a number was last sent [ns].
     sent_nanos: i64,
@@ -43,7 +43,8 @@ impl Channels {
         Channels { shared, served: BTreeMap::new(), next: 1 }
     }
 
-    /// Hands a record to those who want it; a stream that is new, or whose type became known, is advertised first.
+    /// Passes a record to the clients that want it; a stream that is new, or whose type became known, is advertised
+    /// first.
     pub(super) fn take(&mut self, record: &Record) {
         let id = record.sample.stream;
         let known = self.served.get(&id);
@@ -103,7 +104,7 @@ impl Channels {
 }
 
 impl Served {
-    /// Sends the numbers of a wave one by one, so many a second that a plot shows its shape.
+    /// Sends the numbers of a wave one by one, often enough for a plot to show its shape.
     fn send_numbers(&mut self, shared: &Shared, wave: &Wave, begin_nanos: i64, period_nanos: f64) {
         if !self.numbers.iter().any(|number| shared.is_wanted(*number)) {
             return;

@@ -1,4 +1,4 @@
-//! One viewer: what it wants, and what waits for it.
+//! One viewer: its subscriptions and waiting messages.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -8,9 +8,9 @@ use tokio::sync::Notify;
 
 use super::protocol::{FromServer, frame};
 
-/// What waits for a client at most; then the oldest messages are skipped [bytes].
+/// The most data waiting for a client; beyond that the oldest messages are skipped [bytes].
 const MOST_BYTES: usize = 8 << 20;
-/// The most that a client may want.
+/// The most channels that a client may subscribe to.
 const MOST_WANTED: usize = 4096;
 
 /// One viewer.
@@ -22,7 +22,7 @@ pub(super) struct Client {
 
 #[derive(Debug, Default)]
 struct State {
-    /// The client's numbers of the channels that it wants.
+    /// The client's subscription numbers, by channel.
     wanted: BTreeMap<u32, Vec<u32>>,
     texts: VecDeque<String>,
     frames: VecDeque<Vec<u8>>,
@@ -63,7 +63,7 @@ impl Client {
         self.lock().wanted.contains_key(&channel)
     }
 
-    /// Wants a channel from now on, by a number of its own; returns whether there is room.
+    /// Subscribes to a channel, under the client's number; returns whether there was room.
     pub(super) fn subscribe(&self, id: u32, channel: u32) -> bool {
         let mut state = self.lock();
         let count: usize = state.wanted.values().map(Vec::len).sum();
@@ -74,7 +74,7 @@ impl Client {
         true
     }
 
-    /// No longer wants what it gave this number.
+    /// Ends the subscription with this number.
     pub(super) fn unsubscribe(&self, id: u32) {
         self.lock().wanted.retain(|_, ids| {
             ids.retain(|each| *each != id);
@@ -82,20 +82,20 @@ impl Client {
         });
     }
 
-    /// How many messages were skipped, if there are more than when it was asked last.
+    /// The number of skipped messages, if it has grown since the last call.
     pub(super) fn skipped(&self) -> Option<u64> {
         let mut state = self.lock();
         let skipped = state.skipped;
         (std::mem::replace(&mut state.reported, skipped) != skipped).then_some(skipped)
     }
 
-    /// Nothing more comes.
+    /// Marks that nothing more will be sent.
     pub(super) fn end(&self) {
         self.lock().is_over = true;
         self.wake.notify_one();
     }
 
-    /// Waits for what comes next; `None` when nothing more does.
+    /// Waits for the next message; `None` at the end.
     pub(super) async fn next(&self) -> Option<Message> {
         loop {
             let woken = self.wake.notified();

@@ -22,15 +22,15 @@ use crate::terminal::Estimates;
 
 /// The longest wait for records.
 const PATIENCE: Duration = Duration::from_millis(20);
-/// How long clients have for the last messages.
+/// How long clients have to receive the last messages.
 const FAREWELL: Duration = Duration::from_millis(300);
 
 /// Serves all streams to Foxglove and Lichtblick ("Open connection", "Foxglove WebSocket", <ws://localhost:8765>).
 ///
-/// The messages are those of the bag, with their definitions. Each channel of a wave is a topic of its own, too, at 60
-/// numbers a second at most, as those viewers plot no arrays. What is published from there is a marker with that text,
-/// where `[commands]` allows `foxglove = ["mark"]`. Only programs and pages of this computer can connect, and the web app
-/// of Foxglove; from elsewhere `ssh -L 8765:localhost:8765` does.
+/// The messages are those of the bag, with their definitions. Each channel of a wave is also a topic of its own, with
+/// at most 60 numbers a second, as those viewers can't plot arrays. A text published from a viewer sets a marker with
+/// that text, if `[commands]` allows `foxglove = ["mark"]`. Only programs and pages of this computer, and the web app
+/// of Foxglove, can connect; from other computers use `ssh -L 8765:localhost:8765`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Foxglove {
@@ -59,7 +59,7 @@ impl Component<dyn Sink, SinkContext> for Foxglove {
     }
 }
 
-/// Those who look by the protocol of Foxglove.
+/// Serves viewers that use Foxglove's protocol.
 struct Viewers {
     settings: Foxglove,
     session: String,

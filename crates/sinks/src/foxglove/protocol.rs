@@ -1,12 +1,12 @@
 //! The messages of Foxglove's WebSocket protocol, version 1 (<https://github.com/foxglove/ws-protocol>), as far as they
-//! are used here: texts are JSON with an `op`, binary frames begin with a byte that says what they are.
+//! are used here: texts are JSON with an `op`, binary frames begin with a byte that states their kind.
 
 use serde::{Deserialize, Serialize};
 
-/// The names of the protocol by which clients ask for it, the newer one first.
+/// The subprotocol names that clients may request, the newer one first.
 pub const SUBPROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 
-/// The head of a message's frame: its kind, the subscription, and the time [bytes].
+/// The header of a message's frame: its kind, the subscription, and the time [bytes].
 const HEAD_BYTES: usize = 1 + 4 + 8;
 /// The kind of a frame with a message, in either direction.
 const MESSAGE: u8 = 1;
@@ -17,13 +17,13 @@ const MESSAGE: u8 = 1;
 pub enum FromServer {
     /// The first message.
     ServerInfo {
-        /// Shown to the user.
+        /// The name shown to the user.
         name: String,
         /// What clients may do.
         capabilities: [&'static str; 1],
-        /// How they encode what they publish.
+        /// The encodings of the messages that they publish.
         supported_encodings: [&'static str; 1],
-        /// The same as long as the session is.
+        /// An id that is constant during the session.
         session_id: String,
     },
     /// Channels that are new.
@@ -69,7 +69,7 @@ pub struct Channel {
 pub enum FromClient {
     /// Channels that it wants.
     Subscribe {
-        /// Each with a number of the client's.
+        /// The subscriptions, each with the client's own number.
         subscriptions: Vec<Subscription>,
     },
     /// Channels that it no longer wants.
@@ -89,7 +89,7 @@ pub enum FromClient {
         /// Their numbers.
         channel_ids: Vec<u32>,
     },
-    /// What is not used here: parameters, services, assets.
+    /// Messages that are not used here: parameters, services, assets.
     #[serde(other)]
     Other,
 }
@@ -123,7 +123,7 @@ pub fn frame(subscription: u32, time_nanos: i64, message: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// The client's channel and the message of a frame that it published; `None` of any other frame.
+/// The client's channel and the message in a published frame; `None` for any other frame.
 pub fn published(frame: &[u8]) -> Option<(u32, &[u8])> {
     let (kind, rest) = frame.split_first()?;
     let (channel, message) = rest.split_first_chunk::<4>()?;

@@ -35,7 +35,7 @@ const KNOWN_ORIGINS: [&str; 2] = ["https://app.foxglove.dev", "https://studio.fo
 /// The names of this computer.
 const LOOPBACK: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
 
-/// What the sink's thread and the connections share.
+/// The state shared by the sink's thread and the connections.
 pub(super) struct Shared {
     name: String,
     session_id: String,
@@ -58,7 +58,7 @@ impl Shared {
         }
     }
 
-    /// Advertises channels, to those who look now and to those who come.
+    /// Advertises channels to present and future viewers.
     pub(super) fn advertise(&self, channels: Vec<Channel>) {
         // One who joins meanwhile waits, and gets them once.
         let mut known = self.channels();
@@ -72,7 +72,7 @@ impl Shared {
         self.text(&FromServer::Unadvertise { channel_ids: ids.to_vec() });
     }
 
-    /// Sends a message to those who want it.
+    /// Sends a message to the clients that want it.
     pub(super) fn send(&self, channel: u32, time_nanos: i64, message: &[u8]) {
         for client in &*self.clients() {
             client.message(channel, time_nanos, message);
@@ -84,7 +84,7 @@ impl Shared {
         self.clients().iter().any(|client| client.wants(channel))
     }
 
-    /// Reports what was skipped before it came here, and what each client was too slow for.
+    /// Reports the messages skipped before they arrived here, and those that each client was too slow for.
     pub(super) fn report_skipped(&self, before: u64) {
         let warning = |message: String| FromServer::Status { level: 1, message };
         for client in &*self.clients() {
@@ -101,7 +101,7 @@ impl Shared {
         }
     }
 
-    /// The session is over.
+    /// Ends all connections at the end of the session.
     pub(super) fn end(&self) {
         self.clients().iter().for_each(|client| client.end());
     }
@@ -132,7 +132,7 @@ impl Shared {
         self.clients().retain(|each| !Arc::ptr_eq(each, client));
     }
 
-    /// Sets a marker with the text of what was published; returns why not.
+    /// Sets a marker with the published text; returns the reason if it was refused.
     fn mark(&self, message: &[u8]) -> Result<(), String> {
         let json: serde_json::Value = serde_json::from_slice(message)
             .map_err(|error| format!("failed to read what was published: {error}"))?;
@@ -224,7 +224,7 @@ async fn serve(socket: WebSocket, shared: Arc<Shared>) {
     }
 }
 
-/// Sends what comes next until the connection ends; returns why, where the client may still hear it.
+/// Sends waiting messages until the connection ends; returns the reason, if the client may still receive it.
 async fn sending(
     client: &Client,
     sender: &mut (impl SinkExt<Message> + Unpin),
@@ -239,7 +239,7 @@ async fn sending(
     Some("the session is over")
 }
 
-/// Does what is asked for until the connection ends.
+/// Carries out the client's messages until the connection ends.
 async fn receiving(shared: &Shared, client: &Client, receiver: &mut SplitStream<WebSocket>) {
     let mut publishing = BTreeSet::new();
     while let Some(Ok(message)) = receiver.next().await {
@@ -247,7 +247,7 @@ async fn receiving(shared: &Shared, client: &Client, receiver: &mut SplitStream<
     }
 }
 
-/// Takes a message of a client; what can't be read or done is a note to its user.
+/// Handles a message of a client; if it can't be read or carried out, the user gets a note.
 fn take(shared: &Shared, client: &Client, publishing: &mut BTreeSet<u32>, message: &Message) {
     let taken = match message {
         Message::Text(text) => {

@@ -1,4 +1,4 @@
-//! What a stream of the session is on LSL.
+//! The description of a session's stream on LSL.
 
 use std::fs;
 
@@ -8,7 +8,7 @@ use teampulse_devices::lsl::{ChannelInfo, Format, OWN, StreamInfo};
 /// The most channels of an outlet.
 const MOST_CHANNELS: usize = 4096;
 
-/// The description of a stream; `None` where it has nothing that LSL carries.
+/// The description of a stream; `None` if it has nothing that LSL can carry.
 pub(super) fn info(stream: &Stream, numbers: Format, session: &str) -> Option<StreamInfo> {
     let is_text = stream.shape == Shape::Event;
     let has_numbers =
@@ -61,7 +61,7 @@ fn kind(stream: &Stream) -> &'static str {
     }
 }
 
-/// A line of the kernel's.
+/// A line of a kernel file.
 fn of_kernel(name: &str) -> String {
     let line = fs::read_to_string(format!("/proc/sys/kernel/{name}")).unwrap_or_default();
     line.trim().to_owned()

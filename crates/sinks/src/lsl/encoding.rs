@@ -1,4 +1,4 @@
-//! Samples of the session as bytes of LSL.
+//! Encodes samples of the session as LSL bytes.
 
 use bytes::Bytes;
 use teampulse_core::data::{Data, EventKind};
@@ -12,12 +12,12 @@ use teampulse_messages::readout::Readout;
 pub(super) struct Encoder {
     writer: SampleWriter,
     channels: usize,
-    /// `None` for events.
+    /// Reads the numbers; `None` for events.
     readout: Option<Readout>,
 }
 
 impl Encoder {
-    /// `None` where the numbers of its messages can't be read.
+    /// An encoder; `None` if the numbers of the stream's messages can't be read.
     pub fn new(stream: &Stream, numbers: Format) -> Option<Encoder> {
         let is_event = stream.shape == Shape::Event;
         let (format, channels) =
@@ -29,7 +29,7 @@ impl Encoder {
         Some(Encoder { writer: SampleWriter::of(format, channels), channels, readout })
     }
 
-    /// The bytes of a sample; `None` where it is nothing for others. The session's clock is `ahead_nanos` ahead of the
+    /// The bytes of a sample; `None` if it is not offered to others. The session's clock is `ahead_nanos` ahead of the
     /// monotonic one.
     pub fn encode(&mut self, sample: &Sample, ahead_nanos: i64) -> Option<Bytes> {
         if sample.turn == Turn::Duplicate {
@@ -58,7 +58,7 @@ impl Encoder {
     }
 }
 
-/// To the nanosecond, as long as the computer has been on for less than a month.
+/// Seconds, exact to the nanosecond while the computer has been on for less than a month.
 fn secs(nanos: i64) -> f64 {
     nanos as f64 * 1e-9
 }

@@ -31,16 +31,16 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// How long inlets have to take the last samples when the session is over.
 const FAREWELL: Duration = Duration::from_millis(300);
 
-/// Offers streams of the session on Lab Streaming Layer (LSL), for `LabRecorder`, `OpenViBE`, BCI2000 or programs of your
-/// own.
+/// Offers streams of the session on Lab Streaming Layer (LSL), for `LabRecorder`, `OpenViBE`, BCI2000 or programs of
+/// your own.
 ///
-/// Everyone on the network can read them: only what is listed is offered, also of people. Stamps are of this computer's
-/// monotonic clock, as those of other LSL programs here are; numbers are in the units of their channels. Markers, phases
-/// and reports become texts.
+/// Everyone on the network can read them: only listed streams are offered, including those about people. Stamps are
+/// from this computer's monotonic clock, like those of other LSL programs on it; numbers are in the units of their
+/// channels. Markers, phases and reports are sent as texts.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Lsl {
-    /// The topics of the streams; a `*` stands for any part of a name, and `**` for any rest:
+    /// The topics of the streams; a `*` stands for any part of a name, and `**` for the rest of it:
     /// `["/humans/persons/p001/*/ecg", "/session/events"]`.
     pub streams: Vec<String>,
     /// The format of numbers.
@@ -52,7 +52,7 @@ pub struct Lsl {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum NumberFormat {
-    /// 64 bits, as they are recorded.
+    /// 64 bits, as recorded.
     #[default]
     Double64,
     /// 32 bits, for programs that read nothing else.
@@ -87,7 +87,7 @@ struct Outlets {
     format: Format,
     clock: Clock,
     session: String,
-    /// By topic; `None` where a stream can't be offered.
+    /// The streams by topic; `None` for one that can't be offered.
     served: BTreeMap<String, Option<Served>>,
 }
 
@@ -121,7 +121,7 @@ impl Outlets {
         self.wanted.iter().any(|pattern| pattern.matches(&stream.name))
     }
 
-    /// Offers a stream, or offers it anew where its channels have changed.
+    /// Offers a stream, or replaces the offer if its channels have changed.
     fn serve(&mut self, stream: &Stream, network: &Network<'_>) {
         let known = self.served.get(&stream.name).and_then(Option::as_ref);
         let Some(info) = described::info(stream, self.format, &self.session) else { return };
@@ -154,7 +154,7 @@ impl Outlets {
     }
 }
 
-/// What streams are offered with.
+/// The means by which streams are offered.
 struct Network<'a> {
     runtime: &'a Runtime,
     directory: Directory,

@@ -20,13 +20,13 @@ use tokio::time::{sleep, timeout};
 
 use super::responder::{Directory, respond_services};
 
-/// How many batches may wait for an inlet that is slow; then the oldest are skipped.
+/// The most batches that may wait for a slow inlet; beyond that the oldest are skipped.
 const WAITING: usize = 4096;
 /// The most inlets of a stream.
 const MOST_INLETS: usize = 32;
-/// How long an inlet may take to say what it wants.
+/// How long an inlet may take to send its request.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// What is gathered into one packet [bytes].
+/// The most data gathered into one packet [bytes].
 const GATHERED_BYTES: usize = 64 << 10;
 
 /// A stream that is served until this is dropped.
@@ -53,7 +53,7 @@ impl Outlet {
         Ok(Outlet { info, samples, directory: directory.clone(), _tasks: tasks })
     }
 
-    /// What it is.
+    /// Its description.
     pub fn info(&self) -> &StreamInfo {
         &self.info
     }
@@ -112,7 +112,7 @@ async fn accept(listener: TcpListener, info: Arc<StreamInfo>, samples: Sender<By
     }
 }
 
-/// Serves what one client asks for.
+/// Serves the request of one client.
 async fn serve(mut link: TcpStream, info: &StreamInfo, samples: &Sender<Bytes>) -> io::Result<()> {
     link.set_nodelay(true)?;
     let asking = timeout(PATIENCE, request(&mut link)).await;

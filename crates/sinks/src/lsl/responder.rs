@@ -35,7 +35,7 @@ impl Directory {
     }
 }
 
-/// A socket on which discovery is heard, beside those of other LSL programs.
+/// A socket that receives discovery requests, shared with other LSL programs.
 pub(super) fn open() -> io::Result<UdpSocket> {
     let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP))?;
     socket.set_reuse_address(true)?;
@@ -65,7 +65,7 @@ pub(super) async fn respond(socket: UdpSocket, directory: Directory) {
     }
 }
 
-/// Replies to discovery by a computer that asks this stream alone, and to probes of the clock.
+/// Replies to discovery requests sent to this stream alone, and to clock probes.
 pub(super) async fn respond_services(socket: UdpSocket, info: Arc<StreamInfo>) {
     let mut buffer = vec![0; LARGEST_BYTES];
     loop {

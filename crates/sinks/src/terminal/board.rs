@@ -1,4 +1,4 @@
-//! The board: the last that is known of every person, robot and stream.
+//! The board: the latest state of every person, robot and stream.
 
 mod watched;
 mod watching;
@@ -30,13 +30,13 @@ use watched::{Watched, full_line};
 /// How many of the newest lines of the log are kept.
 const LOG: usize = 2000;
 
-/// A name takes this many columns at most.
+/// The most columns that a name takes.
 const NAME_COLUMNS: usize = 16;
 
-/// The last that is known of every person, robot and stream.
+/// The latest state of every person, robot and stream.
 #[derive(Debug, Default)]
 pub struct Board {
-    /// What is known of the session's streams.
+    /// The session's streams.
     known: Streams,
     streams: BTreeMap<Name, Watched>,
     phases: Phases,
@@ -49,12 +49,12 @@ pub struct Board {
     faults: Faults,
     log: VecDeque<String>,
     began: Option<Time>,
-    /// So long it was watched by the clock of this machine [s].
+    /// How long it was watched, by this machine's clock [s].
     watched_secs: f64,
     now: Time,
 }
 
-/// How the streams of somebody are doing.
+/// The health of the streams of one subject.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Health {
     fine: usize,
@@ -62,12 +62,12 @@ struct Health {
 }
 
 impl Board {
-    /// Looks up from now on in these streams what a status is about.
+    /// Sets the streams in which the subject of a status is looked up.
     pub fn know(&mut self, streams: &Streams) {
         self.known = streams.clone();
     }
 
-    /// Takes what is new; gives lines for each state that changed and each event.
+    /// Takes a record; returns lines for each changed state and each event.
     pub fn take(&mut self, record: &Record) -> Vec<String> {
         self.now = record.sample.log_time;
         self.began.get_or_insert(self.now);
@@ -82,7 +82,7 @@ impl Board {
         }
     }
 
-    /// Takes a line of the log that is no event: a note on the study, a warning.
+    /// Takes a log line that is not an event: a note on the study, a warning.
     pub fn note(&mut self, line: &str) {
         self.log.push_back(line.to_owned());
         if self.log.len() > LOG {
@@ -90,7 +90,7 @@ impl Board {
         }
     }
 
-    /// Somebody has seen all faults that there are.
+    /// Marks all present faults as seen.
     pub fn see_faults(&mut self) {
         self.faults.see();
     }
@@ -118,7 +118,7 @@ impl Board {
         lines
     }
 
-    /// Takes a phase; says of whom the session's phases don't count from now on.
+    /// Takes a phase; reports to whom the session's phases no longer apply.
     fn take_phase(&mut self, stream: &Stream, sample: &Sample, event: &Event) -> Option<String> {
         self.phases.join(sample.stream, stream);
         self.phases.push(sample);
@@ -147,13 +147,13 @@ impl Board {
         }
     }
 
-    /// The time of the session, and for how long it has run [s].
+    /// The time of the session, and how long it has run [s].
     pub(super) fn now(&self) -> (Time, f64) {
         (self.now, self.elapsed_secs())
     }
 
-    /// The phase that it is, of the participant where there is one, and how long it will last; then that of
-    /// the session, where the participant's is another one, and the one that follows it.
+    /// The current phase, that of the participant if there is one, and how long it will last; then that of the session,
+    /// if it differs, and the one that follows it.
     pub(super) fn phase(&self, next: Option<&str>) -> StyledLine {
         let mut people = self.people.keys();
         let (subject, who) = match (people.next(), people.next()) {
@@ -194,12 +194,12 @@ impl Board {
         }
     }
 
-    /// Who is there.
+    /// Who is present.
     pub(super) fn attendance(&self) -> StyledLine {
         StyledLine::of(Style::Plain, &self.team.line(self.robots.len()).unwrap_or_default())
     }
 
-    /// Each person and robot with their figures; of their streams only how many are fine.
+    /// Each person and robot with their figures, and how many of their streams are fine.
     pub(super) fn team_lines(&self, detail: Detail) -> Vec<StyledLine> {
         let mut lines = Vec::new();
         let mut health = self.health();
@@ -238,7 +238,7 @@ impl Board {
         lines
     }
 
-    /// How the streams of each are doing, and those that are nobody's.
+    /// The health of the streams of each subject, and of those about nobody.
     fn health(&self) -> BTreeMap<Option<Name>, Health> {
         let mut health: BTreeMap<Option<Name>, Health> = BTreeMap::new();
         for status in self.statuses() {
@@ -267,14 +267,13 @@ impl Board {
         self.known.find(status.topic()).map(|(_, stream)| stream)
     }
 
-    /// Whether it is a stream of what happens: one that is silent lacks nothing.
+    /// Whether it is a stream of events: silence is normal for those.
     fn is_happening(&self, status: &StreamStatus) -> bool {
         let is_one = |stream: Arc<Stream>| matches!(stream.signal, Signal::Event | Signal::Input);
         self.stream(status).is_some_and(is_one)
     }
 
-    /// The person or robot of a stream, if one of these is on the board, and its name within; any other has
-    /// its whole name.
+    /// The person or robot of a stream, if on the board, and its name within that namespace; otherwise its full name.
     fn owner<'a>(&self, status: &'a StreamStatus) -> (Option<Name>, &'a str) {
         let subject = self.stream(status).map(|stream| stream.subject());
         let owned = subject.and_then(|subject| {
@@ -289,7 +288,7 @@ impl Board {
         owned.unwrap_or((None, &status.name))
     }
 
-    /// What is said when the session ends.
+    /// The summary at the end of the session.
     pub fn summary(&self) -> Vec<String> {
         let total = |count: fn(&StreamStatus) -> u64| self.statuses().map(count).sum::<u64>();
         let unknown = self.statuses().filter(|each| each.lost_source.is_none()).count();
@@ -316,12 +315,12 @@ impl Board {
         lines
     }
 
-    /// So long it was watched until now, by the clock of this machine [s].
+    /// Sets how long it has been watched, by this machine's clock [s].
     pub(super) fn watch(&mut self, secs: f64) {
         self.watched_secs = secs;
     }
 
-    /// The duration of the session; where nothing reports its time, for how long it was watched [s].
+    /// The duration of the session; if nothing reports its time, how long it was watched [s].
     fn elapsed_secs(&self) -> f64 {
         let recorded_secs = self.began.map_or(0.0, |began| self.now.secs_since(began));
         if self.streams.is_empty() { recorded_secs.max(self.watched_secs) } else { recorded_secs }

@@ -12,8 +12,8 @@ const SHOWN: [&str; 2] = ["workload", "arousal"];
 #[derive(Debug, Default)]
 pub(super) struct Estimates(BTreeMap<u64, String>);
 
-/// Whether a stream is an estimate of a person's workload or arousal. The difference from the own baseline, from which
-/// it is estimated, is a measurement, as heart rate is.
+/// Whether a stream is an estimate of a person's workload or arousal. The difference from the person's own baseline,
+/// from which it is estimated, is a measurement, like heart rate.
 pub(super) fn unblinds(stream: &Stream) -> bool {
     stream.about == About::Person && stream.family == "estimates"
 }

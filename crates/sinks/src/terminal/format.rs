@@ -1,4 +1,4 @@
-//! Formats numbers for people.
+//! Formats numbers for display.
 
 /// A duration as a clock shows it: `0:41`, `12:05`, `1:02:05`.
 pub(super) fn clock(secs: f64) -> String {

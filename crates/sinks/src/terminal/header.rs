@@ -6,7 +6,7 @@ use teampulse_core::time::Time;
 use super::format::{clock, minutes, size};
 use super::styled_line::{Style, StyledLine};
 
-/// What a session keeps.
+/// What a session stores.
 #[derive(Clone, Debug, Default)]
 pub enum Kept {
     /// Nothing: no sink stores data.
@@ -18,14 +18,14 @@ pub enum Kept {
     Bag(Growth),
 }
 
-/// A recording writes at least once a second; without growth for this long it stands still [s].
+/// A recording writes at least once a second; without growth for this long it has stalled [s].
 const STILL_SECS: f64 = 3.0;
 /// The remaining recording time below which it is shown [s].
 const SHORT_SECS: f64 = 12.0 * 3600.0;
 /// The remaining recording time below which somebody must act [s].
 const URGENT_SECS: f64 = 600.0;
 
-/// The recording as observed: it grows only if its size on disk does.
+/// The recording as observed: it counts as growing only if its size on disk grows.
 #[derive(Debug, Default)]
 pub(super) struct Recording {
     kept: Kept,

@@ -43,13 +43,13 @@ pub use view::{Scroll, View};
 
 /// The longest wait for input; a key is answered within this.
 const PATIENCE: Duration = Duration::from_millis(100);
-/// How long readings gather before they are looked at.
+/// How long readings gather before they are processed.
 const GATHER: Duration = Duration::from_millis(50);
 /// The interval between redraws [s].
 const REDRAW_SECS: f64 = 1.0;
 
-/// Shows the state of the team on standard error: on a screen of its own; elsewhere a line whenever a
-/// state changes. Every session that is run has it.
+/// Shows the state of the team on standard error: on a full screen; without a terminal, as a line whenever a state
+/// changes. Every session has it.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Terminal {
@@ -72,7 +72,7 @@ impl Component<dyn Sink, SinkContext> for Terminal {
 pub struct TerminalContext {
     /// Whether estimates about people are shown.
     pub estimates: Estimates,
-    /// What the session keeps.
+    /// What the session stores.
     pub kept: Kept,
     /// The scroll positions and questions, set by keys.
     pub view: View,
@@ -94,7 +94,7 @@ pub type NextPhase = Arc<dyn Fn() -> Option<String> + Send + Sync>;
 /// Whether estimates about people, and their changes from baseline, are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Estimates {
-    /// Hidden: an experimenter stays blind.
+    /// Hidden: an experimenter remains blind.
     #[default]
     Hidden,
     /// Shown.

@@ -1,4 +1,4 @@
-//! The line of a robot: the newest of each figure.
+//! The line of a robot: the newest value of each figure.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ const DEPLOYED: &str = "deployed_secs";
 /// The age above which a figure is no longer current [s].
 const OLD_SECS: f64 = 10.0;
 
-/// Formats a figure; `None` where it is not worth showing.
+/// Formats a figure; `None` if it is not worth showing.
 type Write = fn(f64) -> Option<String>;
 
 /// The newest figures of a robot: for each channel the value of each stream, with its time.
@@ -42,7 +42,7 @@ impl Figures {
         }
     }
 
-    /// Whether it was online and is not any more.
+    /// Whether it was online and no longer is.
     pub fn is_offline(&self) -> bool {
         self.last(ONLINE).is_some_and(|(online, _)| online == 0.0)
     }
@@ -88,7 +88,7 @@ impl Figures {
     }
 }
 
-/// The worst level of the diagnostics, where that is not "ok".
+/// The worst level of the diagnostics, unless it is "ok".
 fn diagnosis(level: f64) -> Option<String> {
     let word = match level as u8 {
         0 => return None,

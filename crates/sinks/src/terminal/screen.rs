@@ -15,10 +15,10 @@ pub(super) struct Size {
     pub rows: usize,
 }
 
-/// Output of others while the screen is taken over; `None` otherwise.
+/// Output from elsewhere in the process while the screen is taken over; `None` otherwise.
 static ASIDE: Mutex<Option<Vec<u8>>> = Mutex::new(None);
 
-/// The most output of others that is kept [bytes].
+/// The most such output that is kept [bytes].
 const MOST_ASIDE: usize = 1 << 20;
 
 fn aside_of_screen() -> MutexGuard<'static, Option<Vec<u8>>> {
@@ -30,7 +30,7 @@ fn aside_of_screen() -> MutexGuard<'static, Option<Vec<u8>>> {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WarningOutput;
 
-/// Output of others without control characters: it quotes text from robots and files.
+/// Such output without control characters: it may quote text from robots and files.
 fn harmless(bytes: &[u8]) -> Vec<u8> {
     let text = String::from_utf8_lossy(bytes);
     let lines: Vec<_> = text.split('\n').map(on_one_line).collect();
@@ -84,7 +84,7 @@ impl Screen {
         send(all);
     }
 
-    /// Takes the output of others since the last call.
+    /// Takes the output from elsewhere since the last call.
     pub fn take_aside() -> Vec<String> {
         let mut aside = aside_of_screen();
         let kept = aside.as_mut().map(std::mem::take).unwrap_or_default();
@@ -98,7 +98,7 @@ impl Drop for Screen {
     }
 }
 
-/// Restores the screen if it was taken over, also before the process exits at once.
+/// Restores the screen if it was taken over, also before an immediate exit of the process.
 pub fn leave_screen() {
     if aside_of_screen().take().is_some() {
         send("\x1b[?2004l\x1b[?25h\x1b[?1049l");

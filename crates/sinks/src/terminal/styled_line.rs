@@ -2,26 +2,26 @@
 
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
-/// The style of a piece of a line. Colour only repeats what the words say.
+/// The style of a piece of a line. Colour only repeats what the text says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Style {
     /// The terminal's default.
     #[default]
     Plain,
-    /// What readers look for first.
+    /// For what readers look for first.
     Strong,
-    /// Old or minor.
+    /// For old or minor information.
     Grey,
-    /// Not as it should be.
+    /// For something that is not as it should be.
     Warning,
-    /// Needs somebody now.
+    /// For something that needs somebody now.
     Alarm,
-    /// A question to the person at the keys.
+    /// For a question to the user.
     Question,
 }
 
 impl Style {
-    /// The sequence that starts it; without colours it is bold, reversed or nothing.
+    /// The sequence that starts it; without colours bold, reversed or none.
     fn begin(self, colours: Colours) -> &'static str {
         match (self, colours) {
             (Style::Plain, _) | (Style::Grey | Style::Warning, Colours::None) => "",
@@ -37,7 +37,7 @@ impl Style {
 /// Whether a screen uses colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Colours {
-    /// Colours that repeat what the words say.
+    /// Colours that repeat what the text says.
     #[default]
     Some,
     /// `NO_COLOR` is set.
@@ -79,7 +79,7 @@ impl StyledLine {
         }
     }
 
-    /// Pads the line to a column, with two blanks if it is longer already.
+    /// Pads the line to a column, with two spaces if it is longer already.
     #[must_use]
     pub fn up_to(self, column: usize) -> StyledLine {
         let blanks = column.saturating_sub(self.width()).max(if self.0.is_empty() { 0 } else { 2 });
@@ -131,7 +131,7 @@ impl StyledLine {
         cut
     }
 
-    /// The text alone, without trailing blanks.
+    /// The text alone, without trailing spaces.
     #[cfg(test)]
     pub fn text(&self) -> String {
         let text: String = self.0.iter().map(|(_, text)| text.as_str()).collect();
@@ -161,7 +161,7 @@ pub(super) fn first_columns(text: &str, columns: usize) -> &str {
     text.char_indices().find(fits).map_or(text, |(end, _)| &text[..end])
 }
 
-/// Replaces control characters and those that change the direction of text by blanks.
+/// Replaces control characters and those that change the direction of text with spaces.
 pub(super) fn harmless(text: &str) -> String {
     text.replace(commands, " ")
 }

@@ -9,7 +9,7 @@ use teampulse_core::time::Time;
 
 use super::format::counted;
 
-/// Between who acknowledged an alert and the alert, in a report.
+/// The text between the person and the alert in an acknowledgement.
 const ACKNOWLEDGE: &str = " acknowledge ";
 
 /// The newest state of the team.
@@ -27,7 +27,7 @@ struct Open {
     why: Why,
     tier: Option<Tier>,
     since: Time,
-    /// Whether its number still comes.
+    /// Whether its number still arrives.
     is_known: bool,
     /// Who has acknowledged it.
     seen_by: Option<String>,
@@ -44,9 +44,9 @@ impl Open {
 /// A robot or a person that needs attention.
 #[derive(Debug)]
 pub(super) struct Need<'a> {
-    /// Which one.
+    /// The robot or person.
     pub who: &'a str,
-    /// How urgent, where the study states it.
+    /// How urgent it is, if the study states it.
     pub tier: Option<Tier>,
     /// Why, in words.
     pub why: String,
@@ -55,7 +55,7 @@ pub(super) struct Need<'a> {
 }
 
 impl Team {
-    /// Takes the state of the team, if it is that.
+    /// Takes the state of the team from such a record.
     pub fn take(&mut self, stream: &Stream, values: &FeatureValues) {
         if stream.about == About::Team && stream.name == "/team/state" {
             let named = stream.channels.iter().map(|channel| channel.name.clone());

@@ -28,7 +28,7 @@ pub(super) enum Urgency {
     Need,
     /// One needs someone, but not at once.
     NeedSoon,
-    /// A stream has been silent for long.
+    /// A stream has been silent for a long time.
     Dead,
     /// A stream was never seen.
     Never,
@@ -36,7 +36,7 @@ pub(super) enum Urgency {
     Stale,
     /// A stream arrives, but not as it should.
     Degraded,
-    /// An alert that the study has noted only.
+    /// An alert of the lowest tier, which is only noted.
     Note,
 }
 

@@ -27,17 +27,17 @@ struct Looks {
 pub enum Scroll {
     /// Scrolls the team up by one line.
     Up,
-    /// The team down by a line.
+    /// Scrolls the team down by one line.
     Down,
-    /// The log back by a page.
+    /// Scrolls the log back by one page.
     Back,
-    /// The log forward by a page.
+    /// Scrolls the log forward by one page.
     Forth,
     /// Scrolls to the top of the team and the end of the log.
     Home,
 }
 
-/// How long a question stays open [s]: a later key was not meant for it.
+/// How long a question stays open [s]: a later key is not an answer to it.
 const STANDS_SECS: f64 = 10.0;
 
 impl View {

@@ -23,7 +23,7 @@ use crate::text::harmless;
 pub(super) const NAME: &str = "events.tsv";
 /// The name of the file that describes its columns.
 pub(super) const SIDECAR: &str = "events.json";
-/// The type of a marker that nobody set.
+/// The type of a marker that was not set by anybody.
 pub(super) const NOTICE: &str = "notice";
 /// Its columns; the first three are those of BIDS, as is the last.
 pub(super) const COLUMNS: [(&str, Column); 10] = [
@@ -46,14 +46,14 @@ pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("time", Column::of("Onset, as a time of day in UTC (ISO 8601).")),
     ("channel", Column::of("The channel in which it was found, where a signal has several.")),
 ];
-/// Two phases of one name whose starts and ends differ by less are the same [s].
+/// Two phases with the same name whose starts and ends differ by less count as the same [s].
 const SAME_SECS: f64 = 1.0;
 /// How long an event waits for earlier ones, so that rows are in order of onset [ns].
 const WAIT_NS: i64 = 10_000_000_000;
 
 /// A row for each event: its onset [s since the session's start], its duration [s], its type, and its
-/// subject. Missing values are `n/a`, as in BIDS. A phase has its announced length until the session is
-/// over, and its actual length then.
+/// subject. Missing values are `n/a`, as in BIDS. A phase has its announced length until the session is over, then its
+/// actual length.
 #[derive(Debug)]
 pub(super) struct Events {
     file: TextFile,
@@ -63,7 +63,7 @@ pub(super) struct Events {
     /// The number of lines written, and which of them are phases.
     lines: usize,
     phases: BTreeMap<usize, Row>,
-    /// The newest onset written, and whether an earlier one came after it.
+    /// The newest onset written, and whether an earlier one arrived after it.
     newest: Time,
     is_mixed_up: bool,
 }
@@ -101,7 +101,7 @@ impl Events {
         self.write_until(due, timeline)
     }
 
-    /// Writes waiting rows and the lengths of phases, and sorts what arrived later than rows wait.
+    /// Writes waiting rows and the lengths of phases, and sorts rows that arrived too late.
     pub(super) fn finish(mut self, timeline: &Timeline) -> Result<(), Unwritten> {
         self.write_until(Time::from_nanos(i64::MAX), timeline)?;
         self.flush()?;
@@ -187,8 +187,8 @@ impl Row {
     }
 }
 
-/// The duration of a state whose end an event reports [s]. The row of the event is that moment: a row over
-/// the time before would have the label of the opposite.
+/// The duration of a state whose end an event reports [s]. The row of the event stands for that time: a row over the
+/// time before would have the opposite label.
 fn ended_secs(stream: &Stream, event: &Event) -> Option<f64> {
     Some(event.duration_secs).filter(|secs| is_notice(stream, event) && *secs > 0.0)
 }
@@ -199,8 +199,8 @@ fn is_notice(stream: &Stream, event: &Event) -> bool {
     event.kind == EventKind::Marker && is_concluded
 }
 
-/// Whether an event has a row. Beats are in the interval files; clock reports each second, and whether losses
-/// can be counted, are of no interest.
+/// Whether an event has a row. Beats are in the interval files; reports on clocks every second, and on whether losses
+/// can be counted, are omitted.
 fn is_listed(stream: &Stream, event: &Event) -> bool {
     let is_counted = event.value.is_finite() && event.value > 0.0;
     let is_news = is_counted || Loss::of_stream(stream).is_none();

@@ -31,12 +31,12 @@ pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("sigma", Column::of("The standard uncertainty of the value; empty where it can't be stated.")),
     ("reason", Column::of("Why there is no value.")),
 ];
-/// Windows come each second: the tolerance of their ends [ns].
+/// Windows arrive every second: the tolerance of their ends [ns].
 const TOLERANCE_NS: i64 = 500_000_000;
 
-/// A row for each value of a window, and for the window's coverage and quality: of windows that do not
-/// overlap, each within one phase or between two, and of every window that is a phase. Of the statistics of
-/// raw signals there are phases only; their windows are in the bag. Times are seconds of the session.
+/// A row for each value of a window, and for the window's coverage and quality: for windows that do not overlap, each
+/// within one phase or between two, and for every window that is a phase. For the statistics of raw signals there are
+/// only phases; their windows are in the bag. Times are seconds of the session.
 #[derive(Debug)]
 pub(super) struct Features {
     file: TextFile,
@@ -60,7 +60,7 @@ pub(super) struct Window {
 }
 
 impl Features {
-    /// Creates the file, with at most one row per stream each `every_secs`.
+    /// Creates the file, with at most one row per stream every `every_secs`.
     pub(super) fn create(folder: &Path, every_secs: f64) -> Result<Features, Unwritten> {
         let mut file = TextFile::create(folder.join(NAME))?;
         file.push(COLUMNS.map(|(name, _)| name).join(","))?;
@@ -165,7 +165,7 @@ impl Window {
     }
 }
 
-/// Whether a phase was too short for any value, or for somebody to have meant it.
+/// Whether a phase was too short for any value, or too short to be intended.
 pub(super) fn says_nothing(values: &FeatureValues) -> bool {
     values.window_secs < SHORTEST_SECS && values.reasons.iter().all(|reason| *reason != Reason::Ok)
 }

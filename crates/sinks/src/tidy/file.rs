@@ -24,7 +24,7 @@ pub(super) fn write(path: &Path, text: impl AsRef<[u8]>) -> Result<(), Unwritten
     whole(path, || private::write(path, text).map_err(Unwritten::at(path)))
 }
 
-/// Writes a file, and removes it if incomplete, as half a table looks like a whole one.
+/// Writes a file, and removes it if incomplete, as half a table looks like a complete one.
 pub(super) fn whole<T>(
     path: &Path,
     write: impl FnOnce() -> Result<T, Unwritten>,

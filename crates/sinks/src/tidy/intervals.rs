@@ -45,13 +45,12 @@ pub(super) const COLUMNS: [(&str, Column); 4] = [
 /// The preferred signal of a device with several.
 const BEST_FIRST: [Signal; 3] = [Signal::Ecg, Signal::Interval, Signal::Ppg];
 
-/// Intervals as detected and not corrected, two files for each device of a person: in `intervals.txt` when
-/// the beat was that ends it and the interval [s, s], one a line, as Kubios HRV reads them, and in the end
-/// in `intervals.csv` with phase and judgement. Where data are missing there is no interval, so none is
-/// longer than a heart can wait.
+/// Intervals as detected and not corrected, two files for each device of a person: in `intervals.txt` the time of the
+/// beat that ends the interval and the interval [s, s], one per line, as read by Kubios HRV; and at the end in
+/// `intervals.csv` with phase and correction. Where data are missing there is no interval, so none is implausibly long.
 ///
-/// The names are at every moment those that they would have in the end, so that after a crash they are
-/// the same as after a replay: a file that is the only one has the plain name.
+/// The files have their final names at all times, so that they are the same after a crash as after a replay: a file
+/// that is the only one has the plain name.
 #[derive(Debug)]
 pub(super) struct Intervals {
     folder: PathBuf,

@@ -19,7 +19,7 @@ pub(super) const QUALITY: &str = "quality";
 pub(super) struct Measures {
     by_name: BTreeMap<String, Measure>,
     seen: BTreeMap<StreamId, Arc<Stream>>,
-    /// Whether there is more than was last written.
+    /// Whether there are changes since the last write.
     pub(super) is_news: bool,
 }
 

@@ -44,19 +44,18 @@ const FLUSH_EVERY_SECS: f64 = 1.0;
 const FOLDER_WITHIN: Duration = Duration::from_secs(5);
 const LOOK: Duration = Duration::from_millis(5);
 
-/// Tidy files in the bag's folder, for everyone who opens no bags: `events.tsv` in the manner of
-/// BIDS, `phases.csv` with a row for each phase of somebody and a column for each measure, `features.csv`
-/// with a row for each value of a window, `intervals.csv` with the heart's intervals, their times, phases
-/// and which of them are corrected, and `intervals.txt` with the same as Kubios HRV reads them; a `.json`
-/// beside each table that says what its columns and measures are; and `summary.md`, a page on what was
-/// usable.
+/// Tidy files in the bag's folder, for readers who do not work with bags: `events.tsv` as in BIDS, `phases.csv` with a
+/// row for each phase of a subject and a column for each measure, `features.csv` with a row for each value of a window,
+/// `intervals.csv` with the heart's intervals, their times, phases and which of them are corrected, and `intervals.txt`
+/// with the same as read by Kubios HRV; a `.json` beside each table that describes its columns and measures; and
+/// `summary.md`, a page on what was usable.
 ///
-/// A study with a bag has them without asking; `tidy = false` at the bag leaves them out.
+/// A study with a bag has them by default; `tidy = false` in the bag's settings leaves them out.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tidy {
-    /// In `features.csv` a stream has rows of one window in so many seconds at most [s]; longer
-    /// windows have theirs whenever one is over.
+    /// In `features.csv` a stream has the rows of at most one window in this many seconds [s]; longer windows have
+    /// theirs whenever one is over.
     pub every_secs: f64,
 }
 

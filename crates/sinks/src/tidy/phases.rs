@@ -45,7 +45,7 @@ pub(super) const COLUMNS: [(&str, Column); 5] = [
 /// The statistics of robots' raw signals in the table; the others are in `features.csv`.
 const STATISTICS: [&str; 2] = ["mean", "sd"];
 
-/// One row per phase of somebody, one column per measure.
+/// One row per phase of a subject, one column per measure.
 #[derive(Debug)]
 pub(super) struct PhaseTable {
     columns: Vec<Known>,
@@ -183,7 +183,7 @@ impl PhaseTable {
         file.flush()
     }
 
-    /// The name of each column: its measure, followed by its source where somebody has several; `None` for
+    /// The name of each column: its measure, followed by its source if a subject has several; `None` for
     /// one without values.
     fn names(&self) -> Vec<Option<String>> {
         let mut sources: BTreeMap<(&Subject, &str), BTreeSet<&str>> = BTreeMap::new();

@@ -31,7 +31,7 @@ use super::timeline::Timeline;
 
 /// The name of the file.
 pub(super) const NAME: &str = "summary.md";
-/// The share of data at which a window has enough for a value, unless it is too short [0..1].
+/// The share of data from which a window has a value, unless it is too short [0..1].
 const ENOUGH: f32 = 0.5;
 /// The most kinds of faults kept separately.
 const MOST_FAULTS: usize = 1000;
@@ -46,7 +46,7 @@ pub(super) struct Summary {
     /// The first time and the number of each fault.
     faults: BTreeMap<String, (Time, u64)>,
     counts: Counts,
-    /// What the underlying recording lost to damage.
+    /// What the underlying recording has lost to damage.
     pub(super) damage: Option<String>,
 }
 
@@ -198,7 +198,7 @@ fn is_reported_elsewhere(stream: &Stream) -> bool {
     holds_alerts(stream) || UNTOLD.contains(&name) || Loss::of_stream(stream).is_some()
 }
 
-/// The raw stream of a name, if it has samples of a signal: events and commands have no rate to keep.
+/// The raw stream with this name, if it has samples of a signal: events and commands have no expected rate.
 fn raw(streams: &Streams, name: &str) -> Option<Arc<Stream>> {
     let (_, stream) = streams.find(name)?;
     let is_happening = stream.shape == Shape::Event || stream.signal == Signal::Input;

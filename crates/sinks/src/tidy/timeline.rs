@@ -11,15 +11,15 @@ use teampulse_core::time::Time;
 
 use super::file::on_one_line;
 
-/// The shortest phase that somebody meant [s].
+/// The shortest phase that counts as intended [s].
 pub(super) const SHORTEST_SECS: f64 = 1.0;
 
 /// Why a session may have no recorded end.
 const CUT_OFF: &str =
     "The session was cut off: its end was not recorded; phases end with the last record.";
 
-/// A report refers to a phase that ended at most this long ago [ns], not to the one that began: as for the
-/// feature `estimates`.
+/// A report refers to a phase that ended at most this long ago [ns], not to the next one: as for the feature
+/// `estimates`.
 const JUST_ENDED_NS: i64 = 10_000_000_000;
 
 /// The start of a session, and the phases of everyone in it.
@@ -33,7 +33,7 @@ pub(super) struct Timeline {
     cut_off: Option<String>,
 }
 
-/// A stretch of somebody's time within one phase, or between two.
+/// A stretch of a subject's time within one phase, or between two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Section<'a> {
     /// The phase that it is; `None` between phases.
@@ -116,13 +116,13 @@ impl Timeline {
         id.map_or_else(|| stream.subject(), person)
     }
 
-    /// The phases of somebody.
+    /// The phases of a subject.
     pub(super) fn phases_of(&self, subject: &Subject) -> &[Phase] {
         self.phases.of(subject)
     }
 
-    /// The length of the phase of this name announced at this time [s]; `None` where no phase began with it,
-    /// or it has not ended.
+    /// The length of the phase with this name announced at this time [s]; `None` if no such phase began, or it has not
+    /// ended.
     pub(super) fn length_secs(
         &self,
         subject: &Subject,
@@ -156,7 +156,7 @@ impl Timeline {
         newest.iter().find(has_just_ended).map(|phase| phase.label.as_str())
     }
 
-    /// Somebody's phase, or pause between phases, at a time.
+    /// A subject's phase, or pause between phases, at a time.
     pub(super) fn section(&self, subject: &Subject, at: Time) -> Section<'_> {
         let phases = self.phases.of(subject);
         let next = phases.partition_point(|phase| phase.begin <= at);

@@ -1,4 +1,4 @@
-//! How much memory this process has asked for and not given back.
+//! How much memory this process has allocated and not freed.
 
 #![expect(unsafe_code, reason = "an allocator that counts is one")]
 
@@ -8,14 +8,14 @@ use std::sync::atomic::{AtomicI64, Ordering::Relaxed};
 static NOW: AtomicI64 = AtomicI64::new(0);
 static MOST: AtomicI64 = AtomicI64::new(0);
 
-/// What is in use now [B]; the most is counted from here on.
+/// The memory in use now [B]; the peak is counted from here on.
 pub fn begin() -> i64 {
     let now = NOW.load(Relaxed);
     MOST.store(now, Relaxed);
     now
 }
 
-/// The most that was in use at once since it was [begun](begin) to count [B].
+/// The peak memory in use since counting [began](begin) [B].
 pub fn most() -> i64 {
     MOST.load(Relaxed)
 }

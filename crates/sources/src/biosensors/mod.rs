@@ -1,16 +1,16 @@
-//! People's sensors as the package `ros2-foxy-wearable-biosensors` publishes them.
+//! People's sensors as published by the package `ros2-foxy-wearable-biosensors`.
 //!
-//! Its nodes publish plain numbers without a stamp, each as soon as it came: `/biosensors/<sensor>/<data>`, where the
-//! token before `biosensors`, if there is one, is taken for the person. Source: its nodes at f51a8fe (2021).
+//! Its nodes publish plain numbers without a stamp, each as soon as it is received: `/biosensors/<sensor>/<data>`,
+//! where the token before `biosensors`, if there is one, is taken as the person. Source: its nodes at f51a8fe (2021).
 //!
 //! | sensor | quirk |
 //! |---|---|
-//! | `shimmer3_gsr` | `gsr` is a resistance [kOhm], `ppg` a voltage [mV]; asked for 50 Hz it samples 32768 / 655 times a second |
-//! | `polar_h10` | `ibi` is the low byte of an interval of 1/1024 s, and `dev`, meant as the battery, its high byte: together they are the interval. A second interval in a notification was not published |
+//! | `shimmer3_gsr` | `gsr` is a resistance [kOhm], `ppg` a voltage [mV]; at a requested 50 Hz it samples 32768 / 655 times a second |
+//! | `polar_h10` | `ibi` is the low byte of an interval of 1/1024 s, and `dev`, intended as the battery, its high byte: together they are the interval. A second interval in a notification was not published |
 //! | `empatica_e4` | `ibi` is in seconds, `acc` in 64ths of g, `st` the mean of 8 samples at 4 Hz |
 //! | `emotiv_insight` | `eeg` begins with a counter and whether the sample was interpolated |
 //!
-//! The topics of chunks (`bvp_chunk`) repeat what the others have.
+//! The topics of chunks (`bvp_chunk`) repeat the data of the others.
 
 mod topic;
 
@@ -39,18 +39,18 @@ pub use topic::{LowBytes, Topic};
 /// How many low bytes are kept until they are taken.
 const DEPTH: u32 = 100;
 
-/// Sensors of people as the nodes of ros2-foxy-wearable-biosensors publish them: `/biosensors/empatica_e4/gsr`.
+/// Sensors of people as published by the nodes of ros2-foxy-wearable-biosensors: `/biosensors/empatica_e4/gsr`.
 ///
 /// They become streams of a person, with units and rates: `/humans/persons/p001/empatica_e4/eda`. Their samples have no
 /// stamps: those of a regular signal are placed by their number and arrival, others by their arrival, so keep their
-/// nodes on this machine or its own network. The two bytes of a Polar H10's intervals are put together.
+/// nodes on this machine or on a network of its own. The two bytes of a Polar H10's intervals are combined.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Biosensors {
-    /// The person who wears them, by pseudonym, where the topics' namespace names nobody; `p007` wears
+    /// The person who wears them, by pseudonym, if the topics' namespace names nobody; `p007` wears
     /// `/p007/biosensors/empatica_e4`.
     pub person: String,
-    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0.
     #[serde(default)]
     pub domain: Option<BusId>,
 }
@@ -84,7 +84,7 @@ struct BiosensorsSource {
 }
 
 impl BiosensorsSource {
-    /// The stream of a publisher's topic, unless it is only a part of one or another source takes it.
+    /// The stream of a publisher's topic, unless it is only a part of one, or another source takes it.
     fn choose(&self, endpoint: &Endpoint) -> Option<Stream> {
         let topic = Topic::of(&endpoint.topic, &endpoint.type_name, &self.person)?;
         let is_ours = !topic.is_low_byte() && self.claimed.is_ours(endpoint);
@@ -101,7 +101,7 @@ impl Source for BiosensorsSource {
     }
 }
 
-/// What reads the messages of a topic.
+/// The reader of a topic's messages.
 fn reader(
     bus: &dyn Bus,
     endpoint: &Endpoint,
@@ -137,7 +137,7 @@ fn reader(
     }))
 }
 
-/// When a message was written, or else when it came.
+/// When a message was written, or else when it arrived.
 fn written(arrival: &Arrival, clock: &Clock) -> Time {
     arrival.source_time.unwrap_or_else(|| clock.now())
 }

@@ -1,4 +1,4 @@
-//! What its topics are: a table of streams, and how their numbers are read.
+//! The topics of the package: a table of streams, and how their numbers are read.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ enum Read {
     Times(f64),
     /// A conductance [uS] from a resistance [kOhm].
     Inverted,
-    /// The low byte of an interval, which becomes nothing by itself.
+    /// The low byte of an interval, which yields nothing by itself.
     LowByte,
     /// The high byte, which completes it.
     HighByte,
@@ -121,13 +121,13 @@ pub struct Topic {
     pub stream: Stream,
     read: Read,
     fields: Option<Fields>,
-    /// What is before `/biosensors` in its name.
+    /// The part before `/biosensors` in its name.
     namespace: String,
 }
 
 impl Topic {
-    /// What a topic of a type is known as, of this person where no namespace names one; `None` for one of something
-    /// else.
+    /// The known topic with this name and type, about this person if no namespace names one; `None` for any other
+    /// topic.
     pub fn of(topic: &str, type_name: &str, own_person: &str) -> Option<Topic> {
         let (before, below) = topic.rsplit_once("/biosensors/")?;
         let is_it = |row: &&Row| below.split_once('/') == Some(row.topic) && row.kind == type_name;
@@ -160,19 +160,19 @@ impl Topic {
         Some(Topic { stream, read: row.read, fields, namespace: before.to_owned() })
     }
 
-    /// Whether it is the low bytes of intervals, which are no stream by themselves.
+    /// Whether it carries the low bytes of intervals, which are not a stream by themselves.
     pub fn is_low_byte(&self) -> bool {
         self.read == Read::LowByte
     }
 
-    /// The topic and type of the low bytes without which this one's messages are nothing.
+    /// The topic and type of the low bytes that this topic's messages need.
     pub fn low_byte_topic(&self) -> Option<(String, &'static str)> {
         let (sensor, data) = ROWS.iter().find(|row| row.read == Read::LowByte)?.topic;
         let topic = || (format!("{}/biosensors/{sensor}/{data}", self.namespace), INT);
         (self.read == Read::HighByte).then(topic)
     }
 
-    /// What a message says that came at a time; `None` where it is nothing by itself, or can't be read.
+    /// The data of a message that arrived at a time; `None` if it yields nothing by itself, or can't be read.
     pub fn read(&self, cdr: &[u8], at: Time, low_bytes: &mut LowBytes) -> Option<Data> {
         if self.read == Read::Marker {
             let (kind, label) = (EventKind::Marker, "tag".to_owned());
@@ -203,7 +203,7 @@ impl Topic {
     }
 }
 
-/// The interval of a high byte, if its low byte came just before [ms].
+/// The interval of a high byte, if its low byte arrived just before [ms].
 fn interval_ms(low: Option<(f64, Time)>, high: f64, at: Time) -> Option<f64> {
     let (low, low_at) = low?;
     let is_byte = |value: f64| (0.0..=255.0).contains(&value);

@@ -17,11 +17,11 @@ use super::Emulation;
 use super::shimmer3::GRAIN;
 use super::wardrobe::Dressed;
 
-/// Bytes of requests that are taken at once.
+/// The most bytes of requests that are read at once.
 const PIECE: usize = 1024;
-/// Between two lines, so that they arrive one by one.
+/// The pause between two lines, so that they arrive one by one.
 const BETWEEN_LINES: Duration = Duration::from_millis(1);
-/// The clients that are served at a time.
+/// The most clients that are served at a time.
 const MOST_CLIENTS: usize = 16;
 
 /// The streaming server of an Empatica E4 that a simulated person wears, on loopback.
@@ -30,10 +30,10 @@ const MOST_CLIENTS: usize = 16;
 pub struct EmulatedE4 {
     /// The person who wears it: `p001`.
     pub person: String,
-    /// The port; 0 for any that is free. Default: 28000, as Empatica's.
+    /// The port; 0 for any that is free. Default: 28000, as for Empatica's server.
     #[serde(default = "port")]
     pub port: u16,
-    /// What goes wrong with the E4 and its server, in the order of time.
+    /// The faults of the E4 and its server, in order of time.
     #[serde(default)]
     pub faults: Vec<E4Incident>,
 }

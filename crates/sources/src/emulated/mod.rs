@@ -1,8 +1,8 @@
-//! Emulated wearables on real transports, for drivers and programs that know nothing of an emulation.
+//! Emulated wearables on real transports, for drivers and programs that do not know about the emulation.
 //!
 //! The devices are those of `teampulse_emulators::devices`, worn by simulated people; here they are put on the
-//! transport that the real ones have. [`EmulatedWearable`] is the table: a type is a file with its settings and an
-//! `open`, which returns what is reached where, and the task that serves it.
+//! transport of the real ones. [`EmulatedWearable`] is the table: each type is a file with its settings and an `open`,
+//! which returns where the device can be reached, and the task that serves it.
 
 pub mod bluetooth;
 mod wardrobe;
@@ -63,7 +63,7 @@ impl EmulatedWearable {
         matches!(self, PolarH10(_) | PolarVeritySense(_) | PolarOh1(_) | HeartRate(_) | Myo(_))
     }
 
-    /// What it measures of the body, of what people may wear on ROS, too.
+    /// The body signals that it measures, of those that people may also wear on ROS.
     pub const fn senses(&self) -> &'static [Sensor] {
         match self {
             EmulatedWearable::EmpaticaE4(_) => {
@@ -92,10 +92,10 @@ impl EmulatedWearable {
     }
 }
 
-/// By how much the clock of a device may be off.
+/// The largest rate error that the clock of a device may have.
 const CLOCK_OFF: f64 = 0.1;
 
-/// An error for a clock that runs faster or slower than any does.
+/// Fails for a clock that runs implausibly fast or slow.
 fn check_clock(fast: f64) -> io::Result<()> {
     if fast.abs() <= CLOCK_OFF {
         return Ok(());
@@ -105,9 +105,9 @@ fn check_clock(fast: f64) -> io::Result<()> {
 
 /// An emulated device that can be reached.
 pub struct Emulation {
-    /// What it is, such as `Shimmer3 of p001`.
+    /// A description, such as `Shimmer3 of p001`.
     pub device: String,
-    /// Where it is reached.
+    /// Where it can be reached.
     pub address: String,
     /// The lines of a study that reads it.
     pub study: String,

@@ -14,9 +14,9 @@ use super::wardrobe::Dressed;
 use super::{Emulation, check_clock};
 use crate::serial::Pty;
 
-/// How often devices are looked at.
+/// How often devices are polled.
 pub(super) const GRAIN: Duration = Duration::from_millis(5);
-/// Bytes that wait for a slow reader; what is more is lost, as on a radio link.
+/// The most bytes that wait for a slow reader; more are lost, as on a radio link.
 const MOST_WAITING: usize = 4096;
 
 /// A Shimmer3 GSR+ that a simulated person wears at the fingers, on a pseudoterminal in place of a serial port.
@@ -25,10 +25,11 @@ const MOST_WAITING: usize = 4096;
 pub struct EmulatedShimmer {
     /// The person who wears it: `p001`.
     pub person: String,
-    /// Where a link to its port is made, such as `/tmp/shimmer`; without it the port has a name of the system.
+    /// The path of a link to its port, such as `/tmp/shimmer`; by default the port has the name that the system gives
+    /// it.
     #[serde(default)]
     pub port: Option<PathBuf>,
-    /// What the device itself is like, and what goes wrong with it.
+    /// The properties of the device itself, and its faults.
     #[serde(default)]
     pub device: ShimmerSettings,
 }
@@ -56,7 +57,7 @@ impl EmulatedShimmer {
     }
 }
 
-/// Serves a Shimmer on a port, by a clock. It goes on streaming when nobody listens.
+/// Serves a Shimmer on a port, by a clock. It keeps streaming when nobody listens.
 pub async fn serve_shimmer(
     pty: &Pty,
     shimmer: &mut Shimmer,

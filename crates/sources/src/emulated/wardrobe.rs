@@ -25,7 +25,7 @@ pub(super) struct Dressed {
     pub(super) clock: Stopwatch,
 }
 
-/// A person whom no simulation has.
+/// A person who is in no simulation.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("`{0}` is not a simulated person; they are p001 to p999")]
 pub struct PersonError(pub String);

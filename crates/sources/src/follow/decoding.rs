@@ -1,4 +1,4 @@
-//! Messages that are decoded to samples: those of our own types, and those that a source reads.
+//! Messages that are decoded to samples: those of our own types, and those that a source parses.
 
 use std::sync::{Arc, Mutex};
 
@@ -70,7 +70,7 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    /// Of a topic of our own types.
+    /// How to read a topic of our own types.
     pub(super) fn of_ours(stream: &Stream) -> Reading {
         let shape = stream.shape.clone();
         let decoder: Decoder =

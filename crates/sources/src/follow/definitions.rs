@@ -1,4 +1,4 @@
-//! The definitions of types that are not shipped: asked for on the bus, and learned when they come.
+//! The definitions of types that are not shipped: requested on the bus, and stored when they arrive.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use super::publishing::Key;
 pub(super) type Type = (String, String);
 
 impl Following<'_> {
-    /// Asks for the definition of a type, once for all topics that have it.
+    /// Requests the definition of a type, once for all topics that have it.
     pub(super) fn ask_for_definition(&mut self, key: Key, of: Type) {
         let waiting = self.undefined.entry(of.clone()).or_default();
         waiting.push(key);
@@ -28,7 +28,7 @@ impl Following<'_> {
         }
     }
 
-    /// The definition of a type was found, or nobody has it.
+    /// Takes in the definition of a type, or that nobody has it.
     pub(super) fn learn(&mut self, of: Type, found: Result<Schema, BusError>) {
         let topics = self.undefined.remove(&of).unwrap_or_default();
         match found {
@@ -53,7 +53,7 @@ impl Following<'_> {
         }
     }
 
-    /// Leaves out the channels that the stream's type does not have, and says so.
+    /// Drops the channels that the stream's type does not have, and reports it.
     pub(super) fn leave_out_wrong_fields(&self, stream: &mut Stream) {
         let Shape::Message(schema) = &stream.shape else { return };
         let Ok(definition) = Definition::of(schema) else { return };

@@ -1,4 +1,4 @@
-//! What becomes known of decoded streams after they were declared.
+//! Redeclaring decoded streams when more is known about them.
 
 use teampulse_core::outlet::Outlet;
 use teampulse_core::stream::Stream;
@@ -9,7 +9,7 @@ use super::publishing::{Key, offered};
 use super::{Following, lock};
 
 impl Following<'_> {
-    /// Declares a decoded topic again where its description, messages or publishers say more.
+    /// Redeclares a decoded topic if its description, messages or publishers provide more details.
     pub(super) fn describe_anew(
         &mut self,
         topic: &str,
@@ -22,7 +22,7 @@ impl Following<'_> {
         }
     }
 
-    /// The same for all: messages may have shown the channels of a topic that nobody describes.
+    /// The same for all topics: messages may have shown the channels of a topic without a description.
     pub(super) fn describe_all_anew(
         &mut self,
         graph: &Graph,
@@ -35,7 +35,7 @@ impl Following<'_> {
 }
 
 impl Followed {
-    /// Declares it again where more is known about it.
+    /// Redeclares it if more is known about it.
     fn describe_anew(
         &mut self,
         key: &Key,

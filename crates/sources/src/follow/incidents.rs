@@ -1,4 +1,4 @@
-//! Reporting what the bus notices about topics that are followed.
+//! Reporting the bus's incidents on followed topics.
 
 use teampulse_ros::bus::Incident;
 

@@ -1,4 +1,4 @@
-//! Losses of one stream: how many of its messages were lost in transit, and whose clock stamps them.
+//! Losses of one stream: how many of its messages were lost in transit, and which computer's clock stamps them.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use super::stamping::Stamping;
 #[derive(Debug)]
 pub(super) struct LossCounter {
     stream: StreamId,
-    /// `None` where no computer stamps them.
+    /// `None` if no computer stamps them.
     stamping: Option<Stamping>,
     losses: Losses,
     known: Option<bool>,
@@ -48,7 +48,7 @@ impl LossCounter {
         }
     }
 
-    /// A message arrived: reports whose clock stamps it, and counts the messages missing before it. Whether
+    /// Takes in a message: reports which computer's clock stamps it, and counts the messages missing before it. Whether
     /// losses can be counted at all is reported at the first message and when it changes.
     pub(super) fn count(&mut self, arrival: &Arrival, outlet: &Outlet) {
         if let Some(stamping) = &mut self.stamping {
@@ -72,8 +72,8 @@ impl LossCounter {
         self.unnumbered = self.unnumbered.saturating_add(1);
     }
 
-    /// A numbered sample was read: counts the samples that never reached its publisher as lost. Reported at
-    /// once, as they are missing right before this sample.
+    /// Takes in a numbered sample, and counts those that never reached its publisher as lost. They are reported
+    /// immediately, as they are missing right before this sample.
     pub(super) fn number(&mut self, index: Option<u64>, arrival: &Arrival, outlet: &Outlet) {
         let lost_here = std::mem::take(&mut self.unnumbered);
         let Some(index) = index else { return };

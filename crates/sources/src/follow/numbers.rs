@@ -17,7 +17,7 @@ pub(super) struct Numbers(BTreeMap<Gid, Counting>);
 #[derive(Debug, Default)]
 struct Counting {
     newest: Option<u64>,
-    /// Whether two numbers were consecutive: constant numbers, or times, do not count.
+    /// Whether two numbers were consecutive: constant numbers and times are not a count.
     is_counting: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Who publishes the topics that are followed.
+//! The publishers of followed topics.
 
 use teampulse_ros::graph::{Gid, Graph};
 
@@ -7,7 +7,7 @@ use super::publishing::{Key, gids, names_of, publishing, several};
 use super::{Following, lock};
 
 impl Following<'_> {
-    /// Lets each person's topic know who publishes it now.
+    /// Updates each person's topic with its present publishers.
     pub(super) fn look_at_publishers(&self, graph: &Graph) {
         for (key, followed) in &self.followed {
             if let Receivers::Split(split) = &followed.receivers {
@@ -26,8 +26,8 @@ impl Following<'_> {
         }
     }
 
-    /// Reports the publishers of an unsplit topic where there are several. Reported at the second look: a
-    /// restarted publisher is present twice for a moment, and names arrive with a delay.
+    /// Reports the publishers of an unsplit topic if there are several. Reported at the second check: a restarted
+    /// publisher is briefly present twice, and names arrive with a delay.
     pub(super) fn report_publishers(&mut self, graph: &Graph) {
         let mut faults = Vec::new();
         for (key, followed) in &mut self.followed {
@@ -61,8 +61,8 @@ impl Following<'_> {
         }
     }
 
-    /// Reports the topics that are published from several places, each once. Reported at the second look,
-    /// as names arrive with a delay.
+    /// Reports the topics that are published from several places, each once. Reported at the second check, as names
+    /// arrive with a delay.
     pub(super) fn report_several(&mut self, graph: &Graph) {
         let is_shared = |(key, followed): &(&Key, &Followed)| {
             !followed.is_split() && gids(key, graph).nth(1).is_some()

@@ -1,5 +1,5 @@
-//! Where messages of reliable publishers were lost: in this machine's receive buffers, which the kernel
-//! counts, or before.
+//! Where messages of reliable publishers were lost: in this machine's receive buffers, where the kernel counts them, or
+//! before.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -16,7 +16,7 @@ pub(super) struct Places {
     waiting: VecDeque<BTreeMap<String, u64>>,
     /// The number of further checks whose losses may come from the overflow.
     overflowed: usize,
-    /// Losses that occurred before this machine.
+    /// Losses that occurred before reaching this machine.
     elsewhere: BTreeMap<String, u64>,
     until_report: u32,
 }
@@ -74,7 +74,7 @@ mod tests {
         BTreeMap::from([("/scan".to_owned(), count)])
     }
 
-    /// Looks so often without a loss; the reports.
+    /// Checks this many times without a loss; returns the reports.
     fn quiet(places: &mut Places, looks: usize) -> Vec<String> {
         (0..looks).filter_map(|_| places.look(BTreeMap::new())).collect()
     }

@@ -122,8 +122,7 @@ impl PublisherSplit {
         }
     }
 
-    /// Checks which publishers are present now; reports the publishers of the topic where they have
-    /// changed.
+    /// Checks which publishers are present now; reports the publishers of the topic if they have changed.
     pub(super) fn look(&mut self, present: &BTreeSet<Gid>) {
         let now = self.host.now();
         self.publishers.show(present, now);

@@ -1,4 +1,4 @@
-//! Which publisher of a topic is heard, where a stream is one person's: one at a time.
+//! Which publisher of a person's topic is primary: one at a time.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,27 +6,27 @@ use teampulse_core::time::Time;
 use teampulse_ros::graph::Gid;
 
 /// How long to wait for the departure of the current publisher before a newcomer counts as a second
-/// publisher [s]. A restarted node leaves and joins almost at once, but the two events arrive separately.
+/// publisher [s]. A restarted node leaves and joins almost simultaneously, but the two events arrive separately.
 const GOODBYE_SECS: f64 = 0.1;
-/// After how long a silence another takes over [s], and so many times the longest silence before.
+/// The silence after which another publisher takes over [s], and this many times the longest silence before.
 const SILENCE_SECS: f64 = 2.0;
 const SILENCES: f64 = 3.0;
-/// The same for one of which a single message was heard [s].
+/// The same for a publisher that has sent a single message [s].
 const SILENCE_OF_ONE_SECS: f64 = 10.0;
-/// How many publishers are kept apart beside the one that is heard.
+/// The most secondary publishers that are kept separate.
 pub(super) const MOST_BESIDE: usize = 8;
-/// The most newcomers that wait for this decision; further ones count as second publishers at once.
+/// The most newcomers that wait for this decision; any more count as second publishers immediately.
 const MOST_NEWCOMERS: usize = 64;
 
 /// The publishers of one topic.
 #[derive(Debug, Default)]
 pub(super) struct Publishers {
     heard: Option<Heard>,
-    /// Those beside, each in the place of its own stream.
+    /// The secondary publishers, each at the index of its own stream.
     beside: Vec<Option<Gid>>,
-    /// Since when newcomers have waited.
+    /// When each newcomer started to wait.
     newcomers: BTreeMap<Gid, Time>,
-    /// Those that the bus showed last, and when: who is not among them any more has left.
+    /// The publishers last shown by the bus, and when: those no longer among them have left.
     shown: BTreeSet<Gid>,
     shown_at: Option<Time>,
     changes: Vec<Change>,
@@ -37,9 +37,9 @@ pub(super) struct Publishers {
 pub(super) enum Place {
     /// To the stream of the topic.
     Heard,
-    /// To the stream of its own of a publisher beside: its place among them.
+    /// To the separate stream of a secondary publisher, with this index.
     Beside(usize),
-    /// Not known yet: it is to be asked again.
+    /// Not known yet: ask again.
     Unknown,
     /// Nowhere: there are too many publishers.
     Refused,
@@ -48,13 +48,13 @@ pub(super) enum Place {
 /// A change of the publishers of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Change {
-    /// Another publishes the topic, too, and is kept apart in this place.
+    /// Another publishes the topic, too, and is kept separate at this index.
     Beside(usize),
-    /// Another is heard from now on, as the one before was silent.
+    /// Another is primary from now on, as the previous one was silent.
     TookOver,
 }
 
-/// The publisher that is heard.
+/// The primary publisher.
 #[derive(Debug)]
 struct Heard {
     gid: Gid,
@@ -85,7 +85,7 @@ impl Heard {
 }
 
 impl Publishers {
-    /// Where a message belongs that arrives now.
+    /// Where a message that arrives now belongs.
     pub(super) fn place(&mut self, gid: Gid, now: Time) -> Place {
         let heard = self.heard.get_or_insert_with(|| Heard::new(gid, now));
         if heard.gid == gid {
@@ -112,8 +112,8 @@ impl Publishers {
         self.seat_beside(gid)
     }
 
-    /// These publish the topic now: who was among them before and is no more has left, and the next one
-    /// is heard in its place.
+    /// Sets the present publishers of the topic: those no longer among them have left, and the next one becomes primary
+    /// in place of a primary that left.
     pub(super) fn show(&mut self, present: &BTreeSet<Gid>, now: Time) {
         let left: Vec<Gid> = self.shown.difference(present).copied().collect();
         self.shown.clone_from(present);
@@ -134,7 +134,7 @@ impl Publishers {
         }
     }
 
-    /// Whether the one that is heard is there no more, as far as was seen since it spoke last.
+    /// Whether the primary publisher is gone, as far as known since its last message.
     fn has_left(&self) -> bool {
         self.heard.as_ref().is_some_and(|heard| {
             let is_newer = self.shown_at.is_some_and(|shown_at| shown_at >= heard.last);
@@ -142,17 +142,17 @@ impl Publishers {
         })
     }
 
-    /// Nobody is waited for any more: newcomers are others.
+    /// Ends the wait: newcomers count as other publishers.
     pub(super) fn decide(&mut self) {
         self.newcomers.values_mut().for_each(|since| *since = Time::EPOCH);
     }
 
-    /// A change of the publishers of a topic since the last time.
+    /// The changes of the publishers of a topic since the last call.
     pub(super) fn take_changes(&mut self) -> Vec<Change> {
         std::mem::take(&mut self.changes)
     }
 
-    /// Those that have sent something and are there: the one that is heard first.
+    /// The publishers that are present and have sent something, the primary one first.
     pub(super) fn speaking(&self) -> impl Iterator<Item = Gid> {
         let heard = self.heard.iter().map(|heard| heard.gid);
         heard.chain(self.beside.iter().flatten().copied())

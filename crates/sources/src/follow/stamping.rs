@@ -9,7 +9,7 @@ use teampulse_ros::graph::{Gid, Graph};
 use tokio::sync::watch;
 
 /// The computer that stamps one stream, reported in band before its first message and whenever a message
-/// comes from another: where several computers publish a topic, each message is by the clock of its own.
+/// comes from another: if several computers publish a topic, each message is stamped by the clock of its own computer.
 #[derive(Debug)]
 pub(super) struct Stamping {
     stream: StreamId,

@@ -1,4 +1,4 @@
-//! Subscribing to the topics that are wanted, as their publishers appear.
+//! Subscribing to wanted topics as their publishers appear.
 
 use std::sync::{Arc, Mutex};
 
@@ -14,12 +14,12 @@ use super::publishing::{Key, offered, who};
 use super::stamped::known_schema;
 use super::{Following, Kept, lock, verbatim};
 
-/// How many messages a subscription keeps until they are taken. They are taken at once, so this
-/// bounds a burst, not a delay.
+/// How many messages a subscription keeps until they are taken. They are taken immediately, so this bounds a burst, not
+/// a delay.
 const DEPTH: u32 = 2000;
 
 impl Following<'_> {
-    /// Subscribes to what is wanted of a topic and not yet followed.
+    /// Subscribes to a topic if it is wanted and not yet followed.
     pub(super) fn subscribe_to_wanted(
         &mut self,
         topic: &str,
@@ -56,7 +56,7 @@ impl Following<'_> {
         self.followed.insert(key, followed);
     }
 
-    /// Reports that a topic that is followed is also published with another type.
+    /// Reports that a followed topic is also published with another type.
     fn report_second_type(&self, endpoint: &Endpoint) {
         let of_topic = self.followed.range((endpoint.topic.clone(), String::new())..);
         let other =
@@ -68,7 +68,7 @@ impl Following<'_> {
         }
     }
 
-    /// Follows a topic whose messages are kept as they came.
+    /// Follows a topic whose messages are kept as received.
     fn begin_verbatim(
         &mut self,
         key: &Key,
@@ -96,7 +96,7 @@ impl Following<'_> {
         Followed::new(id, stream, Receivers::Verbatim { losses, stamped }, subscription)
     }
 
-    /// Follows a topic whose messages are decoded. Which of its publishers is heard first is not known yet.
+    /// Follows a topic whose messages are decoded. It is not yet known which of its publishers sends first.
     fn begin_decoded(&self, endpoint: &Endpoint, stream: Stream, reading: Reading) -> Followed {
         let id = self.outlet.declare(stream.clone());
         let split = PublisherSplit::new(self.outlet, self.bus.graph(), (id, &stream), reading);

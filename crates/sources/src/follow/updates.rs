@@ -1,11 +1,11 @@
-//! The topics of which more has become known.
+//! The topics with new information.
 
 use std::collections::BTreeSet;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::Notify;
 
-/// The topics of which more has become known than their name and type.
+/// The topics with new information beyond their name and type.
 #[derive(Debug, Default)]
 pub(crate) struct Updates {
     topics: Mutex<BTreeSet<String>>,
@@ -13,7 +13,7 @@ pub(crate) struct Updates {
 }
 
 impl Updates {
-    /// More is known about a topic.
+    /// Notes that there is new information about a topic.
     pub(crate) fn add(&self, topic: &str) {
         self.topics().insert(topic.to_owned());
         self.came.notify_one();

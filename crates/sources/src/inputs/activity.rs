@@ -14,7 +14,7 @@ use super::SECOND_NS;
 /// The namespace of people.
 const PEOPLE: &str = "/humans/persons";
 
-/// What a person does at all devices, second by second. Clones share it: one a reader.
+/// A person's activity at all devices, second by second. Clones share it, one for each reader.
 #[derive(Clone)]
 pub(super) struct Activity {
     person: Arc<str>,
@@ -22,7 +22,7 @@ pub(super) struct Activity {
     kinds: Arc<Mutex<BTreeMap<Kind, Present>>>,
 }
 
-/// A kind of which there are devices.
+/// A kind of device that is present.
 struct Present {
     devices: usize,
     seconds: Seconds,
@@ -34,7 +34,7 @@ impl Activity {
         Activity { person: person.into(), outlet: outlet.clone(), kinds: Arc::default() }
     }
 
-    /// A device is there from now on, as long as what is returned is held.
+    /// Registers a device, until the returned value is dropped.
     pub(super) fn join(&self, kinds: &[Kind]) -> Attendance {
         let mut present = self.present();
         for &kind in kinds {
@@ -60,14 +60,14 @@ impl Activity {
         self.outlet.clock().now().nanos()
     }
 
-    /// Takes in what was done at a time of the session's clock \[ns\].
+    /// Takes in an action at a time of the session's clock \[ns\].
     pub(super) fn take(&self, at_ns: i64, act: &Act) {
         if let Some(known) = self.present().get_mut(&act.kind()) {
             known.seconds.take(at_ns, act);
         }
     }
 
-    /// Offers the summaries of the seconds that are over.
+    /// Offers the summaries of finished seconds.
     pub(super) fn hand_over(&self) {
         let now_ns = self.now_ns();
         for known in self.present().values_mut() {
@@ -86,7 +86,7 @@ impl Activity {
         }
     }
 
-    /// Reports what the user has to know.
+    /// Reports something that the user must know.
     pub(super) fn warn(&self, what: &str) {
         self.outlet.happen(passing(format!("inputs of {}: {what}", self.person)));
     }
@@ -96,7 +96,7 @@ impl Activity {
     }
 }
 
-/// That a device is there; its end is when that is dropped.
+/// The presence of a device, until this is dropped.
 pub(super) struct Attendance {
     activity: Activity,
     kinds: Vec<Kind>,

@@ -1,10 +1,10 @@
-/// A step by more than this is one of the clock, not a delay \[ns\].
+/// A step larger than this is one of the clock, not a delay \[ns\].
 const STEP_NS: i64 = 1_000_000_000;
 
-/// Places the times of a device's events on the session's clock: by the least delay that they had on their way.
+/// Places the times of a device's events on the session's clock: by the least delay on their way.
 #[derive(Debug, Default)]
 pub(super) struct EventClock {
-    /// The session's time less that of the event \[ns\].
+    /// The session's time minus that of the event \[ns\].
     offset_ns: Option<i64>,
 }
 

@@ -5,26 +5,26 @@ use rustix::fs::Access;
 use teampulse_devices::inputs::Kind;
 use teampulse_devices::inputs::evdev::Abilities;
 
-/// A keyboard, mouse or gamepad of this computer, by what the kernel knows of it: nothing is read from it.
+/// A keyboard, mouse or gamepad of this computer, as the kernel describes it: nothing is read from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundInput {
     /// Its node, such as `/dev/input/event3`.
     pub path: PathBuf,
-    /// Its name by its maker.
+    /// The name that its maker gave it.
     pub name: String,
-    /// What it is.
+    /// Its kinds.
     pub kinds: Vec<Kind>,
     /// Whether this user may read it.
     pub is_permitted: bool,
 }
 
 impl FoundInput {
-    /// Those of this computer, in the order of their nodes' names.
+    /// The devices of this computer, in the order of their nodes' names.
     pub fn all() -> Vec<FoundInput> {
         FoundInput::below(Path::new("/"))
     }
 
-    /// Those of a tree with `sys` and `dev`.
+    /// The devices in a tree with `sys` and `dev`.
     pub(super) fn below(root: &Path) -> Vec<FoundInput> {
         let Ok(entries) = fs::read_dir(root.join("sys/class/input")) else { return Vec::new() };
         let mut names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
@@ -33,7 +33,7 @@ impl FoundInput {
         names.filter(|name| name.starts_with("event")).filter_map(|name| of(root, name)).collect()
     }
 
-    /// Whether one of these texts is a part of its name or of a path of it; without any, all are meant.
+    /// Whether one of these texts is a part of its name or of one of its paths; always, if there are none.
     pub(super) fn is_chosen(&self, texts: &[String]) -> bool {
         texts.is_empty()
             || is_named(&self.name, texts)
@@ -41,7 +41,7 @@ impl FoundInput {
     }
 }
 
-/// Whether one of these texts is a part of a name, in whatever case.
+/// Whether one of these texts is a part of a name, ignoring case.
 pub(super) fn is_named(name: &str, texts: &[String]) -> bool {
     let name = name.to_lowercase();
     texts.iter().any(|text| name.contains(&text.to_lowercase()))
@@ -66,7 +66,7 @@ fn of(root: &Path, event: &str) -> Option<FoundInput> {
     Some(FoundInput { path, name, kinds, is_permitted })
 }
 
-/// The numbers of the bits that are set: words of 64 bits in hexadecimal digits, the last one first.
+/// The indices of the bits that are set in 64-bit hexadecimal words, the last word first.
 fn bits_of(text: &str) -> Option<Vec<u16>> {
     let words = text.split_whitespace().rev().map(|word| u64::from_str_radix(word, 16).ok());
     let words: Vec<u64> = words.collect::<Option<_>>()?;
@@ -77,7 +77,7 @@ fn bits_of(text: &str) -> Option<Vec<u16>> {
     Some((0..0x300).filter(is_set).collect())
 }
 
-/// Its node, and the links to it, whose names stay when it is plugged in elsewhere, or when another one is.
+/// Its node, and the links to it, whose names stay the same when this or another device is plugged in elsewhere.
 fn paths_of(node: &Path) -> Vec<PathBuf> {
     let folder = node.parent().unwrap_or(node);
     let links =

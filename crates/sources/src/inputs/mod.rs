@@ -1,4 +1,4 @@
-//! Keyboards, mice and gamepads of this computer: how much is done at them and when, never what.
+//! Keyboards, mice and gamepads of this computer: how much they are used and when, never for what.
 
 mod activity;
 mod event_clock;
@@ -29,23 +29,23 @@ pub use found::FoundInput;
 use nodes::Nodes;
 use x11::Display;
 
-/// Events of a second may be read this long after it \[ns\].
+/// How long after a second its events may still be read \[ns\].
 const SETTLED_NS: i64 = 100_000_000;
 const SECOND_NS: i64 = 1_000_000_000;
 
-/// The keyboards, mice and gamepads at which a person sits: how much is done at them and when, never what.
+/// The keyboards, mice and gamepads that a person uses: how much and when, never for what.
 ///
-/// Each second has a summary: presses, their times and corrections of keyboards; path, clicks and wheel of mice; buttons
-/// and deflection of gamepads. No key and no text leaves the reader, nor the time of a single press: means are of at
-/// least five. The process leaves no core file behind. They are read from `/dev/input`, for which this user has to be in
-/// the group `input`; else, where an X11 display is there, from that.
+/// Each second has a summary: presses, their times and corrections of keyboards; path, clicks and wheel of mice;
+/// buttons and deflection of gamepads. No key and no text leaves the reader, nor the time of a single press: means are
+/// over at least five. The process leaves no core file behind. They are read from `/dev/input`, for which this user
+/// must be in the group `input`; otherwise from an X11 display, if there is one.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Inputs {
     /// The person who uses them, by pseudonym: `p001`.
     pub person: String,
-    /// Which devices, where several people sit at one computer: each text is a part of the device's name or of a path
-    /// of it, such as `Logitech` or `by-path/pci-0000:00:14.0-usb-0:2`. Without it all. On X11, names only.
+    /// Which devices, if several people use one computer: each text is a part of the device's name or of one of its
+    /// paths, such as `Logitech` or `by-path/pci-0000:00:14.0-usb-0:2`. By default all. On X11, names only.
     #[serde(default)]
     pub devices: Vec<String>,
     /// Which kinds of devices.
@@ -54,7 +54,7 @@ pub struct Inputs {
     /// How keyboards and mice are read.
     #[serde(default)]
     pub via: Via,
-    /// The X11 display; without it that of `DISPLAY`.
+    /// The X11 display; by default that of `DISPLAY`.
     #[serde(default)]
     pub display: Option<String>,
 }
@@ -75,12 +75,12 @@ pub enum InputKind {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Via {
-    /// From `/dev/input` where that is permitted and has one, else from X11.
+    /// From `/dev/input` if that is permitted and has one, otherwise from X11.
     #[default]
     Auto,
     /// From `/dev/input`.
     Evdev,
-    /// From an X11 display. On Wayland it gives only what is done in windows of X11 programs.
+    /// From an X11 display. On Wayland it sees only input to windows of X11 programs.
     X11,
 }
 
@@ -116,7 +116,7 @@ struct InputReader {
     settings: Inputs,
 }
 
-/// The end of what read a device.
+/// How the reading of a device ended.
 struct Ended {
     name: String,
     why: String,
@@ -168,7 +168,7 @@ impl InputReader {
         nodes
     }
 
-    /// Reads keyboards and mice from the display where they are not read otherwise.
+    /// Reads keyboards and mice from the display if they are not read otherwise.
     async fn read_display(
         &self,
         nodes: &mut Nodes,
@@ -202,7 +202,7 @@ impl InputReader {
     }
 }
 
-/// How long it is until the next second is over and settled.
+/// The time until the next second is over and settled.
 fn to_next_second(clock: &Clock) -> Duration {
     let into_ns = clock.now().nanos().saturating_sub(SETTLED_NS).rem_euclid(SECOND_NS);
     Duration::from_nanos((SECOND_NS - into_ns).unsigned_abs())

@@ -17,9 +17,9 @@ use super::{Ended, FoundInput};
 pub(super) struct Nodes {
     kinds: Vec<Kind>,
     devices: Vec<String>,
-    /// Those that are read.
+    /// The devices being read.
     open: BTreeSet<PathBuf>,
-    /// Those that could not be opened, which is reported once each.
+    /// The devices that could not be opened, each of which is reported once.
     closed: BTreeSet<PathBuf>,
 }
 
@@ -34,7 +34,7 @@ impl Nodes {
         self.closed.clear();
     }
 
-    /// Begins to read the devices that are new, and those that are permitted by now.
+    /// Starts to read new devices, and those that have become permitted.
     pub(super) fn look(&mut self, activity: &Activity, readers: &mut JoinSet<Ended>) {
         let is_wanted = |found: &FoundInput| {
             found.kinds.iter().any(|kind| self.kinds.contains(kind))
@@ -63,12 +63,12 @@ impl Nodes {
         }
     }
 
-    /// A device is no longer read.
+    /// Forgets a device that is no longer read.
     pub(super) fn forget(&mut self, name: &str) {
         self.open.remove(Path::new(name));
     }
 
-    /// The error where there is nothing to read: `display` says what else failed.
+    /// The error if there is nothing to read: `display` states what else failed.
     pub(super) fn lacking(&self, display: &str) -> SourceError {
         match self.closed.len() {
             0 => SourceError::Gone {

@@ -24,10 +24,10 @@ use super::found::is_named;
 const PATIENCE: Duration = Duration::from_secs(5);
 /// The keysyms of Backspace and Delete.
 const CORRECTIONS: [u32; 2] = [0xff08, 0xffff];
-/// Buttons that are turns of a wheel.
+/// Button numbers that represent turns of a wheel.
 const WHEEL: std::ops::RangeInclusive<u32> = 4..=7;
 
-/// What is done at an X11 display, by raw events of `XInput2`: those of all windows.
+/// The input at an X11 display, from raw events of `XInput2`: those of all windows.
 pub(super) struct Display {
     connection: RustConnection,
     readable: AsyncFd<OwnedFd>,
@@ -114,7 +114,7 @@ impl Display {
         Ok(())
     }
 
-    /// Finds the keys that correct.
+    /// Finds the keys for corrections.
     fn learn_keys(&mut self) -> Result<(), x11rb::errors::ReplyError> {
         let setup = self.connection.setup();
         let (first, last) = (setup.min_keycode, setup.max_keycode);
@@ -129,7 +129,7 @@ impl Display {
         Ok(())
     }
 
-    /// Whether it is a guest of Wayland, which shows it only its own windows.
+    /// Whether it runs under Wayland, which passes it only the input to its own windows.
     pub(super) fn is_of_wayland(&self) -> bool {
         self.is_of_wayland
     }
@@ -149,7 +149,7 @@ impl Display {
         Ended { name: "the X11 display".into(), why }
     }
 
-    /// Takes in all events that have come.
+    /// Takes in all events that have arrived.
     fn take_all(&mut self, activity: &Activity) -> Result<(), String> {
         let failed = |error: &dyn std::fmt::Display| error.to_string();
         while let Some(event) = self.connection.poll_for_event().map_err(|error| failed(&error))? {
@@ -167,7 +167,7 @@ impl Display {
         Ok(())
     }
 
-    /// What an event means, with its time by the display's clock \[ms\].
+    /// The action that an event represents, with its time by the display's clock \[ms\].
     fn act_of(&mut self, event: &Event) -> Option<(u32, Act)> {
         let (device, time_ms) = match event {
             Event::XinputRawKeyPress(event) | Event::XinputRawKeyRelease(event) => {

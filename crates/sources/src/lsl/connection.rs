@@ -16,12 +16,12 @@ use super::resolver::FoundStream;
 const PATIENCE: Duration = Duration::from_secs(5);
 /// The largest description [bytes].
 const LARGEST_BYTES: u64 = 4 << 20;
-/// What may wait at the sender [s], or hundreds of samples where they are irregular: as liblsl's default.
+/// How much data may wait at the sender [s], or in hundreds of samples if irregular: liblsl's default.
 const MOST_WAITING: u32 = 360;
-/// What is read at once [bytes].
+/// The most bytes read at once.
 const PIECE_BYTES: usize = 64 << 10;
 
-/// Why a stream is not read any more. The message fits after "failed to".
+/// Why a stream is no longer read. The message fits after "failed to".
 #[derive(Debug, Error)]
 pub(super) enum InletError {
     #[error("connect: {0}")]
@@ -41,7 +41,7 @@ pub(super) struct Feed {
     link: TcpStream,
     reader: SampleReader,
     buffer: Vec<u8>,
-    /// What came right behind the headers.
+    /// The bytes right after the headers.
     first: Vec<u8>,
 }
 
@@ -64,7 +64,7 @@ pub(super) async fn described(found: &FoundStream) -> Result<StreamInfo, InletEr
 }
 
 impl Feed {
-    /// Asks for the samples of a stream.
+    /// Requests the samples of a stream.
     pub async fn open(found: &FoundStream) -> Result<Feed, InletError> {
         let opening = async {
             let mut link = connect(found).await?;
@@ -82,7 +82,7 @@ impl Feed {
         timeout(PATIENCE, opening).await.unwrap_or_else(|_elapsed| Err(silent()))
     }
 
-    /// The next samples; there may be none yet. It may be dropped at any time.
+    /// The next samples; there may be none yet. Cancel-safe: the future may be dropped at any time.
     pub async fn next(&mut self) -> Result<Vec<Sample>, InletError> {
         if !self.first.is_empty() {
             let first = std::mem::take(&mut self.first);

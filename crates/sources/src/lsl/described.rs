@@ -1,10 +1,10 @@
-//! What a stream of LSL is in a session: its topic, its signal, its channels and their units.
+//! An LSL stream in a session: its topic, its signal, its channels and their units.
 
 use teampulse_core::stream::{Channel, Shape, Signal, Stream, Subject};
 use teampulse_core::units;
 use teampulse_devices::lsl::{Format, StreamInfo};
 
-/// Types of streams, as XDF's metadata and common programs have them in lower case, and their signals.
+/// Types of streams, as used in XDF's metadata and by common programs, in lower case, and their signals.
 const TYPES: &[(&str, Signal)] = &[
     ("eeg", Signal::Eeg),
     ("ecg", Signal::Ecg),
@@ -25,7 +25,7 @@ const TYPES: &[(&str, Signal)] = &[
     ("rr", Signal::Interval),
     ("ibi", Signal::Interval),
 ];
-/// Units as descriptions spell them, and as we do.
+/// Units as spelt in descriptions, and as spelt here.
 const UNITS: &[(&[&str], &str)] = &[
     (&["microvolts", "microvolt", "uv", "µv", "μv"], "uV"),
     (&["millivolts", "millivolt"], "mV"),
@@ -63,7 +63,7 @@ pub(super) fn kind(info: &StreamInfo) -> Kind {
     }
 }
 
-/// The stream of a session; `device` is what it comes from there.
+/// The stream of a session; `device` is its device there.
 pub(super) fn stream(info: &StreamInfo, person: Option<&str>, device: &str) -> Stream {
     let kind = kind(info);
     let subject = person.map_or_else(Subject::session, Subject::person);

@@ -1,17 +1,17 @@
-//! Regular samples in runs: each run is a wave.
+//! Groups regular samples into runs: each run is a wave.
 
 use teampulse_devices::lsl::{Sample, Values};
 
-/// The longest run [s], and its most numbers.
+/// The longest run [s], and the most numbers in one.
 const LONGEST_SECS: f64 = 1.0;
 const MOST_NUMBERS: usize = 65_536;
-/// A jump of stamps by less is the sender's jitter [s].
+/// A smaller jump of stamps is the sender's jitter [s].
 const JITTER_SECS: f64 = 0.05;
 
 /// Samples one period apart.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Run {
-    /// The stamp of the first [s].
+    /// The stamp of the first sample [s].
     pub stamp_secs: f64,
     pub samples: usize,
     /// Sample by sample.
@@ -20,7 +20,7 @@ pub(super) struct Run {
     pub missing: u64,
 }
 
-/// Puts samples into runs: the stamp of each is within half a period of its place in the run.
+/// Groups samples into runs: the stamp of each is within half a period of its place in the run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Grouping {
     period_secs: f64,
@@ -33,7 +33,7 @@ impl Grouping {
         Grouping { period_secs: 1.0 / rate_hz, due_secs: None }
     }
 
-    /// Forgets when the next sample is due: the sender's clock is another one.
+    /// Forgets when the next sample is due, as the sender's clock is a different one.
     pub fn forget(&mut self) {
         self.due_secs = None;
     }

@@ -21,19 +21,19 @@ use super::probing::{Exchange, probe};
 use super::resolver::FoundStream;
 use super::senders::{RepliedClock, SenderClocks};
 
-/// After this time without a reply samples are placed by their arrival.
+/// The time without a reply after which samples are placed by their arrival.
 const UNPROBED_AFTER: Duration = Duration::from_secs(3);
-/// After this time without a reply and without samples the sender is gone.
+/// The time without a reply or samples after which the sender counts as gone.
 const SILENT_AFTER: Duration = Duration::from_secs(15);
-/// Samples at a higher rate are read this long after those before them, so that they come in runs.
+/// Samples at a higher rate than this are read at intervals of this length, so that they arrive in runs.
 const FAST_HZ: f64 = 50.0;
 const GATHERED: Duration = Duration::from_millis(8);
 /// The most samples that wait until the clock is known.
 const MOST_HELD: usize = 100_000;
-/// Results of probes that wait.
+/// The most results of probes that wait.
 const WAITING: usize = 64;
 
-/// A stream in the session, also while its sender is away.
+/// A stream in the session, even while its sender is away.
 pub(super) struct Inlet {
     person: Option<String>,
     /// Its name in topics.
@@ -56,7 +56,7 @@ struct Connection<'a> {
     began: Stopwatch,
     /// The clock that replied to the last probe.
     clock: Option<RepliedClock>,
-    /// Since the last reply, and since the last samples.
+    /// The time since the last reply, and since the last samples.
     last_reply: Option<Stopwatch>,
     last_samples: Stopwatch,
     held: Vec<Sample>,
@@ -132,7 +132,7 @@ impl Inlet {
         }
     }
 
-    /// Reports a probe, and whose clock stamps the stream.
+    /// Reports a probe, and which clock stamps the stream.
     fn take_exchange(
         &mut self,
         exchange: Exchange,
@@ -153,7 +153,7 @@ impl Inlet {
         connection.last_reply = Some(Stopwatch::start());
     }
 
-    /// An error where the sender is gone without having closed its connection.
+    /// Fails if the sender is gone without having closed its connection.
     fn watch(&mut self, name: &str, connection: &Connection<'_>) -> Result<(), InletError> {
         let is_unprobed = connection.clock.is_none() && connection.began.elapsed() > UNPROBED_AFTER;
         if is_unprobed && !self.is_reported {

@@ -27,23 +27,23 @@ use crate::SourceContext;
 /// Streams of Lab Streaming Layer (LSL), such as those of an EEG amplifier or an eye tracker, and markers of
 /// `PsychoPy`, E-Prime or any other program.
 ///
-/// All streams that match are read, also those that appear later, and one that was lost is read again when its sender
-/// is back. Regular samples become waves and irregular ones samples, of a person or of the session; texts, and numbers
-/// of the type `Markers`, become markers. Stamps are the sender's, whose clock is probed as LSL does it.
+/// All matching streams are read, including those that appear later, and one that was lost is read again when its
+/// sender is back. Regular samples become waves and irregular ones samples, about a person or the session; texts, and
+/// numbers of the type `Markers`, become markers. Stamps are the sender's, whose clock is probed as in LSL.
 ///
-/// It works over IPv4 alone: a sender that LSL's configuration limits to IPv6 (`IPv6 = force`) is not found.
+/// It works only over IPv4: a sender that LSL's configuration limits to IPv6 (`IPv6 = force`) is not found.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Lsl {
-    /// The person whom the streams are about, by pseudonym: `p001`. Without it they are about the session.
+    /// The person that the streams are about, by pseudonym: `p001`. By default they are about the session.
     pub person: Option<String>,
     /// The name of the stream.
     pub name: Option<String>,
     /// The type of the stream: `EEG`, `Markers`, `Gaze`.
     pub stream_type: Option<String>,
-    /// The id of what the stream comes from.
+    /// The id of the stream's source.
     pub source_id: Option<String>,
-    /// The addresses of computers to ask where multicast does not reach: `["192.168.1.20"]`. This computer is always
+    /// The addresses of computers to ask that multicast does not reach: `["192.168.1.20"]`. This computer is always
     /// asked.
     pub peers: Vec<String>,
 }

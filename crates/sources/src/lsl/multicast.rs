@@ -9,22 +9,22 @@ use thiserror::Error;
 use tokio::net::UdpSocket;
 use tokio::time::timeout;
 
-/// How long a datagram to oneself may take.
+/// How long a datagram to this computer itself may take.
 const PATIENCE: Duration = Duration::from_millis(500);
-/// How far multicast goes [hops]: within a site, as liblsl's.
+/// How far multicast goes [hops]: within a site, as in liblsl.
 const HOPS: u32 = 24;
 /// The organisation's group, on which every LSL program listens.
 const SITE: Ipv4Addr = Ipv4Addr::new(239, 255, 172, 215);
-/// What is sent to oneself; no request.
+/// The test datagram to this computer itself; not a request.
 const TEST: &[u8] = b"LSL:test\r\n";
 
 /// Why streams on other computers can't be found. The message fits after "failed to".
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum MulticastError {
-    /// It can't be sent or listened for.
+    /// Multicast can't be sent or received.
     #[error("use multicast: {0}")]
     Unavailable(String),
-    /// It is sent and does not come back.
+    /// Multicast is sent and does not come back.
     #[error(
         "receive LSL's multicast: what this computer sends to {SITE}:{MULTICAST_PORT} does not come back, so a firewall drops it"
     )]
@@ -47,7 +47,7 @@ impl MulticastError {
     }
 }
 
-/// Whether what is sent to LSL's group comes back to this computer, on at least one network interface.
+/// Checks that a datagram to LSL's group comes back to this computer, on at least one network interface.
 pub async fn comes_back() -> Result<(), MulticastError> {
     let unavailable = |error: std::io::Error| MulticastError::Unavailable(error.to_string());
     let ours = local_addresses();
@@ -89,7 +89,7 @@ pub(super) fn sender() -> std::io::Result<UdpSocket> {
     UdpSocket::from_std(socket.into())
 }
 
-/// A socket that hears what is sent to LSL's groups, beside other programs that do.
+/// A socket that receives datagrams to LSL's groups, shared with other programs.
 fn listener(ours: &[Ipv4Addr]) -> std::io::Result<UdpSocket> {
     let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP))?;
     socket.set_reuse_address(true)?;

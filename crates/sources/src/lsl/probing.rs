@@ -10,13 +10,13 @@ use teampulse_devices::lsl::{ProbeReply, ProbeRequest};
 use tokio::net::UdpSocket;
 use tokio::time::{sleep, timeout};
 
-/// The number of probes of a burst, the time between them, and that between bursts: as liblsl does it.
+/// The number of probes of a burst, the time between them, and that between bursts: as in liblsl.
 const BURST: i32 = 8;
 const WITHIN_BURST: Duration = Duration::from_millis(64);
 const BETWEEN_BURSTS: Duration = Duration::from_secs(4);
 /// The longest round trip of a usable reply [ns].
 const LONGEST_NANOS: i64 = 1_000_000_000;
-/// The furthest clock [s].
+/// The largest plausible offset of a clock [s].
 const FURTHEST_SECS: f64 = 9e9;
 
 /// The result of a probe.
@@ -24,7 +24,7 @@ const FURTHEST_SECS: f64 = 9e9;
 pub(super) struct Exchange {
     /// How far the sender's clock is ahead of the session's [s].
     pub offset_secs: f64,
-    /// The round trip without the time spent over there [s].
+    /// The round trip without the time spent at the sender [s].
     pub round_trip_secs: f64,
 }
 
@@ -70,7 +70,7 @@ pub(super) async fn probe(
     }
 }
 
-/// The result in a reply; `None` where it is impossible.
+/// The result in a reply; `None` if it is impossible.
 fn exchange(reply: &ProbeReply, sent: Time, arrived: Time) -> Option<Exchange> {
     let near = |secs: &f64| secs.abs() < FURTHEST_SECS;
     let times = Some((reply.received_secs, reply.replied_secs));

@@ -1,4 +1,4 @@
-//! Finds streams: asks every computer in range, again and again.
+//! Finds streams: queries every computer in range repeatedly.
 
 use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -13,19 +13,19 @@ use super::multicast::{groups, local_addresses, send, sender};
 
 /// The largest datagram [bytes].
 const LARGEST_BYTES: usize = 65_536;
-/// How often it is asked again in a scan.
+/// How often the query is repeated in a scan.
 const AGAIN: Duration = Duration::from_millis(500);
 
 /// A stream in range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundStream {
-    /// What it is.
+    /// Its description.
     pub info: StreamInfo,
     /// The address of its sender.
     pub address: Ipv4Addr,
 }
 
-/// The streams of a query that reply within a time, each once.
+/// The streams that reply to a query within a time, each once.
 pub async fn resolve(
     query: &str,
     peers: &[String],
@@ -47,7 +47,7 @@ pub async fn resolve(
     Ok(found.into_values().collect())
 }
 
-/// Asks for streams, and hears who replies.
+/// Queries for streams and receives the replies.
 pub(super) struct Resolver {
     socket: UdpSocket,
     query: String,
@@ -63,7 +63,7 @@ impl Resolver {
         Ok(Resolver { socket, query, peers, id, buffer: vec![0; LARGEST_BYTES] })
     }
 
-    /// Asks all that can be reached. Where a network refuses, the others are asked.
+    /// Queries everything that can be reached. If one network refuses, the others are still queried.
     pub async fn ask(&self) {
         let port = self.socket.local_addr().map_or(0, |address| address.port());
         let datagram = Discovery { query: self.query.clone(), port, id: self.id.clone() }.encode();

@@ -6,17 +6,17 @@ use std::time::Duration;
 
 use teampulse_core::clock::Stopwatch;
 
-/// How long after the first reply to a probe a clock is known: the time filter ends a burst of probes after a second.
+/// The time after the first reply to a probe at which a clock is known: the time filter ends a burst of probes after a
+/// second.
 const KNOWN_AFTER: Duration = Duration::from_millis(1100);
-/// How long a clock remains known without replies, for less than the time filter's minute.
+/// How long a clock remains known without replies: less than the time filter's minute.
 const KNOWN_FOR: Duration = Duration::from_secs(50);
-/// Clocks that differ by less are one [s].
+/// Clocks that differ by less count as the same [s].
 const SAME_SECS: f64 = 0.1;
 /// The most clocks of a computer; later ones share the last name.
 const MOST: usize = 100;
 
-/// The clocks of all computers that send, by how far they are ahead: a computer that was switched on again has
-/// another one.
+/// The clocks of all sending computers, by how far they are ahead: a rebooted computer has a new one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SenderClocks(Arc<Mutex<BTreeMap<String, Vec<SenderClock>>>>);
 
@@ -25,17 +25,17 @@ pub(super) struct SenderClocks(Arc<Mutex<BTreeMap<String, Vec<SenderClock>>>>);
 struct SenderClock {
     /// How far it is ahead, by the last reply [s].
     offset_secs: f64,
-    /// Since the first reply, and since the last one.
+    /// The time since the first reply, and since the last one.
     first_reply: Stopwatch,
     last_reply: Stopwatch,
 }
 
-/// What a reply to a probe shows of the clock that stamps a stream.
+/// What a reply to a probe reveals about the clock that stamps a stream.
 #[derive(Clone, Debug)]
 pub(super) struct RepliedClock {
     /// The name of the clock.
     pub name: String,
-    /// Since when replies come from it, to this or to any other stream.
+    /// The time since its first reply, to this or any other stream.
     first_reply: Stopwatch,
 }
 

@@ -17,7 +17,7 @@ use super::inlet::Inlet;
 use super::resolver::{FoundStream, Resolver};
 use super::senders::SenderClocks;
 
-/// How often it is asked for streams while one is missing, and while none is.
+/// How often to query for streams while one is missing, and while none is.
 const OFTEN: Duration = Duration::from_millis(500);
 const SELDOM: Duration = Duration::from_secs(3);
 /// How long a stream may take to be found before that is reported.
@@ -27,7 +27,7 @@ const PAUSE: Duration = Duration::from_secs(1);
 /// The most streams of a source.
 const MOST: usize = 64;
 
-/// What a stream is known by, also when its sender starts again.
+/// What identifies a stream, even after its sender restarts.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Identity {
     name: String,
@@ -127,7 +127,7 @@ impl Inlets {
         Ok(())
     }
 
-    /// Whether it is an outlet of teampulse, and nobody asked for one: a session does not read itself.
+    /// Whether it is an outlet of teampulse that was not explicitly requested: a session does not read itself.
     fn is_own(&self, info: &StreamInfo) -> bool {
         info.source_id.starts_with(OWN) && !self.query.contains(OWN)
     }
@@ -176,7 +176,7 @@ impl Inlets {
     }
 }
 
-/// What a task returned; its panic goes on here, where it is caught.
+/// The result of a task; its panic is resumed here, where it is caught.
 fn joined(ended: Result<Ended, JoinError>) -> Ended {
     ended.unwrap_or_else(|error| std::panic::resume_unwind(error.into_panic()))
 }

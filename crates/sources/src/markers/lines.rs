@@ -29,18 +29,18 @@ const SHORTEST_TOKEN: usize = 16;
 /// How long a program may take to send its token.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Markers of any program that opens a TCP connection and writes lines: each line of text is a marker, at the time of its
-/// arrival.
+/// Markers from any program that opens a TCP connection and writes lines: each line of text is a marker, at the time of
+/// its arrival.
 ///
-/// `echo "trial 1" | nc -N 127.0.0.1 5006` sets one. From other computers it is reached only with a token, which is then
-/// the first line of each connection: `token SECRET`.
+/// `echo "trial 1" | nc -N 127.0.0.1 5006` sets one. Other computers can reach it only with a token, which is then the
+/// first line of each connection: `token SECRET`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MarkerLines {
-    /// The address and port to listen on; `0.0.0.0:5006` is reached from other computers.
+    /// The address and port to listen on; with `0.0.0.0:5006` other computers can reach it.
     #[serde(default = "listen")]
     pub listen: SocketAddr,
-    /// What each connection has to begin with: at least 16 characters. Needed where others can connect.
+    /// The token that each connection must begin with: at least 16 characters. Required if other computers can connect.
     #[serde(default)]
     pub token: Option<String>,
 }
@@ -70,7 +70,7 @@ impl Component<dyn Source, SourceContext> for MarkerLines {
     }
 }
 
-/// A port at which markers arrive.
+/// A port that receives markers.
 struct Door {
     listen: SocketAddr,
     token: Option<Arc<str>>,
@@ -169,7 +169,7 @@ fn is_same(one: &[u8], other: &[u8]) -> bool {
     one.len() == other.len() && differing == 0
 }
 
-/// Lines, of bytes that arrive in pieces.
+/// Assembles lines from bytes that arrive in pieces.
 #[derive(Debug, Default)]
 struct LineBuffer(Vec<u8>);
 

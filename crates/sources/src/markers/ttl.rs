@@ -14,11 +14,11 @@ use super::mark;
 use crate::SourceContext;
 use crate::serial::SerialPort;
 
-/// Markers of a trigger box on a serial port: each byte is a code, such as those that stimulus programs send to EEG
+/// Markers from a trigger box on a serial port: each byte is a code, like those that stimulus programs send to EEG
 /// amplifiers.
 ///
-/// Its time is that of its arrival. USB adapters of FTDI hold bytes for up to 16 ms:
-/// `echo 1 | sudo tee /sys/bus/usb-serial/devices/ttyUSB0/latency_timer` makes that 1 ms.
+/// Its time is that of its arrival. FTDI USB adapters hold bytes back for up to 16 ms:
+/// `echo 1 | sudo tee /sys/bus/usb-serial/devices/ttyUSB0/latency_timer` reduces that to 1 ms.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ttl {
@@ -27,10 +27,10 @@ pub struct Ttl {
     /// Its speed \[bit/s\].
     #[serde(default = "baud")]
     pub baud: u32,
-    /// The labels of codes: `{ 1 = "stimulus", 2 = "response" }`. The label of any other is `ttl` and the code.
+    /// The labels of codes: `{ 1 = "stimulus", 2 = "response" }`. Any other code is labelled `ttl` and the code.
     #[serde(default)]
     pub labels: BTreeMap<String, String>,
-    /// Codes that mark nothing: by default 0, which resets the line.
+    /// Codes that set no marker: by default 0, which resets the line.
     #[serde(default = "ignored")]
     pub ignored: Vec<u8>,
 }

@@ -6,24 +6,24 @@ use tokio::time::timeout;
 
 use super::server::Server;
 
-/// The longest that a server is asked for its microphones.
+/// How long a server may take to list its microphones.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// A microphone of this computer, as its sound server knows it: nothing is heard from it.
+/// A microphone of this computer, as its sound server describes it: no sound is read from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundMicrophone {
     /// Its name, such as `alsa_input.usb-Example-00.mono-fallback`.
     pub name: String,
-    /// Its name for people.
+    /// Its name for display.
     pub description: String,
-    /// Whether it is what comes out of a loudspeaker.
+    /// Whether it is the monitor of a loudspeaker's output.
     pub is_monitor: bool,
-    /// Whether the desktop is set to it.
+    /// Whether it is the desktop's default.
     pub is_default: bool,
 }
 
 impl FoundMicrophone {
-    /// Those of this computer, without what comes out of loudspeakers; none where no sound server runs.
+    /// The microphones of this computer, without monitors of loudspeakers; none if no sound server is running.
     pub async fn all() -> Vec<FoundMicrophone> {
         let asked = async { Server::connect().await.ok()?.microphones().await.ok() };
         let found = timeout(PATIENCE, asked).await.ok().flatten().unwrap_or_default();
@@ -41,8 +41,8 @@ impl FoundMicrophone {
         }
     }
 
-    /// The one of which this text is a part of the name or description; without a text the one that the desktop is set
-    /// to. What comes out of loudspeakers is meant only by its whole name.
+    /// The microphone with this text in its name or description; by default the desktop's default. A monitor of a
+    /// loudspeaker is chosen only by its full name.
     pub(super) fn chosen(all: &[FoundMicrophone], text: &str) -> Result<usize, SourceError> {
         let is_in = |name: &str| name.to_lowercase().contains(&text.to_lowercase());
         let is_meant = |found: &FoundMicrophone| match text {

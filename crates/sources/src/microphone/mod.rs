@@ -30,28 +30,28 @@ use crate::wearables::check_person;
 pub use found::FoundMicrophone;
 use server::{Block, Recording, Server};
 
-/// A microphone that gives nothing for so long was unplugged, or its server hangs.
+/// A microphone that is silent for this long was unplugged, or its server hangs.
 const SILENCE: Duration = Duration::from_secs(2);
-/// How often one that was unplugged is looked for.
+/// How often to look for one that was unplugged.
 const LOOK: Duration = Duration::from_millis(500);
 
 /// A microphone of this computer, over `PulseAudio` or `PipeWire`, which desktops run.
 ///
-/// How somebody speaks is recorded, not what: of each 10 ms level, pitch, voicing and what rates and pauses are computed
-/// from (15 numbers, 100 times a second). No word can be made of these. The sound itself leaves this source only with
-/// `raw_audio = true`. The process leaves no core file behind.
+/// What is recorded is how somebody speaks, not what they say: for every 10 ms the level, pitch, voicing and the basis
+/// for rates and pauses (15 numbers, 100 times a second). No word can be reconstructed from these. The sound itself
+/// leaves this source only with `raw_audio = true`. The process leaves no core file behind.
 ///
 /// Samples are placed by counting them, by the clock of the sound card. The server mixes several channels into one.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Microphone {
-    /// The person who speaks there, by pseudonym.
+    /// The person who speaks into it, by pseudonym.
     pub person: String,
-    /// Which microphone: a part of its name or description. `teampulse scan` lists them. Without it the one that the
-    /// desktop is set to.
+    /// Which microphone: a part of its name or description. `teampulse scan` lists them. By default the desktop's
+    /// default microphone.
     #[serde(default)]
     pub device: String,
-    /// Whether the sound itself is recorded in place of the frames: everything that is said can be understood from it.
+    /// Whether the sound itself is recorded instead of the frames: everything that is said can then be understood.
     #[serde(default)]
     pub raw_audio: bool,
 }
@@ -71,13 +71,13 @@ impl Microphone {
     }
 }
 
-/// Hears a microphone.
+/// Reads a microphone.
 struct MicrophoneReader {
     settings: Microphone,
     was_heard: bool,
 }
 
-/// How the hearing of a microphone ended.
+/// How the reading of a microphone ended.
 enum Ended {
     Closed,
     /// It was unplugged, or the server ended.
@@ -105,7 +105,7 @@ impl Source for MicrophoneReader {
 }
 
 impl MicrophoneReader {
-    /// Begins to record; one that was heard before is waited for. `None` where the session is over.
+    /// Starts to record; waits for a microphone that was present before. `None` if the session is over.
     async fn record(&self, outlet: &Outlet) -> Result<Option<Recording>, SourceError> {
         loop {
             let begun = tokio::select! {

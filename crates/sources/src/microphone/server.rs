@@ -20,11 +20,11 @@ use super::FoundMicrophone;
 
 /// The length of a block, as a part of a second.
 const BLOCKS_PER_SEC: u32 = 50;
-/// How many blocks wait until they are heard.
+/// How many blocks may wait to be processed.
 const MOST_WAITING: usize = 256;
-/// The longest that a server may take to answer.
+/// How long a server may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// The rates at which sound is asked for [Hz]; the server converts others.
+/// The range of rates that are requested [Hz]; the server converts others.
 const RATES_HZ: (u32, u32) = (8_000, 96_000);
 /// The bytes of a sample.
 const SAMPLE_BYTES: u32 = 4;
@@ -34,7 +34,7 @@ pub(super) struct Server(Client);
 
 /// A block of sound.
 pub(super) struct Block {
-    /// Samples of one channel, as floats of 32 bits, the lowest byte first.
+    /// Samples of one channel, as little-endian 32-bit floats.
     pub data: Bytes,
     /// How many blocks were lost before it.
     pub lost: u64,
@@ -42,7 +42,7 @@ pub(super) struct Block {
 
 /// A microphone that is being recorded, until this is dropped.
 pub(super) struct Recording {
-    /// Its name for people.
+    /// Its name for display.
     pub name: String,
     pub rate_hz: u32,
     pub blocks: Receiver<Block>,
@@ -63,7 +63,7 @@ impl Server {
         })
     }
 
-    /// Begins to record the microphone of which this text is a part of the name or description.
+    /// Starts to record the microphone with this text in its name or description.
     pub async fn record(device: &str) -> Result<Recording, SourceError> {
         let server = Server::connect().await?;
         let (all, infos) = server.sources().await?;
@@ -109,7 +109,7 @@ impl Server {
         Ok(Recording { name, rate_hz, blocks, _stream: stream, _server: server })
     }
 
-    /// The microphones that it knows, with what comes out of loudspeakers.
+    /// The microphones that it knows, including monitors of loudspeakers.
     pub async fn microphones(&self) -> Result<Vec<FoundMicrophone>, SourceError> {
         Ok(self.sources().await?.0)
     }
@@ -141,7 +141,7 @@ fn connect() -> Result<Client, ClientError> {
     Client::new_unix(c"teampulse", socket, cookie)
 }
 
-/// Where the server's socket may be, by the environment (`man pulse-client.conf`).
+/// Where the server's socket may be, according to the environment (`man pulse-client.conf`).
 fn sockets(variable: impl Fn(&str) -> Option<OsString>) -> Vec<PathBuf> {
     if let Some(server) = variable("PULSE_SERVER").and_then(|server| server.into_string().ok()) {
         let path = server.strip_prefix("unix:").unwrap_or(&server);
@@ -153,7 +153,7 @@ fn sockets(variable: impl Fn(&str) -> Option<OsString>) -> Vec<PathBuf> {
     own.into_iter().chain(user).chain([system]).collect()
 }
 
-/// An error with what caused it, which the error itself does not say.
+/// An error with its cause, which the error itself does not state.
 fn text(error: &ClientError) -> String {
     match error {
         ClientError::Io(cause) => cause.to_string(),

@@ -1,4 +1,4 @@
-//! The choice of what to watch of a robot: which topic becomes which stream.
+//! The choice of which topics of a robot become which streams.
 
 use teampulse_core::registry::SettingsError;
 use teampulse_core::stream::{Channel, Shape, Signal, Stream, Subject};
@@ -20,7 +20,7 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// The choice that a study makes.
+    /// The choice according to a study.
     pub fn new(settings: &Robots) -> Result<Choice, SettingsError> {
         check_commands(settings)?;
         check_units(settings)?;
@@ -65,7 +65,7 @@ impl Choice {
         Some(stream)
     }
 
-    /// What a topic is in itself, and the numbers that the study reads from it beside.
+    /// The stream of a topic by its type, and the numbers that the study additionally reads from it.
     fn described(&self, relative: &str, type_name: &str) -> Option<Stream> {
         let mut numbers = self.numbers.iter().filter(|field| field.topic == relative).peekable();
         let wanted = numbers.peek().is_some().then(blank);
@@ -139,7 +139,7 @@ fn add(stream: &mut Stream, field: &Field) {
     stream.rate_hz = field.rate_hz.unwrap_or(stream.rate_hz);
 }
 
-/// A command is a topic of its own: named in full, and not one of the robot's state.
+/// Checks that each command is a topic of its own: named in full, and not one of the robot's state.
 fn check_commands(settings: &Robots) -> Result<(), SettingsError> {
     for (place, topic) in settings.commands.iter().enumerate() {
         let wrong = |message: String, hint: &str| {
@@ -173,7 +173,7 @@ fn is_relative_name(name: &str) -> bool {
     })
 }
 
-/// A number stands for a parameter only in a unit in which it is judged.
+/// Checks that each number for a parameter is in a unit in which that is judged.
 fn check_units(settings: &Robots) -> Result<(), SettingsError> {
     for (parameter, field) in settings.mapped() {
         let Some(unit) = field.unit.as_ref().filter(|_| field.field.is_some()) else { continue };

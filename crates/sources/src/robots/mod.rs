@@ -33,15 +33,14 @@ pub use profile::{Norm, PROFILE, norm, norm_of_type};
 /// Robots on ROS, found by their namespace and by the types of their topics.
 ///
 /// Battery, link, odometry, diagnostics and temperature are watched wherever a robot offers them
-/// in a standard type; everything else that is wanted is named here.
+/// in a standard type; anything else must be named here.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Robots {
-    /// The namespaces of the robots. A `*` stands for any part of a token; the token that holds it
-    /// is the robot's id: `robot1` for `/robot*`. `/` takes everything on the domain as one robot,
-    /// which then needs a `prefix`.
+    /// The namespaces of the robots. A `*` stands for any part of a token; the token that contains it is the robot's
+    /// id: `robot1` for `/robot*`. `/` takes everything on the domain as one robot, which then needs a `prefix`.
     pub namespace: String,
-    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0.
     pub domain: Option<BusId>,
     /// The namespace given to a robot that has none: its topic `/odom` becomes `<prefix>/odom`.
     pub prefix: Option<Pattern>,
@@ -60,15 +59,15 @@ pub struct Robots {
     /// Topics with images to record, relative to the robot: they are large, so none by default.
     pub images: Vec<String>,
     /// Topics on which people command it, relative to the robot and each by its full name: `goal_pose`,
-    /// `cmd_vel`. They are recorded as they are, and their messages are counted as interventions; topics of
+    /// `cmd_vel`. They are recorded unchanged, and their messages are counted as interventions; topics of
     /// the robot's state are never among them.
     pub commands: Vec<String>,
-    /// Any other topics to record as they are, relative to the robot; `*` as in `namespace`.
+    /// Any other topics to record unchanged, relative to the robot; `*` as in `namespace`.
     pub topics: Vec<String>,
     /// What every robot must offer for `check` to say go: `battery`, `link`, `odometry`,
     /// `diagnostics`, `temperature`.
     pub required: Vec<String>,
-    /// The ids of the robots that must be there for `check` to say go.
+    /// The ids of the robots that must be present for `check` to say go.
     pub robots: Vec<String>,
 }
 
@@ -78,15 +77,14 @@ pub struct Robots {
 pub struct Field {
     /// The topic, relative to the robot: `battery_sensor/value`.
     pub topic: String,
-    /// The field inside the message: `data`, `status[0].values[2].value`. Without it the fields of
-    /// the standard type.
+    /// The field inside the message: `data`, `status[0].values[2].value`. By default the fields of the standard type.
     pub field: Option<String>,
     /// The unit of the number after scaling: `J`, `dBm`, `V`.
     pub unit: Option<String>,
     /// Factor from the message's number to `unit`.
     #[serde(default = "one")]
     pub scale: f64,
-    /// The rate at which it should come [Hz]; learned when not given.
+    /// The expected rate [Hz]; by default it is learned.
     pub rate_hz: Option<f64>,
 }
 

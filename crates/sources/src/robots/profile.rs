@@ -1,7 +1,7 @@
 //! The robot profile: what a robot should offer so that its condition can be judged.
 //!
 //! These are the norms on the essential parameters: a standard type for each, in SI units, at
-//! least at the given rate, with a header stamp by a synchronised clock. Rates are floors that the
+//! least at the given rate, with a header stamp from a synchronised clock. Rates are floors that the
 //! drivers of common platforms (Clearpath, TurtleBot, PAL) meet with their defaults.
 
 use teampulse_core::stream::Signal;
@@ -21,7 +21,7 @@ pub struct Norm {
     pub least_hz: f64,
     /// Which numbers are read, by field and unit.
     pub channels: &'static [(&'static str, &'static str)],
-    /// The units of a single number that stands for it; any where there is none.
+    /// The units of a single number that stands for it; any, if there are none.
     pub units: &'static [&'static str],
     /// Whether a robot without it falls short of the profile.
     pub essential: bool,
@@ -100,7 +100,7 @@ pub const PROFILE: &[Norm] = &[
     },
 ];
 
-/// The norm of a parameter; `None` for a word that is none.
+/// The norm of a parameter; `None` for an unknown word.
 pub fn norm(parameter: &str) -> Option<&'static Norm> {
     PROFILE.iter().find(|norm| norm.parameter == parameter)
 }

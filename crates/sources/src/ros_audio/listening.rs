@@ -1,4 +1,4 @@
-//! The messages of a microphone's publisher, one after the other.
+//! The messages of a microphone's publisher, in order.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -11,10 +11,10 @@ use teampulse_ros::graph::Gid;
 
 use crate::hearing::{Hearing, Kept};
 
-/// How many messages about the sound are kept until they are taken.
+/// How many messages about the format are kept until they are taken.
 const DEPTH: u32 = 10;
 
-/// A microphone that two callbacks know: that of its sound and that of what this is.
+/// A microphone shared by two callbacks: that of its sound and that of its format.
 #[derive(Clone)]
 pub(super) struct Listening(Arc<Mutex<State>>);
 
@@ -42,7 +42,7 @@ impl Listening {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Learns from a topic what the sound is; as long as this is held.
+    /// Learns the format of the sound from a topic, until the returned value is dropped.
     pub fn learn_from(
         &self,
         bus: &dyn Bus,
@@ -67,7 +67,7 @@ impl Listening {
         bus.subscribe(topic, AUDIO_INFO, Asked::Adaptive { depth: DEPTH }, deliver)
     }
 
-    /// Hears the sound of a message; what became known with it. An error fits after "failed to".
+    /// Takes the sound of a message; returns the resulting data. An error fits after "failed to".
     pub fn hear(&self, type_name: &str, arrival: &Arrival) -> Result<Option<Decoded>, String> {
         let mut state = self.lock();
         let state = &mut *state;

@@ -28,38 +28,38 @@ use crate::{SourceContext, join};
 
 use listening::Listening;
 
-/// A person's microphone whose sound is published on ROS (`audio_common_msgs`, also as REP-155 has it:
+/// A person's microphone whose sound is published on ROS (`audio_common_msgs`, also as in REP-155:
 /// `/humans/voices/v1/audio`).
 ///
-/// How somebody speaks is recorded, not what: of each 10 ms level, pitch, voicing and what rates and pauses are computed
-/// from (15 numbers, 100 times a second). No word can be made of these. The sound itself leaves this source only with
-/// `raw_audio = true`.
+/// What is recorded is how somebody speaks, not what they say: for every 10 ms the level, pitch, voicing and the basis
+/// for rates and pauses (15 numbers, 100 times a second). No word can be reconstructed from these. The sound itself
+/// leaves this source only with `raw_audio = true`.
 ///
-/// Blocks have no stamps, or those of another clock: they are placed by counting samples. Of several channels the first one is
-/// heard. Lost blocks are gaps.
+/// Blocks have no stamps, or those of another clock: they are placed by counting samples. Of several channels the first
+/// one is used. Lost blocks are gaps.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RosAudio {
     /// The topic of the sound: `/audio`, `/humans/voices/v1/audio`.
     pub topic: String,
-    /// The person who speaks there, by pseudonym.
+    /// The person who speaks into it, by pseudonym.
     pub person: String,
-    /// The topic of its `AudioInfo`; without it that of the sound, ending in `_info`.
+    /// The topic of its `AudioInfo`; by default that of the sound, with `_info` appended.
     #[serde(default)]
     pub info: Option<String>,
-    /// The sampling rate [Hz], where nothing publishes an `AudioInfo`.
+    /// The sampling rate [Hz], if nothing publishes an `AudioInfo`.
     #[serde(default)]
     pub rate_hz: Option<f64>,
-    /// The number of channels, likewise; 1 without it.
+    /// The number of channels, likewise; by default 1.
     #[serde(default)]
     pub channels: Option<u8>,
-    /// The format of samples, likewise, as `GStreamer` names it; `S16LE` without it.
+    /// The format of samples, likewise, as named by `GStreamer`; by default `S16LE`.
     #[serde(default)]
     pub format: Option<String>,
-    /// Whether the sound itself is recorded, too: everything that is said can be understood from it.
+    /// Whether the sound itself is recorded, too: everything that is said can then be understood.
     #[serde(default)]
     pub raw_audio: bool,
-    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0.
     #[serde(default)]
     pub domain: Option<BusId>,
 }
@@ -83,7 +83,7 @@ person = "p001"
 }
 
 impl RosAudio {
-    /// What the settings say of the sound.
+    /// The format of the sound according to the settings.
     fn known(&self) -> Result<Option<AudioInfo>, SettingsError> {
         let name = self.format.as_deref();
         let named =
@@ -136,7 +136,7 @@ fn is_sound(type_name: &str) -> bool {
     [AUDIO_DATA, AUDIO_DATA_STAMPED].contains(&type_name)
 }
 
-/// A microphone being heard.
+/// A microphone being read.
 struct RosAudioSource {
     bus: Arc<dyn Bus>,
     claimed: Claimed,

@@ -16,7 +16,7 @@ use crate::follow::Updates;
 const TOPIC: &str = "/teampulse/streams";
 /// How many descriptions are kept until they are taken.
 const DEPTH: u32 = 1000;
-/// More streams of people than these are not described [streams].
+/// The most streams of people whose descriptions are kept.
 const MOST: usize = 10_000;
 
 /// The descriptions of people's streams, by name: always the newest.
@@ -27,7 +27,7 @@ pub struct Descriptions {
 }
 
 impl Descriptions {
-    /// Listens on a bus as long as the subscription is held.
+    /// Listens on a bus until the subscription is dropped.
     pub fn listen(self: Arc<Self>, bus: &dyn Bus) -> Result<Subscription, BusError> {
         let deliver = Arc::new(move |arrival: Arrival| match describe(&arrival.bytes) {
             Ok(Some(stream)) => self.learn(stream),
@@ -40,7 +40,7 @@ impl Descriptions {
         bus.subscribe(TOPIC, StreamDescription::NAME, asked, deliver)
     }
 
-    /// The streams of which another description was received.
+    /// The streams with a new description.
     pub fn updates(&self) -> &Updates {
         &self.updates
     }
@@ -72,7 +72,7 @@ impl Descriptions {
     }
 }
 
-/// A description, where it is one of a person's stream.
+/// Takes in a description, if it is of a person's stream.
 fn describe(cdr: &[u8]) -> Result<Option<Arc<Stream>>, convert::DecodeError> {
     let decoded = convert::decode(StreamDescription::NAME, cdr)?;
     let Data::Description(stream) = decoded.data else { return Ok(None) };

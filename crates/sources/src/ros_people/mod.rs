@@ -26,24 +26,23 @@ use descriptions::Descriptions;
 /// People's signals on ROS, from the computers that measure them, found by namespace and type.
 ///
 /// Each topic `<namespace>/<device>/<signal>` of type `teampulse_msgs/Wave`, `Sample` or `Event` is
-/// subscribed to; a `teampulse_msgs/StreamDescription` on `/teampulse/streams` states what its numbers are,
-/// as teampulse publishes it. Without one the topic's last token is the signal, and the numbers have no
-/// unit. Stamps are by the clock of the computer that measures, and go through the model of that clock; a
-/// stamp more than a second off the arrival is not trusted, unless messages continue in order after a
-/// network outage.
+/// subscribed to; a `teampulse_msgs/StreamDescription` on `/teampulse/streams` describes its numbers, as published by
+/// teampulse. Without one the topic's last token is the signal, and the numbers have no unit. Stamps are by the clock
+/// of the measuring computer, and are corrected by the model of that clock; a stamp more than a second off the arrival
+/// is not trusted, unless messages continue in order after a network outage.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "People")]
 pub struct RosPeople {
-    /// The namespaces of the people. A `*` stands for any part of a token; the token that holds it
-    /// is the person's id, a pseudonym: `p001` for `/humans/persons/*`.
+    /// The namespaces of the people. A `*` stands for any part of a token; the token that contains it is the person's
+    /// id, a pseudonym: `p001` for `/humans/persons/*`.
     #[schemars(with = "String")]
     pub namespace: Pattern,
-    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0.
     pub domain: Option<BusId>,
 }
 
-/// Where people stand unless a study says otherwise.
+/// The default namespace of people.
 pub const NAMESPACE: &str = "/humans/persons/*";
 
 impl Default for RosPeople {
@@ -66,8 +65,8 @@ impl RosPeople {
     }
 }
 
-/// What keeps people's streams from being recorded well: a topic that two publish, such as a driver that
-/// was started twice.
+/// The topics of people with a second publisher, which keeps them from being recorded well: such as a driver that was
+/// started twice.
 pub fn second_publishers<'a>(streams: impl Iterator<Item = &'a Stream>) -> Vec<String> {
     let doubles = streams.filter(|stream| !stream.beside.is_empty()).map(|stream| {
         format!("a single publisher of {}: {} publishes it, too", stream.beside, stream.publisher)
@@ -89,7 +88,7 @@ impl Component<dyn Source, SourceContext> for RosPeople {
     }
 }
 
-/// People being heard.
+/// People being recorded.
 struct RosPeopleSource {
     bus: Arc<dyn Bus>,
     choice: Choice,

@@ -3,29 +3,29 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::Access;
 
-/// A serial port of this machine, and what the kernel knows of the device behind it. Nothing is sent to it.
+/// A serial port of this machine, and what the kernel knows about the attached device. Nothing is sent to it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundPort {
-    /// Where it is opened: by its name below `/dev/serial/by-id` where it has one, as numbers change.
+    /// The path to open it: its name below `/dev/serial/by-id` if it has one, as numbers change.
     pub path: PathBuf,
-    /// What the device is called by its maker, such as `FTDI FT232R USB UART`; for a port of a Bluetooth device, its
+    /// The maker's name of the device, such as `FTDI FT232R USB UART`; for a port of a Bluetooth device, its
     /// address.
     pub device: String,
-    /// Vendor and product by their numbers at the USB.
+    /// The USB vendor and product ids.
     pub usb: Option<(u16, u16)>,
     /// The address of the Bluetooth device that `rfcomm` bound it to.
     pub bluetooth: Option<String>,
-    /// The group that may open it, where this user may not.
+    /// The group that may open it, if this user may not.
     pub lacks_group: Option<String>,
 }
 
 impl FoundPort {
-    /// The ports of this machine behind which there is a device, in the order of their names.
+    /// The ports of this machine with a device attached, in the order of their names.
     pub fn all() -> Vec<FoundPort> {
         FoundPort::below(Path::new("/"))
     }
 
-    /// Those of a tree with `sys` and `dev`.
+    /// The ports in a tree with `sys` and `dev`.
     fn below(root: &Path) -> Vec<FoundPort> {
         let Ok(entries) = fs::read_dir(root.join("sys/class/tty")) else { return Vec::new() };
         let mut names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
@@ -71,7 +71,7 @@ fn usb_device(kernel: &Path) -> Option<PathBuf> {
     found.map(Path::to_owned)
 }
 
-/// The name of a port that stays when it is plugged in elsewhere.
+/// The name of a port that stays the same when it is plugged in elsewhere.
 fn by_id(root: &Path, node: &Path) -> Option<PathBuf> {
     let node = fs::canonicalize(node).ok()?;
     let links = fs::read_dir(root.join("dev/serial/by-id")).ok()?.flatten();
@@ -80,7 +80,7 @@ fn by_id(root: &Path, node: &Path) -> Option<PathBuf> {
     links.into_iter().find(|link| fs::canonicalize(link).is_ok_and(|to| to == node))
 }
 
-/// The name of the group that a port belongs to; `dialout`, as on Debian, where it can't be read.
+/// The name of the group that a port belongs to; `dialout`, as on Debian, if it can't be read.
 fn group_of(root: &Path, node: &Path) -> String {
     use std::os::unix::fs::MetadataExt;
     let number = fs::metadata(node).map(|metadata| metadata.gid().to_string());
@@ -89,7 +89,7 @@ fn group_of(root: &Path, node: &Path) -> String {
     name.unwrap_or_else(|| "dialout".to_owned())
 }
 
-/// The name of the group with a number, in the form of `/etc/group`.
+/// The name of the group with this number, from the contents of `/etc/group`.
 fn group_named(groups: &str, number: &str) -> Option<String> {
     let fields = groups.lines().map(|line| line.split(':').collect::<Vec<_>>());
     let mut found = fields.filter(|fields| fields.get(2) == Some(&number));

@@ -1,6 +1,6 @@
 //! Serial ports, and pairs of them without a device: `/dev/ttyUSB0`, `/dev/rfcomm0`, pseudoterminals.
 //!
-//! Plain termios over tokio: crates for serial ports bring udev or a second event loop, for four calls.
+//! Plain termios over tokio: crates for serial ports pull in udev or a second event loop, for four calls.
 
 mod port;
 mod pty;

@@ -14,7 +14,7 @@ use tokio::io::unix::AsyncFd;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::task::spawn_blocking;
 
-/// A serial port that only this program uses, eight bits and raw; what had arrived before is discarded.
+/// A serial port for the exclusive use of this program, eight bits and raw; earlier input is discarded.
 #[derive(Debug)]
 pub struct SerialPort(AsyncFd<File>);
 
@@ -24,14 +24,14 @@ pub struct SerialPort(AsyncFd<File>);
 pub struct SerialError {
     /// Its path.
     pub port: String,
-    /// What is wrong.
+    /// The reason.
     pub why: String,
     /// What the user can do.
     pub hint: String,
 }
 
 impl SerialPort {
-    /// Opens a port, which takes seconds where it is a radio link.
+    /// Opens a port, which takes seconds if it is a radio link.
     pub async fn open(path: &str, baud: u32) -> Result<SerialPort, SerialError> {
         let owned = path.to_owned();
         let opened = spawn_blocking(move || open(&owned, baud)).await;

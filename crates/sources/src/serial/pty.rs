@@ -9,11 +9,11 @@ use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-/// Bytes that are taken at once.
+/// The most bytes read at once.
 const PIECE: usize = 1024;
 const MOST_PIECES: usize = 16;
 
-/// A serial port without a device: what is written here is read by who opens its path, and the other way round.
+/// A serial port without a device: what is written here is read by the program that opens its path, and vice versa.
 #[derive(Debug)]
 pub struct Pty {
     near: OwnedFd,
@@ -22,7 +22,7 @@ pub struct Pty {
 }
 
 impl Pty {
-    /// Makes a port, and a link to it where its path is to be known beforehand. An earlier link is replaced.
+    /// Creates a port, and a link to it if its path must be known beforehand. An earlier link is replaced.
     pub fn open(link: Option<&Path>) -> io::Result<Pty> {
         let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         grantpt(&near)?;
@@ -44,12 +44,12 @@ impl Pty {
         Ok(Pty { near, path, link: link.map(Path::to_owned) })
     }
 
-    /// Where it is opened.
+    /// The path to open it.
     pub fn path(&self) -> &str {
         self.link.as_deref().and_then(Path::to_str).unwrap_or(&self.path)
     }
 
-    /// Reads what has arrived; whether somebody has the port open.
+    /// Reads what has arrived; returns whether a program has the port open.
     pub fn read(&self, received: &mut Vec<u8>) -> io::Result<bool> {
         let mut bytes = [0; PIECE];
         for _ in 0..MOST_PIECES {
@@ -64,7 +64,7 @@ impl Pty {
         Ok(true)
     }
 
-    /// Writes as many bytes as are accepted at once; their number.
+    /// Writes as many bytes as are accepted immediately; returns their number.
     pub fn write(&self, bytes: &[u8]) -> io::Result<usize> {
         match rustix::io::write(&self.near, bytes) {
             Err(Errno::AGAIN | Errno::IO | Errno::INTR) => Ok(0),

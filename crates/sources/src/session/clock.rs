@@ -21,16 +21,16 @@ const LOOK: Duration = Duration::from_millis(20);
 /// The most breaks waiting to be reported.
 const MOST_BREAKS: usize = 1000;
 
-/// A session's clock as it follows `/clock` on a bus, as long as this is held.
+/// A session's clock that follows `/clock` on a bus, until this is dropped.
 ///
-/// Where `/clock` jumps, or stops, the session's time continues evenly, and by the host's clock while
+/// When `/clock` jumps or stops, the session's time continues evenly, and by the host's clock while
 /// nothing publishes `/clock`. As a source it reports each such break as an event of the session.
 pub struct SimulatedClock {
     following: Arc<Mutex<Following>>,
     _subscription: Subscription,
 }
 
-/// The time as it is followed, with the breaks not yet reported.
+/// The followed time, with the breaks not yet reported.
 struct Following {
     tracker: ClockTracker,
     clock: Clock,

@@ -14,12 +14,12 @@ use teampulse_ros::graph::{Gid, Graph};
 
 use super::events::Refusals;
 
-/// The topic on which a node that is allowed to may send commands.
+/// The topic on which nodes may send commands, if allowed.
 pub(super) const COMMANDS: &str = "/session/commands";
 const STRING: &str = "std_msgs/msg/String";
 /// How many commands are kept until they are taken.
 const DEPTH: u32 = 100;
-/// A longer message is not a command [bytes].
+/// The longest message that may be a command [bytes].
 const LARGEST_BYTES: usize = 4096;
 
 /// Commands from ROS nodes: a `std_msgs/String` with the text of a [`Command`] on `/session/commands`.
@@ -35,7 +35,7 @@ impl RosCommands {
         RosCommands { bus }
     }
 
-    /// The node that published a message, as it is called on the bus.
+    /// The node that published a message, by its name on the bus.
     fn sender(graph: &Graph, publisher: Gid) -> Sender {
         let known = graph.publishers(COMMANDS).find(|endpoint| endpoint.gid == publisher);
         let node = known.and_then(|endpoint| endpoint.node.clone());

@@ -23,7 +23,7 @@ const EVENT: &str = "teampulse_msgs/msg/Event";
 /// The most reasons for unreadable events that are reported, and the length of each [characters].
 const MOST_REASONS: usize = 100;
 const LONGEST_REASON: usize = 300;
-/// A text that is longer marks nothing [bytes].
+/// The longest text that sets a marker [bytes].
 const LARGEST_MARKER_BYTES: usize = 1 << 20;
 /// How many events are kept until they are taken.
 const DEPTH: u32 = 1000;
@@ -31,9 +31,9 @@ const DEPTH: u32 = 1000;
 /// Events published by any ROS node on `/session/events`: a `teampulse_msgs/Event`, or a `std_msgs/String`
 /// whose text is the label of a marker.
 ///
-/// Events of the kind `clock` are not taken: they are a session's own words about its clock and its end,
-/// and those of another session, or of a recording that is played, are not true of this one. Nor are those of
-/// the kind `command`.
+/// Events of the kind `clock` are ignored: they are a session's own reports about its clock and its end, and those of
+/// another session, or of a recording that is played, do not apply to this one. Events of the kind `command` are
+/// ignored, too.
 pub struct RosEvents {
     bus: Arc<dyn Bus>,
     /// The schedule of the study's phases.

@@ -7,17 +7,17 @@ pub enum Key {
     Char(char),
     /// A letter with Ctrl.
     Control(char),
-    /// The arrow up.
+    /// The up arrow.
     Up,
-    /// The arrow down.
+    /// The down arrow.
     Down,
-    /// A page up.
+    /// Page Up.
     PageUp,
-    /// A page down.
+    /// Page Down.
     PageDown,
-    /// To the beginning.
+    /// The Home key.
     Home,
-    /// To the end.
+    /// The End key.
     End,
     /// Escape, alone.
     Escape,
@@ -63,7 +63,7 @@ impl Decoder {
         key.filter(|_| !self.is_pasted)
     }
 
-    /// Input has paused: an escape without more was the key itself.
+    /// Notes that input has paused: a lone escape was the key itself.
     pub fn pause(&mut self) -> Option<Key> {
         if self.state != State::Escape || self.is_pasted {
             return None;

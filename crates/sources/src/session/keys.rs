@@ -47,7 +47,7 @@ fn is_ours() -> bool {
     foreground.is_ok_and(|group| group == rustix::process::getpgrp())
 }
 
-/// The default marker of a key: a letter or a digit its own, the space bar one named `mark`.
+/// The default marker of a key: for a letter or digit one named after it, for the space bar one named `mark`.
 pub fn marker(key: Key) -> Option<Command> {
     match key {
         Key::Char(' ') => Some(Command::Mark("mark".to_owned())),
@@ -114,7 +114,7 @@ async fn heard(signal: &mut Option<Signal>) {
 }
 
 /// Lets the space bar of the terminal call `pause`, and `q` call `quit`, as long as the keys are held;
-/// `None` when standard input is no terminal.
+/// `None` if standard input is not a terminal.
 pub fn pause_by_key(
     mut pause: impl FnMut() + Send + 'static,
     quit: impl Fn() + Send + 'static,

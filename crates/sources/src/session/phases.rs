@@ -21,12 +21,12 @@ const LOOK: Duration = Duration::from_millis(20);
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Phase {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// When it begins, after the start of the session [s]. Without it, it begins by hand: with Ctrl-N, or
-    /// with a phase of its name on `/session/events`.
+    /// When it begins, after the start of the session [s]. By default it begins by hand: with Ctrl-N, or with a phase
+    /// of its name on `/session/events`.
     pub from_secs: Option<f64>,
-    /// When it ends [s]; without it at the beginning of the next phase, or with the session.
+    /// When it ends [s]; by default at the start of the next phase, or with the session.
     pub to_secs: Option<f64>,
     /// How long it lasts [s], instead of when it ends.
     pub lasts_secs: Option<f64>,
@@ -40,7 +40,7 @@ impl Phase {
         self.lasts_secs.or(until)
     }
 
-    /// Its end [s], where both end and start are set.
+    /// Its end [s], if both end and start are set.
     fn end_secs(&self) -> Option<f64> {
         Some(self.from_secs? + self.length_secs()?)
     }
@@ -110,7 +110,7 @@ fn no_time(secs: f64) -> String {
     format!("a phase can't begin or end at {secs} s")
 }
 
-/// Sorts phases by their times, or keeps their order where one begins manually.
+/// Sorts phases by their times, or keeps their order if one begins manually.
 pub(super) fn in_order<T>(phases: &mut [T], phase: impl Fn(&T) -> &Phase) {
     if phases.iter().all(|each| phase(each).from_secs.is_some()) {
         let from_secs = |each: &T| phase(each).from_secs.unwrap_or_default();
@@ -157,7 +157,7 @@ impl Phases {
         Phases { schedule: Schedule::new(phases), handle, started: None, changed: None }
     }
 
-    /// Changes the phase at the moment at which that was asked for, but not before the last change.
+    /// Changes the phase at the time of the request, but not before the last change.
     fn carry_out(&mut self, instruction: &Instruction, started: Time, outlet: &Outlet) {
         let at = self.changed.map_or(instruction.at, |changed| changed.max(instruction.at));
         let change = Change::of(&instruction.command);

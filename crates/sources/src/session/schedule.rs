@@ -22,7 +22,7 @@ pub(super) enum Change {
 }
 
 impl Change {
-    /// The change that a command asks for, if any.
+    /// The change that a command requests, if any.
     pub fn of(command: &Command) -> Option<Change> {
         match command {
             Command::NextPhase => Some(Change::Next),
@@ -74,13 +74,13 @@ impl ScheduleHandle {
 /// A change of phase.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum PhaseEvent {
-    /// A phase begins, with its length [s]; NaN where that is open.
+    /// A phase begins, with its length [s]; NaN if that is open.
     Begins(String, f64),
     /// A phase was aborted.
     Aborted(String),
 }
 
-/// The phases of a study in order: which is next, and by how much those to come are shifted.
+/// The phases of a study in order: which is next, and by how much the remaining ones are shifted.
 #[derive(Clone, Debug)]
 pub(super) struct Schedule {
     phases: Vec<Phase>,
@@ -106,7 +106,7 @@ impl Schedule {
         (!self.is_held && elapsed_secs >= planned_secs).then(|| self.begin(elapsed_secs))
     }
 
-    /// Applies a change at a time after the start [s]; `None` where there is no such phase.
+    /// Applies a change at a time after the start [s]; `None` if there is no such phase.
     pub fn apply(&mut self, change: Change, elapsed_secs: f64) -> Option<PhaseEvent> {
         match change {
             Change::Next if self.next == self.phases.len() => None,
@@ -126,8 +126,8 @@ impl Schedule {
         }
     }
 
-    /// Another program has begun a phase of this name at a time after the start [s]: the next manual phase of
-    /// that name, if any.
+    /// Notes that another program has begun a phase of this name at a time after the start [s]: it stands for the next
+    /// manual phase of that name, if any.
     pub fn begun_elsewhere(&mut self, label: &str, elapsed_secs: f64) {
         let is_meant = |phase: &Phase| phase.from_secs.is_none() && phase.name == label;
         if let Some(skipped) = self.phases[self.next..].iter().position(is_meant) {
@@ -136,7 +136,7 @@ impl Schedule {
         }
     }
 
-    /// The phase that comes next.
+    /// The next phase.
     pub fn next(&self) -> Option<&str> {
         self.phases.get(self.next).map(|phase| phase.name.as_str())
     }

@@ -1,4 +1,4 @@
-//! A simulated person as a source: what is worn, what is done, and what truly is.
+//! A simulated person as a source: the sensors, the actions, and the ground truth.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -116,7 +116,7 @@ impl Streams {
         Streams(Worn::ALL.map(|worn| Some(outlet.declare(worn.stream(id, rates)?))))
     }
 
-    /// `None` for what is not worn.
+    /// The stream; `None` if it is not worn.
     fn of(&self, worn: Worn) -> Option<StreamId> {
         self.0[Worn::ALL.iter().position(|each| *each == worn)?]
     }

@@ -9,35 +9,33 @@ use teampulse_emulators::task::Plan;
 
 use crate::emulated::EmulatedWearable;
 
-/// A team of simulated robots that drive through an arena, discharge, and hear a router more or
-/// less well.
+/// A team of simulated robots that drive through an arena, discharge, and receive a router more or less well.
 ///
 /// Every robot publishes its odometry, battery, Wi-Fi and diagnostics, and on request its
-/// temperature and camera, below its own name: `/robot1/odom`. What truly is goes to
-/// `/sim/truth/robot1`. The same seed gives the same team, byte for byte.
+/// temperature and camera, below its own name: `/robot1/odom`. The ground truth is published on `/sim/truth/robot1`.
+/// The same seed gives the same team, byte for byte.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimulatedTeam {
     /// How many robots. Default: 5.
     pub robots: u32,
-    /// What the robots' names begin with; they are numbered from 1. Default: `robot`.
+    /// The prefix of the robots' names; they are numbered from 1. Default: `robot`.
     pub prefix: String,
-    /// The seed of all that is random. Default: 1.
+    /// The seed of everything random. Default: 1.
     pub seed: u64,
     /// How much faster than real time [1], from 0.01 to 1000. Default: 1.
     pub speed: f64,
-    /// How many steps of one second the simulation lasts [s of simulated time]; endless when left
-    /// out.
+    /// How many steps of one second the simulation lasts [s of simulated time]; by default endless.
     pub steps: Option<u32>,
     /// The side of the square arena [m]. Default: 10.
     pub arena_side_m: f64,
-    /// How many boxes stand in the arena. Default: 5.
+    /// How many boxes are in the arena. Default: 5.
     pub boxes: u32,
     /// How many obstacles move in the arena. Default: 3.
     pub obstacles: u32,
-    /// The fastest that a robot drives [m/s]. Default: 0.35.
+    /// The top speed of a robot [m/s]. Default: 0.35.
     pub top_speed_mps: f64,
-    /// What a robot's computer consumes [W], like Webots' `cpuConsumption`. Default: 10.
+    /// The power of a robot's computer [W], like Webots' `cpuConsumption`. Default: 10.
     pub cpu_consumption_w: f64,
     /// The capacity of a robot's battery, three lithium-ion cells in series [Ah]. Default: 1.8.
     pub battery_capacity_ah: f64,
@@ -56,19 +54,18 @@ pub struct SimulatedTeam {
     /// The rate of `/sim/truth` [Hz]; 0 for none. Default: 1.
     pub truth_hz: f64,
     /// How many people work with the robots: `p001` and so on. Each wears sensors and performs a task;
-    /// their signals are published below `/humans/persons/<id>/simulated`, as they belong to no real
-    /// person, and the ground truth below `/humans/persons/<id>/truth`. Their commands to a robot are
-    /// published on `/<robot>/goal_pose`, as for Nav2; the robot drives there unless it is off or out of
-    /// reach. Default: 0.
+    /// their signals are published below `/humans/persons/<id>/simulated`, as they do not belong to a real person, and
+    /// the ground truth below `/humans/persons/<id>/truth`. Their commands to a robot are published on
+    /// `/<robot>/goal_pose`, as for Nav2; the robot drives there unless it is off or out of reach. Default: 0.
     pub people: u32,
     /// What the people do.
     pub task: Plan,
-    /// What the people wear: at other rates than usual, and with artefacts.
+    /// The sensors that the people wear: their rates and artefacts.
     pub body: body::Settings,
-    /// What changes, with which robot and when: faults, and the load of computers.
+    /// The script: which robot changes how, and when: faults, and the load of computers.
     pub script: Vec<Scene>,
-    /// Wearables on their own transports, which `teampulse emulate` and `simulate --wearables` serve; nothing of them
-    /// is on ROS.
+    /// Wearables on their own transports, which `teampulse emulate` and `simulate --wearables` serve; they publish
+    /// nothing on ROS.
     pub wearables: Vec<EmulatedWearable>,
 }
 
@@ -104,7 +101,7 @@ impl Default for SimulatedTeam {
 
 /// The highest rate of a topic [Hz].
 const MOST_HZ: f64 = 1000.0;
-/// The floor that a robot needs around itself, as a multiple of its own.
+/// The floor area that a robot needs, as a multiple of its own.
 const ROOM: f64 = 6.0;
 
 impl SimulatedTeam {
@@ -113,7 +110,7 @@ impl SimulatedTeam {
         (1..=self.robots).map(|k| format!("{}{k}", self.prefix)).collect()
     }
 
-    /// The settings of the model: without what is about its speed and what people wear.
+    /// The settings of the model: without those about its speed and wearables.
     pub(crate) fn model(&self) -> robots::Settings {
         let rates = self.rates().into_iter().filter(|(_, rate_hz)| *rate_hz > 0.0);
         robots::Settings {
@@ -224,7 +221,7 @@ fn within(what: &str, value: f64, least: f64, most: f64) -> Result<(), SettingsE
 mod tests {
     use super::*;
 
-    /// The part of a study that is the simulation's.
+    /// The simulation's part of a study.
     fn simulate(study: &str) -> SimulatedTeam {
         #[derive(Deserialize)]
         struct Study {

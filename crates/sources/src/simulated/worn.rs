@@ -14,11 +14,11 @@ const KEPT_DEPTH: u32 = 1000;
 /// One stream of a simulated person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Worn {
-    /// What a sensor reads.
+    /// The readings of a sensor.
     Sensor(Sensor),
     /// The phases of the task.
     Phases,
-    /// The letters that are shown.
+    /// The letters shown.
     Stimuli,
     /// The keys that are pressed; the number is the reaction time [s].
     Presses,
@@ -26,11 +26,11 @@ pub enum Worn {
     Commands,
     /// Self-reports (ISA, 1 to 5).
     Reports,
-    /// The body as it truly is, once a second.
+    /// The true state of the body, once a second.
     TrueState,
     /// The true beats of the heart.
     TrueBeats,
-    /// The true responses of the skin; the number is the height [µS].
+    /// The true skin conductance responses; the number is the amplitude [µS].
     TrueResponses,
     /// The true breaths; the number is the depth.
     TrueBreaths,

@@ -1,40 +1,40 @@
-//! The times of beats, of which a strap reports only the intervals.
+//! The times of beats, for straps that report only the intervals.
 
 use std::collections::VecDeque;
 
-/// What the clock of the beats is set back by where intervals are missing \[ms\]: two days, so that it is seen to
-/// have started again, however long it ran.
+/// How far the clock of the beats is set back when intervals are missing \[ms\]: two days, so that it is recognised as
+/// restarted, however long it ran.
 const RESTART_MS: f64 = 172_800_000.0;
-/// Notifications whose bounds count: about a minute, in which no two clocks drift apart by much.
+/// The number of notifications whose bounds are kept: about a minute, in which no two clocks drift far apart.
 const REMEMBERED: usize = 64;
-/// The middle between the bounds is taken once they are this near \[ms\].
+/// The middle between the bounds is used once they are this close \[ms\].
 const MIDDLE_MS: f64 = 20.0;
 
-/// A clock that runs on by each interval, which is all that a strap says of the time of its beats.
+/// A clock that advances by each interval, which is all that a strap reports about the time of its beats.
 ///
-/// What it shows when a notification is sent is known from two sides: it is past the last beat that is in the
-/// notification and not yet at the next one, which is not. As beats are irregular against notifications, a minute of
-/// them leaves some milliseconds. Where intervals are missing the clock starts again, as their sum is unknown.
+/// Its reading when a notification is sent is bounded on two sides: it is past the last beat in the notification and
+/// not yet at the next one. As beats are irregular relative to notifications, a minute of them narrows this to some
+/// milliseconds. When intervals are missing the clock restarts, as their sum is unknown.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BeatClock {
-    /// The last beat \[ms\]; `None` before the first, and where intervals are missing.
+    /// The last beat \[ms\]; `None` before the first, and when intervals are missing.
     beat: Option<f64>,
-    /// What was set back so far \[ms\].
+    /// The total time set back so far \[ms\].
     set_back: f64,
-    /// When the last two notifications came \[ms\]: this one, and the one before.
+    /// When the last two notifications arrived \[ms\]: this one, and the previous one.
     arrivals: [Option<f64>; 2],
-    /// By how much arrivals are ahead of this clock, at least and at most, as notifications show it \[ms\].
+    /// The least and the greatest lead of arrivals over this clock, from each notification \[ms\].
     ahead: VecDeque<(f64, f64)>,
 }
 
 impl BeatClock {
-    /// A notification came; the time of this clock when it was sent \[ns\].
+    /// Takes in a notification; returns the time of this clock when it was sent \[ns\].
     pub fn notified(&mut self, arrival_ms: f64) -> i64 {
         self.arrivals = [Some(arrival_ms), self.arrivals[0]];
         self.nanos(arrival_ms - self.ahead_ms())
     }
 
-    /// The times of the beats at the ends of the intervals that came with the last notification \[ns\].
+    /// The times of the beats at the ends of the intervals in the last notification \[ns\].
     pub fn beats(&mut self, intervals_ms: &[f64]) -> Vec<i64> {
         let [Some(arrival_ms), before_ms] = self.arrivals else { return Vec::new() };
         let sum_ms: f64 = intervals_ms.iter().sum();
@@ -60,7 +60,7 @@ impl BeatClock {
         beats.into_iter().map(|beat| arrival_ms - (now - beat) as f64 / 1e6).collect()
     }
 
-    /// Intervals are missing before the next one.
+    /// Restarts the clock, as intervals are missing before the next one.
     pub fn restart(&mut self) {
         let set_back = self.set_back - RESTART_MS;
         *self = BeatClock { set_back, arrivals: self.arrivals, ..BeatClock::default() };
@@ -84,7 +84,7 @@ impl BeatClock {
         })
     }
 
-    /// By how much arrivals are ahead. As the time filter keeps the least that it is shown, the most is the start.
+    /// The lead of arrivals. As the time filter keeps the smallest value it sees, the greatest is used at first.
     fn ahead_ms(&self) -> f64 {
         match self.bounds() {
             (_, f64::INFINITY) => 0.0,
@@ -120,7 +120,7 @@ mod tests {
         assert!(clock.beats(&[1000.0])[0] < before - 60_000_000_000_000);
     }
 
-    /// Beats 0.6 to 0.9 s apart, a notification each second 20 ms late, whose last beat was up to 0.9 s before.
+    /// Beats 0.6 to 0.9 s apart, with a notification every second, 20 ms late, whose last beat was up to 0.9 s earlier.
     #[test]
     fn a_minute_of_notifications_shows_when_beats_were() {
         let mut clock = BeatClock::default();

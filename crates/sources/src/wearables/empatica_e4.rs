@@ -17,7 +17,7 @@ use super::link::Conversation;
 use super::worn::Worn;
 use crate::SourceContext;
 
-/// Its name in a study, and as latencies are known by.
+/// Its name in a study and in the table of latencies.
 pub(super) const DEVICE: &str = "empatica_e4";
 /// How long the server may take to accept a connection.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -25,9 +25,9 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// An Empatica E4 that a person wears: PPG (64 Hz), skin conductance and temperature (4 Hz), acceleration
 /// (32 Hz), intervals between beats, battery, and a marker when its button is pressed.
 ///
-/// It is reached through Empatica's streaming server, a program beside the E4's dongle, on this computer or
-/// another one. The server counts samples from the arrival of the first: times are as right as its Bluetooth
-/// link was then, which the stated uncertainty includes.
+/// It is reached through Empatica's streaming server, a program on the computer with the E4's dongle, which may be this
+/// one or another. The server counts samples from the arrival of the first: times are as accurate as its Bluetooth link
+/// was then, which the stated uncertainty includes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EmpaticaE4 {

@@ -11,20 +11,20 @@ use crate::SourceContext;
 
 /// The type of the source in a study.
 pub(super) const KIND: &str = "heart_rate";
-/// Its streams' device, as latencies are known by.
+/// The device name in its streams and in the table of latencies.
 pub(super) const DEVICE: &str = "heart_rate_strap";
 
 /// A heart rate strap of any make that a person wears, over Bluetooth: heart rate, every interval between beats
 /// (`rr_interval`), skin contact, battery.
 ///
-/// Straps put no time on their intervals: beats are placed by the sum of the intervals against the arrivals, less the
-/// strap's delay, which the stated uncertainty includes until `calibrate` has measured it.
+/// Straps do not time-stamp their intervals: beats are placed by the sum of the intervals against the arrivals, minus
+/// the strap's delay, which the stated uncertainty includes until `calibrate` has measured it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeartRate {
     /// The person who wears it, by pseudonym: `p001`.
     pub person: String,
-    /// The strap's Bluetooth address, such as `A0:9E:1A:00:00:01`; without it the only strap in range.
+    /// The strap's Bluetooth address, such as `A0:9E:1A:00:00:01`; by default the only strap in range.
     #[serde(default)]
     pub address: Option<String>,
     /// The name that the strap advertises, instead of its address.

@@ -11,14 +11,14 @@ use tokio::time::{sleep, timeout};
 
 use super::worn::Worn;
 
-/// The longest time without a look at the session.
+/// The longest time without a check of the session.
 const LOOK: Duration = Duration::from_secs(1);
-/// How long a device may take to accept what is written.
+/// How long a device may take to accept written bytes.
 const WRITE_PATIENCE: Duration = Duration::from_secs(5);
-/// How long a device has to end its session.
+/// How long a device may take to end its session.
 const FAREWELL: Duration = Duration::from_secs(2);
 
-/// A session with a device that a person wears. It goes on when the link is up again.
+/// A session with a device that a person wears. It continues when the link is up again.
 pub(super) struct Conversation<S> {
     pub(super) session: S,
     pub(super) worn: Worn,
@@ -27,8 +27,8 @@ pub(super) struct Conversation<S> {
 }
 
 impl<S: ByteSession> Conversation<S> {
-    /// Holds it over a link until the link is lost, the device gives up or the session of teampulse is over;
-    /// the device is then asked to stop.
+    /// Holds it over a link until the link is lost, the device gives up or the teampulse session is over; the device is
+    /// then asked to stop.
     pub(super) async fn hold<L>(&mut self, mut link: L, outlet: &Outlet) -> Result<(), SourceError>
     where
         L: AsyncRead + AsyncWrite + Unpin,
@@ -63,13 +63,13 @@ impl<S: ByteSession> Conversation<S> {
         }
     }
 
-    /// How long nothing has to be done, unless bytes arrive.
+    /// How long there is nothing to do, unless bytes arrive.
     fn pause(&self) -> Duration {
         let left = |at: Duration| at.saturating_sub(self.clock.elapsed());
         self.session.next_tick().map_or(LOOK, left).min(LOOK)
     }
 
-    /// Carries out what the session asks for and hands over what it gives; whether it has ended.
+    /// Carries out the session's requests and hands over its readings; returns whether it has ended.
     async fn carry_out<L>(&mut self, link: &mut L, outlet: &Outlet) -> Result<bool, SourceError>
     where
         L: AsyncWrite + Unpin,
@@ -95,7 +95,7 @@ impl<S: ByteSession> Conversation<S> {
     }
 }
 
-/// An error after which the device is tried again.
+/// An error after which the device is retried.
 fn gone(message: &str) -> SourceError {
     SourceError::Gone { message: message.to_owned(), hint: "is the device on, and near?".into() }
 }

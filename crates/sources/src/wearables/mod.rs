@@ -17,17 +17,17 @@ use teampulse_devices::polar::PolarSession;
 
 use bluetooth::{Seen, Wearable};
 
-/// A kind of source that is a device which a person wears.
+/// A kind of source for a device worn by a person.
 struct Kind {
     /// The `type` of the source in a study.
     name: &'static str,
     /// Whether it reads a device, by the device of its streams.
     reads: fn(device: &str) -> bool,
-    /// Whether it reads a Bluetooth device in range; `None` where it is reached otherwise.
+    /// Whether it reads a Bluetooth device in range; `None` if it is reached otherwise.
     is_in_range: Option<fn(&Seen) -> bool>,
 }
 
-/// All of them. A Polar is more than a strap, so it comes first.
+/// All kinds. A Polar is more than a strap, so it comes first.
 const KINDS: [Kind; 5] = [
     Kind {
         name: polar::DEVICE,
@@ -52,12 +52,12 @@ const KINDS: [Kind; 5] = [
     },
 ];
 
-/// The kinds of sources that are a device which a person wears, by their `type` in a study.
+/// The kinds of sources for devices worn by people, by their `type` in a study.
 pub fn kinds() -> impl Iterator<Item = &'static str> {
     KINDS.iter().map(|kind| kind.name)
 }
 
-/// An error where a person's id can't be a part of a topic.
+/// Fails if a person's id can't be a part of a topic.
 pub(crate) fn check_person(person: &str) -> Result<(), SettingsError> {
     worn::Worn::check(person)
 }

@@ -10,9 +10,9 @@ use teampulse_devices::myo::{Command, EmgMode, MyoSession, MyoSettings, SERVICE,
 use super::bluetooth::{Pairing, Seen, Wearable, Wireless};
 use crate::SourceContext;
 
-/// Its name in a study, and as latencies are known by.
+/// Its name in a study and in the table of latencies.
 pub(super) const DEVICE: &str = "myo";
-/// Up to this a vibration is short, and up to that it is medium \[s\].
+/// The longest vibration that counts as short, and the longest that counts as medium \[s\].
 const SHORT_SECS: f64 = 0.3;
 const MEDIUM_SECS: f64 = 0.7;
 
@@ -24,7 +24,7 @@ const MEDIUM_SECS: f64 = 0.7;
 pub struct Myo {
     /// The person who wears it, by pseudonym: `p001`.
     pub person: String,
-    /// Its Bluetooth address, such as `C0:FF:EE:00:00:01`; without it the only Myo in range.
+    /// Its Bluetooth address, such as `C0:FF:EE:00:00:01`; by default the only Myo in range.
     #[serde(default)]
     pub address: Option<String>,
     /// The name that its owner gave it, instead of its address.

@@ -9,28 +9,28 @@ use teampulse_devices::polar::{Measurement, PolarSession, Selection};
 use super::bluetooth::{Pairing, Seen, Wearable, Wireless};
 use crate::SourceContext;
 
-/// The type of the source in a study, and what the names of its devices begin with.
+/// The type of the source in a study, and the prefix of its devices' names.
 pub(super) const DEVICE: &str = "polar";
 const H10: &str = "polar_h10";
 
 /// A Polar sensor that a person wears, over Bluetooth: an H10 on the chest (ECG at 130 Hz), or a Verity Sense or OH1
 /// on the arm (PPG and intervals between pulses); heart rate, intervals between beats, battery.
 ///
-/// Its streams are those of `polar_h10`, `polar_verity_sense` or `polar_oh1`. The first ECG may come half a minute
+/// Its streams are those of `polar_h10`, `polar_verity_sense` or `polar_oh1`. The first ECG may arrive half a minute
 /// after the connection.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Polar {
     /// The person who wears it, by pseudonym: `p001`.
     pub person: String,
-    /// Its Bluetooth address, such as `A0:9E:1A:00:00:01`; without it the only one in range.
+    /// Its Bluetooth address, such as `A0:9E:1A:00:00:01`; by default the only one in range.
     #[serde(default)]
     pub address: Option<String>,
     /// The name that it advertises, instead of its address: `Polar H10 12345678`.
     #[serde(default)]
     pub name: Option<String>,
-    /// What to measure, beside heart rate: any of `ecg`, `ppg`, `pp_interval`, `acceleration`, `gyroscope`,
-    /// `magnetometer`. Without it an H10 measures ECG, the others PPG and intervals between pulses. An H10 that sends
+    /// What to measure, besides heart rate: any of `ecg`, `ppg`, `pp_interval`, `acceleration`, `gyroscope`,
+    /// `magnetometer`. By default an H10 measures ECG, the others PPG and intervals between pulses. An H10 that sends
     /// ECG and acceleration together may lose its link.
     #[serde(default)]
     pub measure: Option<Vec<Measured>>,
@@ -54,7 +54,7 @@ pub enum Measured {
     Magnetometer,
 }
 
-/// What a model measures unless the study says otherwise.
+/// What a model measures by default.
 fn usual(device: &str) -> Vec<Measured> {
     if device == H10 { vec![Measured::Ecg] } else { vec![Measured::Ppg, Measured::PpInterval] }
 }

@@ -17,21 +17,22 @@ use super::worn::Worn;
 use crate::SourceContext;
 use crate::serial::SerialPort;
 
-/// Its name in a study, and as latencies are known by.
+/// Its name in a study and in the table of latencies.
 pub(super) const DEVICE: &str = "shimmer3";
-/// That of its dock; Bluetooth's ports have none.
+/// The baud rate of its dock; Bluetooth ports have none.
 const BAUD: u32 = 115_200;
-/// How long a port may take to open: Bluetooth calls a device for up to 20 s.
+/// How long a port may take to open: Bluetooth pages a device for up to 20 s.
 const PATIENCE: Duration = Duration::from_secs(25);
-/// What the device can be set to \[Hz\], and what its radio carries.
+/// The rates that the device can be set to \[Hz\], and the rate that its radio can carry.
 const LEAST_HZ: f64 = 1.0;
 const MOST_HZ: f64 = 1024.0;
 
 /// A Shimmer3 (GSR+ or another unit, firmware `LogAndStream`) that a person wears: skin conductance, PPG, acceleration,
 /// rotation, magnetic field, battery.
 ///
-/// It is reached through a serial port: `sudo rfcomm bind 0 ADDRESS` makes `/dev/rfcomm0` of a paired device. Its own
-/// clock times the samples. A byte that the link loses costs its packet, which is counted, and shifts no channel.
+/// It is reached through a serial port: `sudo rfcomm bind 0 ADDRESS` makes a paired device available as `/dev/rfcomm0`.
+/// Its own clock times the samples. A byte that the link loses costs its packet, which is counted, and shifts no
+/// channel.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shimmer3 {
@@ -43,7 +44,7 @@ pub struct Shimmer3 {
     /// What it measures.
     #[serde(default = "sensors")]
     pub sensors: Vec<ShimmerSensor>,
-    /// Samples per second \[Hz\], from 1 to 1024. Above 256 Hz of several sensors, the radio loses bytes.
+    /// Samples per second \[Hz\], from 1 to 1024. Above 256 Hz with several sensors, the radio loses bytes.
     #[serde(default = "rate_hz")]
     pub rate_hz: f64,
 }
@@ -117,7 +118,7 @@ impl Component<dyn Source, SourceContext> for Shimmer3 {
     }
 }
 
-/// A Shimmer3 at work.
+/// A running Shimmer3.
 struct Shimmer {
     port: String,
     conversation: Conversation<ShimmerSession>,

@@ -1,4 +1,4 @@
-//! What a device's session gives, as streams of the person who wears it.
+//! The readings of a device's session, as streams of the person who wears it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -16,30 +16,30 @@ use teampulse_devices as devices;
 use super::beats::BeatClock;
 use super::empatica_e4;
 
-/// Where the streams of people stand.
+/// The namespace of people's streams.
 const PEOPLE: &str = "/humans/persons";
-/// What devices call their streams of intervals between beats.
+/// The names of devices' streams of intervals between beats.
 const INTERVALS: [&str; 2] = ["ibi", BEATS];
-/// The stream of intervals that come without times, and the one that each of their notifications has.
+/// The stream of intervals without times, and the stream that each of their notifications contains.
 const BEATS: &str = "rr_interval";
 const HEART_RATE: &str = "heart_rate";
-/// The stream of intervals between pulses, of which several seconds come at once.
+/// The stream of intervals between pulses, several seconds of which arrive at once.
 const PULSES: &str = "pp_interval";
-/// So much longer than the intervals that came, and some are missing \[ms\].
+/// If the elapsed time exceeds the received intervals by this much, some are missing \[ms\].
 const MISSING_MS: f64 = 2500.0;
-/// The clock of beats that a strap reports: it is late by as much as they are.
+/// The clock of the beats that a strap reports: it is as late as they are.
 const STRAP: &str = "heart_rate_strap";
 
-/// What the streams of acceleration begin with: a device may have several sensors of it.
+/// The prefix of acceleration streams: a device may have several such sensors.
 const ACCELERATION: &str = "acceleration";
-/// What the streams of numbers without a unit end with, beside those in units that are computed from them.
+/// The suffix of streams with raw numbers, beside the streams in units that are computed from them.
 const RAW: &str = "_raw";
 
 /// A device and the person who wears it.
 #[derive(Clone, Debug)]
 pub(super) struct Worn {
     person: String,
-    /// Its name, as latencies are known by: `empatica_e4`.
+    /// Its name, as in the table of latencies: `empatica_e4`.
     device: &'static str,
     streams: BTreeMap<&'static str, WornStream>,
     markers: Option<StreamId>,
@@ -47,13 +47,13 @@ pub(super) struct Worn {
     /// The clock of the beats, and that of their arrivals.
     beats: BeatClock,
     clock: Stopwatch,
-    /// The clock of pulses without times, and when the last ones came \[ms\]; where there are such, no beats are reported,
-    /// and the clock of beats is that of arrivals.
+    /// The clock of pulses without times, and when the last ones arrived \[ms\]; if there are any, no beats are
+    /// reported, and the clock of beats is that of arrivals.
     pulses: BeatClock,
     pulses_ms: Option<f64>,
-    /// Whether device times are of a clock in the device.
+    /// Whether device times are from a clock in the device.
     has_clock: bool,
-    /// What was reported already and may come often.
+    /// What was reported already, of reports that may recur.
     reported: BTreeSet<&'static str>,
 }
 
@@ -64,20 +64,20 @@ struct WornStream {
     width: usize,
     rate_hz: Option<f64>,
     in_runs: bool,
-    /// Whether it is timed by the beats that it reports.
+    /// Whether it is timed by the beats that the device reports.
     by_beats: bool,
-    /// The samples of the last reading, and when it came.
+    /// The number of samples of the last reading, and when it arrived.
     last: Option<(usize, Stopwatch)>,
 }
 
 impl Worn {
-    /// A device of a person; an error where the person's id can't be a part of a topic.
+    /// A device of a person; fails if the person's id can't be a part of a topic.
     pub(super) fn new(person: String, device: &'static str) -> Result<Worn, SettingsError> {
         Worn::check(&person)?;
         Ok(Worn::of(person, device))
     }
 
-    /// An error where a person's id can't be a part of a topic.
+    /// Fails if a person's id can't be a part of a topic.
     pub(super) fn check(person: &str) -> Result<(), SettingsError> {
         let is_plain = |each: char| each.is_ascii_alphanumeric() || each == '_';
         if person.is_empty() || !person.chars().all(is_plain) {
@@ -88,7 +88,7 @@ impl Worn {
         Ok(())
     }
 
-    /// A device of a person whose id was checked.
+    /// A device of a person whose id has been checked.
     pub(super) fn of(person: String, device: &'static str) -> Worn {
         Worn {
             person,
@@ -111,7 +111,7 @@ impl Worn {
         Stream { device: self.device.to_owned(), ..Stream::raw(name, subject, shape) }
     }
 
-    /// A stream begins, or its scale or rate changed.
+    /// Declares a stream that begins, or whose scale or rate changed.
     pub(super) fn declare(&mut self, described: &devices::Stream, outlet: &Outlet) {
         let signal = match described.name {
             name if INTERVALS.contains(&name) => Signal::Interval,
@@ -145,7 +145,7 @@ impl Worn {
         }
     }
 
-    /// Samples came.
+    /// Offers the samples of a reading.
     pub(super) fn offer(&mut self, reading: &devices::Reading, outlet: &Outlet) {
         let Some(stream) = self.streams.get_mut(reading.stream) else { return };
         stream.last = Some((reading.values.len() / stream.width, Stopwatch::start()));
@@ -166,7 +166,7 @@ impl Worn {
         }
     }
 
-    /// Intervals between beats, each with the time of the beat at its end.
+    /// Offers intervals between beats, each with the time of the beat at its end.
     fn offer_beats(&mut self, stream: WornStream, reading: &devices::Reading, outlet: &Outlet) {
         let channels = &outlet.streams().get(stream.id).channels;
         let scale = channels.first().map_or(1.0, |channel| channel.scale);
@@ -182,7 +182,8 @@ impl Worn {
         outlet.offer_together(reading.values.iter().zip(times).map(beat).collect());
     }
 
-    /// Intervals between pulses, each with the time of the pulse at its end: the last was just before they were sent.
+    /// Offers intervals between pulses, each with the time of the pulse at its end: the last was just before they were
+    /// sent.
     fn offer_pulses(
         &mut self,
         stream: WornStream,
@@ -235,12 +236,12 @@ impl Worn {
         }
     }
 
-    /// The stamp of a program that passed something on which has no clock; regular samples are counted instead.
+    /// The stamp of a program that passed on data from a device without a clock; regular samples are counted instead.
     fn source_time(&self, stamp_ns: Option<i64>) -> Option<Time> {
         stamp_ns.filter(|_| !self.has_clock).map(Time::from_nanos)
     }
 
-    /// Something else became known.
+    /// Reports anything else that a session reports.
     pub(super) fn report(&mut self, event: devices::Event, outlet: &Outlet) {
         use devices::Event::{Discarded, Gap, Marker, Refused, Stalled, Wearable};
         match event {
@@ -269,7 +270,7 @@ impl Worn {
         }
     }
 
-    /// Samples are missing before the next ones: as many as the device says, else as many as belong into the
+    /// Reports samples missing before the next ones: as many as the device states, else as many as fit into the
     /// silence.
     fn miss(&mut self, name: &str, samples: Option<u64>, outlet: &Outlet) {
         if name == BEATS {
@@ -289,9 +290,9 @@ impl Worn {
         }
     }
 
-    /// The link to the device is up, with the signal strength at its beginning \[dBm\], or it is down.
+    /// Reports that the link to the device is up, with the signal strength at its start \[dBm\], or that it is down.
     ///
-    /// `BlueZ` knows the strength of advertisements only (`Device1.RSSI`), which a device that is connected does not send.
+    /// `BlueZ` only knows the strength of advertisements (`Device1.RSSI`), which a connected device does not send.
     pub(super) fn link(&mut self, connected: bool, rssi_dbm: Option<i16>, outlet: &Outlet) {
         let stream = self.link.unwrap_or_else(|| {
             let link = self.stream("link", Shape::Sample);
@@ -305,7 +306,7 @@ impl Worn {
         outlet.offer(Reading { stream, index: None, device_time: None, source_time: None, data });
     }
 
-    /// Notifications were lost in this computer.
+    /// Counts notifications that were lost in this computer.
     pub(super) fn count_lost(&mut self, notifications: u64, outlet: &Outlet) {
         if notifications > 0 {
             let what = format!("{notifications} notifications came faster than they were taken");
@@ -335,7 +336,7 @@ impl Worn {
     }
 }
 
-/// A run of samples, as one wave. What is missing before it is reported by its own event.
+/// Offers successive samples as one wave. Samples missing before it are reported by their own event.
 fn offer_run(stream: WornStream, reading: &devices::Reading, outlet: &Outlet) {
     let nominal_ns = stream.rate_hz.map(|rate_hz| 1e9 / rate_hz);
     let wave = Wave {

@@ -1,4 +1,4 @@
-//! A sink that keeps all that comes.
+//! A sink that keeps everything it receives.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 
-/// Keeps all that comes.
+/// Keeps everything it receives.
 pub struct Keeper(pub Arc<Mutex<Vec<Record>>>);
 
 impl Sink for Keeper {

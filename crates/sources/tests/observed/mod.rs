@@ -1,5 +1,5 @@
-//! Emulated devices that are worn by numbers, so that what they measure says when it was measured; each with a record of
-//! what was asked of it.
+//! Emulated devices whose wearers are numbers, so that what they measure encodes when it was measured; each with a
+//! record of the requests that it received.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -9,10 +9,10 @@ use teampulse_emulators::devices::{
 };
 use teampulse_sources::emulated::bluetooth::EmulatedDevice;
 
-/// How often the ECG counts up [Hz].
+/// How many times a second the ECG counts up [Hz].
 pub const COUNTS_HZ: f64 = 1000.0;
 
-/// How the light of a pulse wave counts up.
+/// How fast the light of a pulse wave counts up.
 pub const LIGHT_OF_SECS: f64 = 0.1;
 
 /// The intervals of a heart that beats unevenly, in steps of 1/1024 s, so that a strap reports them exactly.
@@ -28,7 +28,7 @@ pub fn beats() -> impl Iterator<Item = f64> {
     })
 }
 
-/// Wears that heart.
+/// A wearer with that heart.
 struct Heart;
 
 impl Wearer for Heart {
@@ -37,12 +37,12 @@ impl Wearer for Heart {
         since.take_while(|secs| *secs <= until_secs).collect()
     }
 
-    /// The time, within the range of an H10.
+    /// The time as a voltage within the range of an H10.
     fn ecg_uv(&mut self, secs: f64) -> f64 {
         (secs * COUNTS_HZ).rem_euclid(16_000.0)
     }
 
-    /// The time, changing by little from sample to sample.
+    /// The time as light, which changes little from sample to sample.
     fn light(&mut self, secs: f64) -> f64 {
         secs * LIGHT_OF_SECS
     }
@@ -55,16 +55,16 @@ impl Wearer for Heart {
     }
 }
 
-/// What was asked of a device, and what is to happen to it.
+/// The requests that a device received, and what is to happen to it.
 #[derive(Debug, Default)]
 pub struct Course {
-    /// How often it was connected to and asked for something.
+    /// How often a client connected to it and sent a request.
     pub connections: usize,
     /// How often it was disconnected on request.
     pub disconnections: usize,
-    /// Its link is to be lost.
+    /// Whether its link is to be lost.
     pub drop: bool,
-    /// What was written to it.
+    /// The values written to it.
     pub written: Vec<Vec<u8>>,
     is_connected: bool,
     is_dropped: bool,
@@ -158,12 +158,12 @@ fn worn(address: &str, device: impl Peripheral + 'static) -> (EmulatedDevice, Sh
     (device, course)
 }
 
-/// An H10 with what goes wrong with it.
+/// An H10 with faults.
 pub fn h10(address: &str, incidents: Vec<Incident>) -> (EmulatedDevice, SharedCourse) {
     worn(address, H10::new(H10Settings { incidents, ..H10Settings::default() }))
 }
 
-/// A Verity Sense with what goes wrong with it.
+/// A Verity Sense with faults.
 pub fn verity(address: &str, incidents: Vec<VerityIncident>) -> (EmulatedDevice, SharedCourse) {
     worn(address, Verity::new(VeritySettings { incidents, ..VeritySettings::default() }))
 }

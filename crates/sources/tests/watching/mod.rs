@@ -1,4 +1,4 @@
-//! A whole session of one source on a bus in memory.
+//! A whole session with one source on an in-memory bus.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -25,7 +25,7 @@ use teampulse_sources::wearables::bluetooth::Bluetooth;
 
 use crate::keeper::Keeper;
 
-/// Watches with these settings while `robots` does what it does; gives all that was recorded.
+/// Runs a session with these settings while `robots` runs; returns everything recorded.
 pub async fn watch<S: Component<dyn Source, SourceContext>>(
     settings: &str,
     robots: impl AsyncFnOnce(Arc<MemoryBus>),
@@ -33,7 +33,7 @@ pub async fn watch<S: Component<dyn Source, SourceContext>>(
     watch_with(|context| vec![built::<S>(settings, context)], robots).await
 }
 
-/// The source of these settings.
+/// The source with these settings.
 pub fn built<S: Component<dyn Source, SourceContext>>(
     settings: &str,
     context: &SourceContext,
@@ -42,7 +42,7 @@ pub fn built<S: Component<dyn Source, SourceContext>>(
     settings.build(context).expect("a source")
 }
 
-/// Watches with several sources.
+/// Runs a session with several sources.
 pub async fn watch_with(
     build: impl FnOnce(&SourceContext) -> Vec<Box<dyn Source>>,
     robots: impl AsyncFnOnce(Arc<MemoryBus>),
@@ -76,7 +76,7 @@ pub async fn watch_with(
     std::mem::take(&mut *kept.lock().expect("nobody panicked"))
 }
 
-/// Waits until somebody has subscribed.
+/// Waits until there is a subscription.
 pub async fn subscribed(publisher: &dyn Publisher) {
     while publisher.subscribers() == 0 {
         tokio::time::sleep(Duration::from_millis(1)).await;

@@ -1,4 +1,4 @@
-//! What `check` receives: every raw stream with its last status, and whose phases are published.
+//! What `check` receives: every raw stream with its last status, and who publishes phases of their own.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -17,9 +17,9 @@ use super::worn::{self, Newest};
 pub struct Heard {
     /// Every raw stream with its last status, by the name in its status.
     pub streams: Vec<(Arc<Stream>, StreamStatus)>,
-    /// People and robots with phases of their own, each with the stream of these.
+    /// People and robots with phases of their own, each with the stream that publishes them.
     pub own_phases: BTreeMap<String, String>,
-    /// The newest values of what wearables say of their batteries and of their contact with the skin.
+    /// The newest values that wearables report about their batteries and their contact with the skin.
     pub worn: Vec<Newest>,
 }
 

@@ -11,14 +11,14 @@ use crate::study::Study;
 /// How long the senders have to reply.
 const PATIENCE: Duration = Duration::from_millis(1500);
 
-/// What a study has to do with LSL.
+/// What a study uses of LSL.
 #[derive(Debug, Default)]
 pub struct Wanted {
     sources: Vec<Lsl>,
     has_outlets: bool,
 }
 
-/// What was found: lines to print, and what no sender has.
+/// What was found: lines to print, and the requested streams that no sender has.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Findings {
     lines: Vec<String>,

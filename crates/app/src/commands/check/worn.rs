@@ -18,22 +18,22 @@ const LIVES_HOURS: [(&str, f64); 3] = [
 /// The newest values of a stream of a wearable.
 pub type Newest = (Arc<Stream>, Vec<f64>);
 
-/// Whether the newest values of a stream are of use here.
+/// Whether the newest values of a stream are relevant here.
 pub fn wants(stream: &Stream) -> bool {
     let has_contact = stream.place_of("contact").is_some();
     stream.about == About::Person && (stream.signal == Signal::Battery || has_contact)
 }
 
-/// What was found of each device, and what of that is no-go.
+/// What was found about each device, and which of it is no-go.
 #[derive(Debug, Default, PartialEq)]
 pub struct Found {
     /// A line for each.
     pub lines: Vec<String>,
-    /// What is no-go.
+    /// The reasons for a no-go.
     pub missing: Vec<String>,
 }
 
-/// Compares what devices report with the length of the session that is planned \[s\].
+/// Compares what devices report with the planned length of the session \[s\].
 pub fn found(newest: &[Newest], planned_secs: Option<f64>) -> Found {
     let mut found = Found::default();
     for (stream, values) in newest {
@@ -79,7 +79,7 @@ impl Found {
     }
 }
 
-/// The charge \[%\], where a stream has it.
+/// The charge \[%\], if a stream reports it.
 fn percent(stream: &Stream, values: &[f64]) -> Option<f64> {
     let place = stream.channels.iter().position(|channel| channel.unit == "%")?;
     let is_battery = stream.signal == Signal::Battery;
@@ -91,7 +91,7 @@ fn life_hours(device: &str) -> Option<f64> {
     LIVES_HOURS.iter().find(|(name, _)| *name == device).map(|(_, hours)| *hours)
 }
 
-/// How long the phases of a study last together \[s\]; `None` where they don't say.
+/// How long the phases of a study last together \[s\]; `None` where a phase has no end.
 pub fn planned_secs(phases: &[Phase]) -> Option<f64> {
     let mut end_secs = None;
     for phase in phases {

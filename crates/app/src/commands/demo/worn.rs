@@ -1,4 +1,4 @@
-//! What the operator of the demo wears: emulated devices, which the drivers read that read real ones.
+//! The wearables of the demo's operator: emulated devices, read by the same drivers as real ones.
 
 use std::io;
 use std::path::PathBuf;
@@ -10,15 +10,15 @@ use tempfile::TempDir;
 const H10: &str = "A0:9E:1A:00:00:01";
 const MYO: &str = "A0:9E:1A:00:00:02";
 
-/// The devices of the operator, and the folder with the socket and the port that lead to them.
+/// The operator's devices, and the folder with the socket and the port that lead to them.
 pub struct Worn {
     folder: TempDir,
-    /// Whether those over Bluetooth can be emulated on this machine.
+    /// Whether Bluetooth devices can be emulated on this machine.
     has_bluetooth: bool,
 }
 
 impl Worn {
-    /// What can be worn on this machine.
+    /// The devices that can be emulated on this machine.
     pub async fn choose() -> io::Result<Worn> {
         let folder = tempfile::Builder::new().prefix("teampulse-demo-").tempdir()?;
         Ok(Worn { folder, has_bluetooth: is_installed().await })
@@ -29,12 +29,12 @@ impl Worn {
         self.folder.path().to_owned()
     }
 
-    /// In how many places they are reached.
+    /// How many sockets and ports lead to them.
     pub const fn places(&self) -> usize {
         1 + self.has_bluetooth as usize
     }
 
-    /// How those over Bluetooth are reached.
+    /// How the Bluetooth devices are reached.
     pub fn bluetooth(&self) -> Bluetooth {
         Bluetooth::at(format!("unix:path={}", self.folder.path().join("bus").display()))
     }
@@ -65,7 +65,7 @@ port   = {port}
         )
     }
 
-    /// What is worn, in words.
+    /// What is worn, in words for the user.
     pub const fn words(&self) -> &'static str {
         if self.has_bluetooth {
             "the operator wears an emulated Polar H10 and Myo (Bluetooth) and Shimmer3 (serial port), read as real \

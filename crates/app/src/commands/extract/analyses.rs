@@ -1,4 +1,4 @@
-//! The signals that tables can have, and the options of their analysis.
+//! The signals that tables can have, and the options for analysing them.
 
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};

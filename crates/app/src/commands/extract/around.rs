@@ -1,4 +1,4 @@
-//! What follows events: the heart rate, and responses of the skin, around each.
+//! Responses to events: the heart rate, and skin responses, around each.
 
 use std::path::Path;
 
@@ -39,7 +39,7 @@ pub struct AroundArgs {
 /// The values around each event.
 #[derive(Default)]
 pub struct Around {
-    /// What the values are.
+    /// The name, unit and recipe of each value.
     pub values: Vec<Value>,
     /// The time of each event [s], and its values.
     pub events: Vec<(f64, Measured)>,
@@ -181,7 +181,7 @@ impl Analysed<'_> {
         at_ns.saturating_sub(self.begin_ns) as f64 / 1e9
     }
 
-    /// What the recording has from one time to another [s]; nothing of what lies outside of it.
+    /// The values of the recording from one time to another [s]; anything outside of it is empty.
     fn measure(&self, from_secs: f64, to_secs: f64) -> Measured {
         let [begin_ns, end_ns] = [from_secs, to_secs].map(|secs| (secs * 1e9) as i64);
         if begin_ns < self.begin_ns || end_ns > self.end_ns || end_ns <= begin_ns {
@@ -191,7 +191,7 @@ impl Analysed<'_> {
     }
 }
 
-/// Whether the data of a span say anything.
+/// Whether there are enough data in a span.
 fn usable(whole: &Measured) -> Result<(), Reason> {
     if whole.coverage < LEAST_COVERAGE {
         return Err(Reason::Gap);

@@ -21,7 +21,7 @@ pub enum Purpose {
 /// The results of an analysis so far.
 pub struct Found {
     purpose: Purpose,
-    /// What the values of each window are.
+    /// The name, unit and recipe of each value.
     pub values: Vec<Value>,
     /// Events in the order in which they became known, if they are kept.
     pub events: Vec<Event>,

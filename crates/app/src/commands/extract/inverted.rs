@@ -1,14 +1,14 @@
-//! Pulses that are upside down: some sensors' signals fall when blood comes.
+//! Pulses that are upside down: in some sensors, the signal falls when blood arrives.
 
 use teampulse_core::stream::Signal;
 use teampulse_features::analyses::{Analysis, Chosen};
 use teampulse_signal::analysis::{Reason, Recording, Span, Whole};
 
-/// From this quality of the inverted signal on, a signal that is too poor as it is counts as upside down: pulses reach it,
-/// noise does not.
+/// From this quality of the inverted signal on, a signal whose own quality is too poor counts as upside down: pulses
+/// reach it, noise does not.
 const LEAST_QUALITY: f64 = 0.7;
 
-/// The note on a signal that is too poor as it is, and fine upside down; `None` for any other.
+/// The note on a signal whose quality is poor as recorded and good when inverted; `None` for any other.
 pub fn note(
     signal: &Analysis,
     chosen: &Chosen,

@@ -36,7 +36,7 @@ impl Progress {
         }
     }
 
-    /// All rows were read, and the recording is analysed as a whole.
+    /// Shows that all rows were read and the recording is being analysed as a whole.
     pub fn analysing(&self) {
         self.bar.set_message("analysing");
         self.bar.enable_steady_tick(Duration::from_millis(200));

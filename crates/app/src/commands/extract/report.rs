@@ -55,7 +55,7 @@ struct EventRow {
     reason: Option<String>,
 }
 
-/// An event, with its details beside its place: one object each.
+/// An event, as one object: its position and its details.
 #[derive(Debug)]
 struct Happened {
     kind: &'static str,

@@ -24,7 +24,7 @@ pub struct Rows {
     plausible: Plausible,
 }
 
-/// What the user states about the unit of all columns.
+/// What the user stated about the unit of all columns.
 pub struct Said<'a> {
     /// A factor, applied first.
     pub scale: f64,

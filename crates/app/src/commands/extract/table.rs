@@ -139,7 +139,7 @@ impl Table {
         self.oddities.notes(self.rows)
     }
 
-    /// The first rows, up to this many, which stay to be read.
+    /// The first rows, up to this many, without consuming them.
     pub fn peek(&mut self, count: usize) -> Result<impl Iterator<Item = &Row>, TableError> {
         while self.ahead.len() < count
             && let Some(row) = self.read_row()?

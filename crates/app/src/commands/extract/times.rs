@@ -75,15 +75,14 @@ impl Times {
         self.last_ns.saturating_add(step_ns)
     }
 
-    /// The end of an interval that is reported at a time: after that of the one before it.
+    /// The end of an interval that is reported at this time, kept after that of the previous one.
     fn in_turn(&mut self, at_ns: i64) -> i64 {
         let is_at_once = at_ns <= self.last_ns && self.last_ns - at_ns <= AT_ONCE_NS;
         self.sum_ns = if is_at_once { self.last_ns + 1 } else { at_ns };
         self.sum_ns
     }
 
-    /// The end of an interval that begins where the last one ended; one without a number counts as a
-    /// second.
+    /// The end of an interval that begins where the last one ended; an interval without a number counts as one second.
     fn after(&mut self, row: &Row) -> i64 {
         let interval_ms = row.values.first().copied().filter(|each| (0.0..1e6).contains(each));
         self.sum_ns = self.sum_ns.saturating_add((interval_ms.unwrap_or(1e3) * 1e6).round() as i64);

@@ -13,9 +13,9 @@ use teampulse_sources::biosensors::{LowBytes, Topic};
 /// Reads the topics of wearables in the messages of a bag.
 #[derive(Debug)]
 pub struct Biosensors {
-    /// Whose they are where no namespace names a person.
+    /// The person of topics whose namespace names nobody.
     person: String,
-    /// What each topic is; `None` for a topic of something else.
+    /// What each topic contains; `None` for a topic that is not from a wearable.
     known: BTreeMap<String, Option<Topic>>,
     low_bytes: LowBytes,
 }
@@ -27,7 +27,7 @@ impl Biosensors {
         Biosensors { person: person.to_owned(), known, low_bytes }
     }
 
-    /// The streams that become of the topics of a bag, for people.
+    /// Describes, for the user, the streams that topics of a bag become.
     pub fn report(&self, bag: &Bag) -> Vec<String> {
         let known = bag.streams().iter().filter_map(|each| {
             let topic = &each.stream.name;

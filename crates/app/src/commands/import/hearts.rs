@@ -51,7 +51,8 @@ fn beats(signal: &Imported) -> Vec<i64> {
     })
 }
 
-/// The feet of pulses for R waves, and their peaks for those of the session, which are known by their peaks.
+/// The feet of pulses, to match R waves, and their peaks, to match pulses of the session, which are known by their
+/// peaks.
 fn pulses(signal: &Imported, session: Kind) -> Vec<i64> {
     in_runs(signal, |samples, rate_hz| {
         let pulses = find_pulses(samples, rate_hz).unwrap_or_default();

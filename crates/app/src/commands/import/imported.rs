@@ -25,7 +25,7 @@ pub struct Imported {
 
 /// What one device recorded.
 pub struct DeviceRecording {
-    /// The files, for people.
+    /// The files, for messages.
     pub name: String,
     /// The device, as a token of a topic.
     pub device: String,

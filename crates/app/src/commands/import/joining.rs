@@ -1,4 +1,4 @@
-//! Where a recording of a device belongs on the time of a session that it was part of.
+//! Where a device's recording belongs within the session that it was part of.
 
 use std::path::{Path, PathBuf};
 
@@ -23,13 +23,13 @@ use crate::failure::Failure;
 const DATED_OFFSET_SECS: f64 = 600.0;
 /// From the R wave to the foot of the pulse at the wrist or finger: 200 to 300 ms in 95 % of adults at rest.
 const PULSE_ARRIVAL: Latency = Latency::new(0.250, 0.050);
-/// From there to the systolic peak, of which a device stamps its own intervals, and what its filters add.
+/// From there to the systolic peak, which devices use for their own intervals, plus the delay of their filters.
 const PULSE_RISE: Latency = Latency::new(0.140, 0.100);
-/// Two places on the body whose pulses are compared.
+/// Between two places on the body whose pulses are compared.
 const BETWEEN_PLACES: Latency = Latency::new(0.0, 0.060);
 /// A detector's systematic difference between two kinds of ECG.
 const BETWEEN_ECGS: Latency = Latency::new(0.0, 0.005);
-/// Two places on the body to which a movement spreads: a step takes tens of milliseconds from the foot to the head.
+/// Between two places on the body that a movement reaches: a step takes tens of milliseconds from the foot to the head.
 const BETWEEN_SENSORS: Latency = Latency::new(0.0, 0.025);
 /// Half of the step in which devices stamp the presses of their button [s].
 const MARK_SECS: f64 = 0.005;
@@ -38,8 +38,8 @@ const MARK_SECS: f64 = 0.005;
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Options for joining a session")]
 pub struct Into {
-    /// The bag of the session during which the files were recorded. Their new bag is on its clock, and itself
-    /// stays as it is
+    /// The bag of the session during which the files were recorded. The new bag uses its clock; the session's own bag
+    /// is not changed
     #[arg(id = "into", long = "into", value_name = "BAG")]
     session: Option<PathBuf>,
     /// Joins by an event that both recorded: the label of markers in the session, and after `=` that of those
@@ -76,31 +76,31 @@ fn pulse_arrival(text: &str) -> Result<Latency, String> {
     Ok(Latency::new(centre, uncertainty))
 }
 
-/// A placement, with its description for people.
+/// A placement, with its description for the user.
 pub struct Joined {
     /// Converts times of the device.
     pub session_from_device: SessionFromDevice,
-    /// Such as "placed by 612 heart beats …: within 41 ms (95 %)".
+    /// For example "placed by 612 heart beats …: within 41 ms (95 %)".
     pub words: String,
 }
 
-/// The events of one side.
+/// The events of one of the two.
 pub(super) struct Happened {
     name: String,
     at_ns: Vec<i64>,
-    /// Of acceleration, at each time.
+    /// The magnitude of acceleration at each time.
     magnitudes: Vec<f64>,
     kind: Kind,
 }
 
-/// What the events are.
+/// The kind of the events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// R waves.
     Beats,
-    /// Pulses; of the recording both the foot and the peak are known, of the session the peak.
+    /// Pulses; for the recording both foot and peak are known, for the session only the peak.
     Pulses,
-    /// Beats by the intervals of a device that sees the pulse.
+    /// Beats from the intervals of a device that measures the pulse.
     PulseIntervals,
     /// Samples of acceleration.
     Movement,
@@ -129,7 +129,7 @@ impl Into {
         self.session.as_deref()
     }
 
-    /// Finds where a recording belongs.
+    /// Finds where a recording belongs in the session.
     pub fn join(
         &self,
         bag: &Bag,
@@ -202,7 +202,7 @@ impl Into {
         }
     }
 
-    /// The movement of both, where that is asked for or their hearts can't be compared; `None` where they are.
+    /// The movement in both, where it is requested or their heart beats can't be compared; `None` where they can.
     fn of_movement(
         &self,
         bag: &Bag,

@@ -8,7 +8,7 @@ use super::imported::{DeviceRecording, Imported};
 use crate::commands::calibrate::signals::{Span, Wanted, record};
 use crate::failure::Failure;
 
-/// The least rate that shows how somebody moved [Hz].
+/// The lowest rate that shows how somebody moved [Hz].
 const LEAST_HZ: f64 = 20.0;
 /// The axes of an accelerometer.
 const AXES: usize = 3;
@@ -27,7 +27,7 @@ impl Magnitudes {
     }
 }
 
-/// The acceleration of a person in a session that is sampled most often.
+/// The person's acceleration in a session; of several streams, the one with the highest rate.
 pub(super) fn acceleration_of<'a>(bag: &'a Bag, person: &str) -> Option<&'a BagStream> {
     let is_meant = |known: &&BagStream| is_acceleration(known) && known.stream.id == person;
     bag.streams().iter().filter(is_meant).max_by_key(|known| known.messages)

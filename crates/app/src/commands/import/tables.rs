@@ -63,7 +63,7 @@ fn token(text: &str) -> Result<String, String> {
     }
 }
 
-/// The signal in a table with this name: as devices name their files.
+/// The signal in a table with this name, following the file names that devices use.
 pub fn signal_of(path: &Path) -> Option<&'static Analysis> {
     let stem = path.file_stem()?.to_string_lossy().to_ascii_lowercase();
     let words: Vec<&str> = stem.split(|each: char| !each.is_ascii_alphanumeric()).collect();
@@ -88,7 +88,7 @@ pub struct Tables {
     each: Vec<Reader>,
 }
 
-/// A description of the tables, for people.
+/// A description of the tables, for the user.
 pub struct Report(Vec<String>);
 
 impl Report {
@@ -137,7 +137,7 @@ impl Tables {
         self.each.iter().all(Reader::is_dated)
     }
 
-    /// The files, for people.
+    /// The files, for messages.
     pub fn name(&self) -> String {
         let names: Vec<String> =
             self.each.iter().map(|reader| reader.path.display().to_string()).collect();
@@ -189,7 +189,7 @@ struct Run {
 }
 
 impl Run {
-    /// Whether another follows without a gap.
+    /// Whether another run follows without a gap.
     fn goes_on_with(&self, next: &Run, rate_hz: f64) -> bool {
         let after_ns = next.first_ns.saturating_sub(self.last_ns);
         after_ns > 0 && (after_ns as f64) < GAP_PERIODS * 1e9 / rate_hz

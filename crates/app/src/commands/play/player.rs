@@ -1,4 +1,4 @@
-//! Playing: onto ROS from wherever the position is, until the end.
+//! Plays a bag onto ROS, from the current position until the end.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -18,9 +18,10 @@ use crate::output::say;
 use crate::setup::conclude;
 use crate::stop::Stop;
 
-/// How often it is looked whether the end is reached, and whether anybody still looks.
+/// How often to check whether the end is reached, and whether a browser still shows the page.
 const LOOK: Duration = Duration::from_millis(200);
-/// How long nobody has to look after the end until the command ends [looks]: a page that is loaded again is back soon.
+/// After the end, how many checks in a row must find no browser before the command ends: a page that is reloaded is
+/// back soon.
 const PATIENCE: u32 = 15;
 
 /// Plays a bag.
@@ -40,7 +41,7 @@ pub(super) struct Player {
 
 /// Why a stretch of playing ended.
 enum Ended {
-    /// It was asked to.
+    /// It was asked to stop.
     Stopped,
     /// The position was moved.
     Moved,
@@ -48,12 +49,12 @@ enum Ended {
     Over,
 }
 
-/// Resolves when it is asked to stop.
+/// Resolves when the command is asked to stop.
 type Asked = Pin<Box<dyn Future<Output = ()> + Send>>;
 
 impl Player {
-    /// Plays until the end, or until it is asked to stop; from the start of the bag or, where it is moved, from the
-    /// position.
+    /// Plays until the end, or until it is asked to stop; from the start of the bag, and from the new position whenever
+    /// it is moved.
     pub(super) async fn play(&self, is_from_start: bool, mut asked: Asked) -> Exit {
         let mut exit = Exit::Fine;
         let mut from = (!is_from_start).then(|| self.playhead.now());
@@ -113,7 +114,7 @@ impl Player {
         (ended, conclude(outcome))
     }
 
-    /// Resolves when the position is moved to another time; until then the pace is that of the position.
+    /// Resolves when the position is moved to another time; until then it keeps pace with the position.
     async fn moved(&self, jumps: u64, pace: &Pace) {
         let mut changes = self.playhead.changes();
         loop {
@@ -129,7 +130,7 @@ impl Player {
         }
     }
 
-    /// Waits for the end where nothing is published.
+    /// Waits for the end of the bag where nothing is published.
     async fn pass(&self, asked: &mut Asked) -> Ended {
         let over = async {
             while !self.playhead.is_over() {
@@ -142,8 +143,8 @@ impl Player {
         }
     }
 
-    /// Waits at the end as long as somebody looks, or until it is asked to stop where nothing else is done; returns
-    /// whether it goes on from another time.
+    /// Waits at the end as long as a browser shows the page, or, with nothing to publish, until it is asked to stop;
+    /// returns whether it goes on from another time.
     async fn is_moved(&self, asked: &mut Asked) -> bool {
         let Some(shown) = &self.shown else { return false };
         let is_only_shown = self.bus.is_none();

@@ -15,7 +15,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Those of this machine.
+    /// The cameras of this machine.
     pub fn all() -> Vec<Camera> {
         FoundCamera::all().iter().map(Camera::of).collect()
     }

@@ -16,7 +16,7 @@ pub struct Input {
 }
 
 impl Input {
-    /// Those of this machine.
+    /// The input devices of this machine.
     pub fn all() -> Vec<Input> {
         FoundInput::all().iter().map(Input::of).collect()
     }

@@ -13,7 +13,7 @@ pub struct Microphone {
 }
 
 impl Microphone {
-    /// Those of this machine.
+    /// The microphones of this machine.
     pub async fn all() -> Vec<Microphone> {
         FoundMicrophone::all().await.into_iter().map(Microphone::of).collect()
     }
@@ -26,14 +26,14 @@ impl Microphone {
         format!("  {:<38} {}", self.name, self.device)
     }
 
-    /// The lines of a study that hear it.
+    /// The lines of a study that read it.
     fn source(&self) -> String {
         let device = toml::Value::from(self.device.as_str());
         format!("[[sources]]\ntype   = \"microphone\"\nperson = \"p001\"\ndevice = {device}\n")
     }
 }
 
-/// Prints microphones, with the lines of a study that hear them.
+/// Prints microphones, with the lines of a study that read them.
 pub fn show(microphones: &[Microphone]) {
     if microphones.is_empty() {
         return;

@@ -1,4 +1,4 @@
-//! The serial ports behind which there is a device, and what that is by what the kernel knows of it.
+//! The serial ports with a device attached, and which device it is, as far as the kernel knows.
 
 use serde::Serialize;
 use teampulse_sources::serial::FoundPort;
@@ -19,7 +19,7 @@ pub struct Port {
 }
 
 impl Port {
-    /// Those of this machine.
+    /// The serial ports of this machine.
     pub fn all() -> Vec<Port> {
         FoundPort::all().iter().map(Port::of).collect()
     }
@@ -52,7 +52,7 @@ impl Port {
     }
 }
 
-/// A Shimmer is reached over a port that `rfcomm` bound, as no other wearable here is, or says its name at the USB.
+/// A Shimmer is reached over a port that `rfcomm` bound, as no other wearable here is, or gives its name over USB.
 fn is_shimmer(found: &FoundPort) -> bool {
     let is_named = |text: &str| text.to_ascii_lowercase().contains("shimmer");
     found.bluetooth.is_some() || is_named(&found.device) || is_named(&found.path.to_string_lossy())

@@ -15,7 +15,7 @@ use crate::metadata::{Version, qos};
 /// The most topics that are listed when some of their messages can't be converted.
 const MOST_LISTED: usize = 5;
 
-/// A connection, and what became of its messages.
+/// A connection, and how many of its messages could not be converted.
 pub(super) struct Connection {
     topic: String,
     /// Its channel and its type, or why its definition can't be read.
@@ -44,7 +44,7 @@ pub(super) struct Connections {
 }
 
 impl Connections {
-    /// Takes a connection record; one that was there before is passed over.
+    /// Takes a connection record; a repeated one is skipped.
     pub fn add(&mut self, fields: Fields<'_>, data: &[u8], out: &mut Out) -> Result<(), McapError> {
         let (Some(number), Some(topic)) = (fields.number("conn"), fields.text("topic")) else {
             return Ok(());

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | bag header | `index_pos` (0: it was not closed), `encryptor` | blanks |
 //! | chunk | `compression` (`none`, `bz2`, `lz4`) | connections and messages |
-//! | connection | `conn`, `topic` | `type`, `message_definition`, `latching`, as a header has them |
+//! | connection | `conn`, `topic` | `type`, `message_definition`, `latching`, as in a message header |
 //! | message | `conn`, `time` | the message |
 //! | index, chunk info | | not read: the file is read from its beginning, so that none is needed |
 //!
@@ -33,7 +33,7 @@ pub(crate) const MAGIC: &[u8] = b"#ROSBAG V";
 const VERSION: &[u8] = b"#ROSBAG V2.0\n";
 /// The most places of damage that are listed.
 const MOST_NOTES: usize = 10;
-/// Encryption that is none.
+/// The values that mean "not encrypted".
 const NOT_ENCRYPTED: [&[u8]; 2] = [b"", b"rosbag/NoEncryptor"];
 
 /// Converts the messages of a bag of ROS 1 to an MCAP file.
@@ -78,16 +78,16 @@ fn checked(file: &File) -> io::Result<Result<u64, Found>> {
     Ok(Ok(index_at.map_or(0, u64::from_le_bytes)))
 }
 
-/// A bag on its way to MCAP.
+/// A bag being converted to MCAP.
 struct Conversion {
     out: Out,
     connections: Connections,
-    /// How many more bytes are unpacked and written.
+    /// How many more bytes may be unpacked and written.
     left_bytes: u64,
     damage: Vec<String>,
-    /// The messages of connections that are nowhere in the file.
+    /// The number of messages whose connection is missing from the file.
     unknown_count: u64,
-    /// Damage beyond what is listed.
+    /// The number of damaged places beyond those listed.
     unlisted_count: u64,
     /// Whether its recorder wrote an index.
     is_closed: bool,
@@ -112,7 +112,7 @@ impl From<McapError> for Stop {
 }
 
 impl Conversion {
-    /// Reads the connections in the index, since a writer may have put them there only.
+    /// Reads the connections in the index, since a writer may have stored them only there.
     fn index(&mut self, file: &File, at: u64) -> Result<(), McapError> {
         if at == 0 {
             return Ok(());
@@ -129,7 +129,7 @@ impl Conversion {
         Ok(())
     }
 
-    /// Reads all records from the beginning, as far as they make sense.
+    /// Reads all records from the beginning, as far as they are valid.
     fn records(&mut self, file: &File) -> Result<(), McapError> {
         let mut at = VERSION.len() as u64;
         let mut read = |conversion: &mut Conversion| -> Result<(), Stop> {
@@ -164,7 +164,8 @@ impl Conversion {
         Ok(())
     }
 
-    /// Converts a chunk. While one is recorded its length is 0, and that of a file that was cut off is too long.
+    /// Converts a chunk. The length of a chunk is 0 while it is being recorded, and too large in a file that was cut
+    /// off.
     fn chunk(&mut self, records: &mut Records, head: &Head) -> Result<(), Stop> {
         let is_open = head.data_bytes == 0 && !self.is_closed;
         let is_cut = is_open || records.is_cut();

@@ -27,7 +27,7 @@ impl<'a> Fields<'a> {
         Fields(header)
     }
 
-    /// The bytes of a field; `None` if there is none, or what is before it is damaged.
+    /// The bytes of a field; `None` if there is none, or the fields before it are damaged.
     pub fn get(self, name: &str) -> Option<&'a [u8]> {
         let mut rest = self.0;
         while !rest.is_empty() {
@@ -48,7 +48,7 @@ impl<'a> Fields<'a> {
         self.get(name)?.try_into().ok().map(u32::from_le_bytes)
     }
 
-    /// A time, as seconds and nanoseconds [ns].
+    /// A time, stored as seconds and nanoseconds [ns].
     pub fn nanos(self, name: &str) -> Option<u64> {
         let (secs, nanos) = self.get(name)?.split_first_chunk::<4>()?;
         let nanos = u32::from_le_bytes(nanos.try_into().ok()?);
@@ -62,7 +62,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The next bytes, after their count of 32 bits.
+/// The next bytes, prefixed with their 32-bit count.
 fn counted<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
     let (count, behind) = rest.split_first_chunk::<4>()?;
     let (bytes, behind) = behind.split_at_checked(u32::from_le_bytes(*count) as usize)?;
@@ -83,7 +83,7 @@ pub(super) struct Records {
     length: u64,
 }
 
-/// The header of a record; its data is what the file has next.
+/// The header of a record; its data follows in the file.
 pub(super) struct Head {
     pub header: Vec<u8>,
     /// Where its data begins.
@@ -133,7 +133,7 @@ impl Records {
         self.at > self.length
     }
 
-    /// Passes over the data of the record whose header was read last.
+    /// Skips the data of the record whose header was read last.
     pub fn pass(&mut self, head: &Head) -> io::Result<()> {
         if self.is_cut() {
             return Err(io::Error::other("the file ends within a record"));

@@ -1,6 +1,6 @@
 use crate::devices::assigned;
 
-/// What can be read, written or subscribed to.
+/// The characteristics that can be read, written or subscribed to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Characteristic {
     /// Heart Rate Measurement, 0x2A37.
@@ -51,7 +51,7 @@ impl Characteristic {
         }
     }
 
-    /// That with a UUID, if an H10 has it.
+    /// The characteristic with this UUID, if an H10 has it.
     pub fn of(uuid: u128) -> Option<Self> {
         Self::ALL.into_iter().find(|one| one.uuid() == uuid)
     }

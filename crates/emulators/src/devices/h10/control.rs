@@ -13,13 +13,13 @@ pub(super) enum Kind {
 /// The features of an H10: ECG and acceleration.
 pub(super) const FEATURES: [u8; 17] = [0x0f, 0x05, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
 
-/// What is offered: kind of the setting, and its values of 16 bits.
+/// The offered settings: the kind of each, and its 16-bit values.
 type Offer = &'static [(u8, &'static [u16])];
 const ECG: Offer = &[(RATE, &[130]), (RESOLUTION, &[14])];
 const ACCELERATION: Offer =
     &[(RATE, &[25, 50, 100, 200]), (RESOLUTION, &[16]), (RANGE, &[2, 4, 8])];
 
-/// What a command asks for.
+/// A parsed command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Asked {
     Settings(Kind),
@@ -35,7 +35,7 @@ impl Kind {
         }
     }
 
-    /// As an answer lists it.
+    /// The bytes of the offer in an answer.
     pub fn offered(self) -> Vec<u8> {
         let mut bytes = Vec::new();
         for (setting, values) in self.offer() {
@@ -46,7 +46,7 @@ impl Kind {
     }
 }
 
-/// What was written, or the status with which it is refused.
+/// Parses a command; returns the status with which it is refused otherwise.
 pub(super) fn parse(command: &[u8]) -> Result<Asked, u8> {
     let &[code, measurement, ref settings @ ..] = command else { return Err(INVALID_LENGTH) };
     let kind = match measurement {
@@ -62,7 +62,7 @@ pub(super) fn parse(command: &[u8]) -> Result<Asked, u8> {
     }
 }
 
-/// The rate among the settings of a start, of which each has one value that is offered.
+/// The rate among the settings of a start, each of which has one of the offered values.
 fn rate(kind: Kind, settings: &[u8]) -> Result<u16, u8> {
     let (settings, []) = settings.as_chunks::<4>() else { return Err(INVALID_LENGTH) };
     let mut rate_hz = None;

@@ -1,7 +1,7 @@
 //! A Polar H10: heart rate, battery, device information, and the Polar Measurement Data service.
 //!
-//! From Polar's *Online measurement* specification 1.0 and known issues, and from what independent clients (bleakheart,
-//! polar-python) accept. Where the documents are silent, the choice is written at its constant.
+//! Based on Polar's *Online measurement* specification 1.0 and known issues, and on what independent clients
+//! (bleakheart, polar-python) accept. Where the documents are silent, the choice is documented at its constant.
 
 mod control;
 mod stream;

@@ -3,27 +3,27 @@ use serde::Deserialize;
 
 use crate::devices::pmd::MTU;
 
-/// What an H10 is like.
+/// The properties of an emulated H10.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct H10Settings {
-    /// How much faster than true its clock runs: 0.02 for 2 %.
+    /// How much too fast its clock runs: 0.02 for 2 %.
     pub clock_fast: f64,
-    /// The first frame begins this long after its start \[s\]; up to 30 s are known.
+    /// The first frame begins this long after its start \[s\]; up to 30 s have been observed.
     pub start_delay_secs: f64,
     /// The MTU of the link.
     pub mtu: u16,
-    /// What goes wrong, in the order of time.
+    /// Faults, in order of time.
     #[serde(rename = "faults")]
     pub incidents: Vec<Incident>,
-    /// Of the noise off the skin.
+    /// The seed of the noise while it is off the skin.
     pub seed: u64,
-    /// Printed on it, and part of its name.
+    /// The ID, which is printed on it and part of its name.
     #[serde(skip)]
     pub serial: String,
-    /// Of its battery, when it is switched on.
+    /// The charge of its battery when it is switched on.
     pub battery_percent: f64,
-    /// How fast that falls: 400 hours last by the maker's word.
+    /// How fast that falls: the manufacturer states 400 hours.
     pub drain_percent_per_hour: f64,
 }
 
@@ -42,17 +42,17 @@ impl Default for H10Settings {
     }
 }
 
-/// Something that goes wrong at a moment.
+/// A fault at a given time.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Incident {
-    /// From when on \[s\].
+    /// When it begins \[s\].
     pub at_secs: f64,
-    /// What.
+    /// The fault.
     pub fault: Fault,
 }
 
-/// What may go wrong.
+/// The possible faults.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Fault {
@@ -68,7 +68,7 @@ pub enum Fault {
     ClockSet(u64),
     /// The next answer is not sent.
     LostAnswer,
-    /// The next answer comes this much later \[s\].
+    /// The next answer is delayed by this much \[s\].
     LateAnswer(f64),
     /// The next command is answered with success and not carried out.
     FalseAnswer,

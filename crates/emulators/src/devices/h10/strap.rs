@@ -8,13 +8,13 @@ use crate::devices::pmd::{self, ALREADY_IN_STATE, INVALID_MTU};
 use crate::devices::{AttError, Wearer};
 use crate::noise::Noise;
 
-/// Off the skin an H10 without streams ends its link after this \[s\] (known issues of Polar's SDK).
+/// An H10 that is off the skin and has no streams closes its link after this time \[s\] (known issues of Polar's SDK).
 const OFF_SKIN_SECS: f64 = 45.0;
 
-/// An answer comes after this \[s\].
+/// The delay of an answer \[s\].
 const ANSWER_SECS: f64 = 0.02;
 
-/// What an H10 sends.
+/// An output of an H10.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sent {
     /// A notification or indication, at a time \[s\].
@@ -41,7 +41,7 @@ pub struct H10 {
 }
 
 impl H10 {
-    /// Switched on, with nobody connected.
+    /// An H10 that is switched on, with nobody connected.
     pub fn new(settings: H10Settings) -> Self {
         Self {
             noise: Noise::seeded(settings.seed),
@@ -59,13 +59,13 @@ impl H10 {
         }
     }
 
-    /// The link was lost: subscriptions end, and what streams goes on streaming.
+    /// Ends the link: subscriptions end, and active streams continue.
     pub fn disconnect(&mut self) {
         self.subscribed.clear();
         self.answers.clear();
     }
 
-    /// Whether anything streams: it would go on until the battery is empty.
+    /// Whether any stream is active: it would continue until the battery is empty.
     pub fn is_streaming(&self) -> bool {
         !self.streams.is_empty()
     }
@@ -101,7 +101,7 @@ impl H10 {
         }
     }
 
-    /// What it is like.
+    /// Its settings.
     pub const fn settings(&self) -> &H10Settings {
         &self.settings
     }
@@ -126,7 +126,7 @@ impl H10 {
         Ok(())
     }
 
-    /// By which the next answer is late.
+    /// The delay of the next answer.
     fn delay_secs(&mut self) -> f64 {
         let delay =
             |fault: &Fault| if let Fault::LateAnswer(secs) = fault { Some(*secs) } else { None };
@@ -162,7 +162,7 @@ impl H10 {
         1.0 + self.settings.clock_fast
     }
 
-    /// What it sends until then, in the order of time.
+    /// What it sends until then, in order of time.
     pub fn until(&mut self, secs: f64, wearer: &mut dyn Wearer) -> Vec<Sent> {
         let mut sent = Vec::new();
         while let Some((at_secs, next)) = self.next().filter(|(at_secs, _)| *at_secs <= secs) {
@@ -184,7 +184,7 @@ impl H10 {
         sent
     }
 
-    /// What happens next, and when; the first of what happens together.
+    /// The next thing to happen, and when; the first of those at the same time.
     fn next(&self) -> Option<(f64, Next)> {
         let incident = self.settings.incidents.first().map(|one| (one.at_secs, Next::Incident));
         let answer = self.answers.first().map(|(at_secs, _)| (*at_secs, Next::Answer));
@@ -210,7 +210,7 @@ impl H10 {
         }
     }
 
-    /// Whether a fault that waits for its moment strikes now.
+    /// Whether a pending fault occurs now.
     fn strikes(&mut self, fault: Fault) -> bool {
         let found = self.armed.iter().position(|armed| *armed == fault);
         found.map(|at| self.armed.remove(at)).is_some()
@@ -275,7 +275,7 @@ enum Next {
     LinkLost,
 }
 
-/// What electrodes in the air see: noise of some millivolts.
+/// Electrodes in the air: they record noise of a few millivolts.
 struct OffSkin<'a>(&'a mut Noise);
 
 impl Wearer for OffSkin<'_> {

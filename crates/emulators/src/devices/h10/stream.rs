@@ -2,25 +2,25 @@ use super::control::Kind;
 use crate::devices::Wearer;
 use crate::devices::pmd::POWER_ON_NS;
 
-/// A measurement that is on.
+/// An active measurement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stream {
     pub kind: Kind,
-    /// By the strap's own quartz \[Hz\].
+    /// The rate by the strap's own quartz \[Hz\].
     rate_hz: f64,
     /// When its first sample was taken, in true time.
     began_secs: f64,
-    /// Samples that were sent or lost.
+    /// The number of samples that were sent or lost.
     taken: u64,
 }
 
 impl Stream {
-    /// `quartz` is how much faster than true the strap's clock is: 1.02 for 2 %.
+    /// `quartz` is the speed of the strap's clock: 1.02 if it is 2 % too fast.
     pub fn new(kind: Kind, rate_hz: u16, began_secs: f64, quartz: f64) -> Self {
         Self { kind, rate_hz: f64::from(rate_hz) * quartz, began_secs, taken: 0 }
     }
 
-    /// As many as fit into a packet of 232 bytes.
+    /// The number of samples that fit into a packet of 232 bytes.
     const fn samples_per_frame(self) -> u64 {
         match self.kind {
             Kind::Ecg => 73,
@@ -37,7 +37,7 @@ impl Stream {
         self.secs_of(self.taken + self.samples_per_frame() - 1)
     }
 
-    /// The frame that is due, stamped by the strap's clock, which ran since power-on.
+    /// The frame that is due, stamped by the strap's clock, which has run since power-on.
     pub fn frame(&mut self, wearer: &mut dyn Wearer, quartz: f64, set_by_ns: u64) -> Vec<u8> {
         let stamp_ns = POWER_ON_NS + set_by_ns + (self.due_secs() * quartz * 1e9).round() as u64;
         let (kind, frame_type) = match self.kind {

@@ -3,26 +3,26 @@ use serde::Deserialize;
 
 use crate::devices::Wearer;
 
-/// Without a command that keeps it awake it sleeps after this \[s\] (Open-Myo 3).
+/// The time after which it sleeps, unless a command keeps it awake \[s\] (Open-Myo 3).
 const AWAKE_SECS: f64 = 30.0;
 
-/// Between two EMG notifications, of two samples each \[s\].
+/// The time between two EMG notifications, of two samples each \[s\].
 const EMG_SECS: f64 = 0.01;
 
-/// Between two notifications of the IMU \[s\].
+/// The time between two IMU notifications \[s\].
 const IMU_SECS: f64 = 0.02;
 
-/// Something that goes wrong at a moment.
+/// A fault at a given time.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MyoIncident {
-    /// From when on \[s\].
+    /// When it begins \[s\].
     pub at_secs: f64,
-    /// What.
+    /// The fault.
     pub fault: MyoFault,
 }
 
-/// What may go wrong, or happen.
+/// A fault, or another occurrence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MyoFault {
@@ -43,7 +43,7 @@ pub struct Myo {
     incidents: Vec<MyoIncident>,
     vibrations: u32,
     now_secs: f64,
-    /// EMG, IMU, classifier, as set.
+    /// The modes of EMG, IMU and classifier.
     mode: [u8; 3],
     subscribed: Vec<u16>,
     awake_until_secs: f64,
@@ -54,12 +54,12 @@ pub struct Myo {
 }
 
 impl Myo {
-    /// Switched on and still, with what goes wrong, in the order of time.
+    /// A Myo that is switched on and at rest, with faults in order of time.
     pub fn new(incidents: Vec<MyoIncident>) -> Self {
         Self { incidents, ..Self::default() }
     }
 
-    /// How often it vibrated.
+    /// The number of vibrations so far.
     pub const fn vibrations(&self) -> u32 {
         self.vibrations
     }
@@ -76,12 +76,12 @@ impl Myo {
         self.subscribed.retain(|one| *one != characteristic);
     }
 
-    /// The link ended: subscriptions end, and what streams goes on streaming.
+    /// Ends the link: subscriptions end, and active streams continue.
     pub fn disconnect(&mut self) {
         self.subscribed.clear();
     }
 
-    /// Takes a command; `false` for one whose length is wrong.
+    /// Carries out a command; returns `false` if its length is wrong.
     pub fn write(&mut self, command: &[u8]) -> bool {
         let [code, length, payload @ ..] = command else { return false };
         if payload.len() != usize::from(*length) {
@@ -99,7 +99,7 @@ impl Myo {
         true
     }
 
-    /// Whether anything is sent: it empties the battery.
+    /// Whether anything is being sent, which empties the battery.
     pub fn is_streaming(&self) -> bool {
         self.mode != [0; 3]
     }
@@ -142,7 +142,7 @@ impl Myo {
         sends.then_some((characteristic, value))
     }
 
-    /// Two samples, by the four characteristics in turns.
+    /// Two samples, on the four characteristics in turn.
     fn emg(&mut self, wearer: &mut dyn Wearer) -> Option<MyoSent> {
         let characteristic = 0x0105 + 0x0100 * (self.emg_sent % 4) as u16;
         self.emg_sent += 1;
@@ -158,7 +158,7 @@ impl Myo {
         self.send(characteristic, matches!(self.mode[0], 2 | 3), value)
     }
 
-    /// Upright and still, with the acceleration of who wears it.
+    /// The IMU data: upright and still, with the acceleration of the wearer.
     fn imu(&mut self, wearer: &mut dyn Wearer) -> Option<MyoSent> {
         self.imu_sent += 1;
         let acceleration =

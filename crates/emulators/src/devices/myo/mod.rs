@@ -1,6 +1,6 @@
 //! A Myo armband.
 //!
-//! From its maker's header, and from what dl-myo accepts: little endian, whatever the header says.
+//! Based on its maker's header, and on what dl-myo accepts: little endian, despite the header.
 
 mod armband;
 mod peripheral;

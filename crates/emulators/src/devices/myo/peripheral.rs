@@ -14,7 +14,7 @@ const INFORMATION: [u8; 20] =
 /// Firmware 1.5.1970 on hardware of revision D.
 const FIRMWARE: [u16; 4] = [1, 5, 1970, 2];
 
-/// With the handles of a Myo (dl-myo's profile).
+/// The services, with the handles of a Myo (dl-myo's profile).
 const SERVICES: &[Service] = &[
     Service {
         handle: 0x0c,
@@ -77,7 +77,7 @@ fn number(of: u128) -> Option<u16> {
     (uuid(number) == of).then_some(number)
 }
 
-/// What permits to subscribe.
+/// The property that permits subscribing.
 fn notifies(characteristic: u128) -> bool {
     let mut entries = SERVICES.iter().flat_map(|service| service.characteristics);
     entries.any(|entry| {

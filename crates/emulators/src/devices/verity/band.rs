@@ -7,17 +7,18 @@ use crate::devices::pmd::{ALREADY_IN_STATE, answer};
 use crate::devices::{AttError, Characteristic, Notice, Wearer};
 use crate::noise::Noise;
 
-/// An answer comes after this \[s\].
+/// The delay of an answer \[s\].
 const ANSWER_SECS: f64 = 0.02;
-/// Between two notifications of the heart rate, and between two heart rates while intervals are measured \[s\].
+/// The time between two notifications of the heart rate, and between two heart rates while intervals are measured
+/// \[s\].
 const HEART_RATE_SECS: f64 = 1.0;
 const SLOW_HEART_RATE_SECS: u64 = 5;
-/// The beats that a heart rate is the mean of \[s\].
+/// The time over which a heart rate is averaged \[s\].
 const HEART_RATE_OF_SECS: f64 = 5.0;
 
 /// A Verity Sense or OH1. Times are true seconds since it was switched on, and never go back.
 ///
-/// Streams go on when the link is lost, as those of an H10 do: the documents are silent.
+/// Streams continue when the link is lost, as those of an H10 do: the documents do not mention this.
 #[derive(Debug)]
 pub struct Verity {
     settings: VeritySettings,
@@ -46,7 +47,7 @@ enum Next {
 }
 
 impl Verity {
-    /// Switched on, with nobody connected.
+    /// A sensor that is switched on, with nobody connected.
     pub fn new(settings: VeritySettings) -> Self {
         Self {
             noise: Noise::seeded(settings.seed),
@@ -66,12 +67,12 @@ impl Verity {
         }
     }
 
-    /// What it is like.
+    /// Its settings.
     pub const fn settings(&self) -> &VeritySettings {
         &self.settings
     }
 
-    /// Whether anything streams.
+    /// Whether any stream is active.
     pub fn is_streaming(&self) -> bool {
         !self.streams.is_empty() || self.pulses.is_some()
     }
@@ -109,7 +110,7 @@ impl Verity {
         }
     }
 
-    /// A command; its answer is sent a little later.
+    /// Takes a command; its answer is sent a little later.
     pub(super) fn command(&mut self, command: &[u8]) -> Result<(), AttError> {
         if !self.subscribed.contains(&Characteristic::Control) {
             return Err(AttError::NotSubscribed);
@@ -180,7 +181,7 @@ impl Verity {
         sent
     }
 
-    /// What happens next, and when; the first of what happens together.
+    /// The next thing to happen, and when; the first of those at the same time.
     fn next(&self) -> Option<(f64, Next)> {
         let incident = self.settings.incidents.first().map(|one| (one.at_secs, Next::Incident));
         let answer = self.answers.first().map(|(at_secs, _)| (*at_secs, Next::Answer));
@@ -207,7 +208,7 @@ impl Verity {
         None
     }
 
-    /// What it reports when it stops by itself: the code of a request for settings, and what was stopped.
+    /// The report when it stops by itself: the code of a request for settings, and the stopped measurements.
     fn stop_by_itself(&mut self) -> Option<Notice> {
         let mut report = vec![0x01];
         report.extend(self.streams.drain(..).map(|stream| stream.kind as u8));
@@ -215,7 +216,7 @@ impl Verity {
         if report.len() > 1 { self.send(Characteristic::Control, report) } else { None }
     }
 
-    /// Whether a fault that waits for its moment strikes now.
+    /// Whether a pending fault occurs now.
     fn strikes(&mut self, fault: VerityFault) -> bool {
         let found = self.armed.iter().position(|armed| *armed == fault);
         found.map(|at| self.armed.remove(at)).is_some()
@@ -263,7 +264,7 @@ impl Verity {
         frames.into_iter().filter_map(|frame| self.data(frame)).collect()
     }
 
-    /// A frame on its way, which may go wrong.
+    /// Sends a frame, to which faults may apply.
     fn data(&mut self, mut frame: Vec<u8>) -> Option<Notice> {
         if self.strikes(VerityFault::LostFrame) || self.is_stalled {
             return None;
@@ -287,7 +288,7 @@ impl Verity {
     }
 }
 
-/// What a sensor in the air sees: the light of the room.
+/// A sensor in the air: it records the light of the room.
 struct OffSkin<'a>(&'a mut Noise);
 
 impl Wearer for OffSkin<'_> {

@@ -15,10 +15,10 @@ pub(super) enum Kind {
 /// The features that are emulated: PPG, acceleration and intervals between pulses, which an OH1 reports (issue 213).
 pub(super) const FEATURES: [u8; 17] = [0x0f, 0x0e, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
 
-/// The factor of PPG in the answer to its start: 1, as a number of IEEE 754 (issue 226).
+/// The factor of PPG in the answer to its start: 1, as an IEEE 754 number (issue 226).
 const PPG_STARTED: [u8; 6] = [FACTOR, 1, 0x00, 0x00, 0x80, 0x3f];
 
-/// What a command asks for.
+/// A parsed command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Asked {
     Settings(Kind),
@@ -26,7 +26,7 @@ pub(super) enum Asked {
     Stop(Kind),
 }
 
-/// What is offered: kinds of settings, of which each has one value.
+/// The offered settings: the kind of each, and its single value.
 type Offer = [(u8, u16)];
 
 impl Kind {
@@ -52,7 +52,7 @@ impl Kind {
         }
     }
 
-    /// As an answer lists it.
+    /// The bytes of the offer in an answer.
     pub fn offered(self, model: VerityModel, reports_false_rate: bool) -> Vec<u8> {
         let mut bytes = Vec::new();
         for (setting, value) in self.offer(model, reports_false_rate) {
@@ -69,12 +69,12 @@ impl Kind {
     }
 }
 
-/// The bytes of a value.
+/// The size of a value in bytes.
 const fn width(setting: u8) -> usize {
     if setting == CHANNELS { 1 } else { 2 }
 }
 
-/// What was written, or the status with which it is refused.
+/// Parses a command; returns the status with which it is refused otherwise.
 pub(super) fn parse(
     command: &[u8],
     model: VerityModel,
@@ -93,7 +93,7 @@ pub(super) fn parse(
     }
 }
 
-/// Whether a start has a rate where one is offered, and each of its settings has the value that is offered.
+/// Whether a start has a rate if one is offered, and each of its settings has the offered value.
 fn accept(offer: &Offer, mut settings: &[u8]) -> Result<(), u8> {
     let mut has_rate = offer.is_empty();
     while !settings.is_empty() {

@@ -1,9 +1,9 @@
 //! A Polar Verity Sense or OH1: an optical sensor on the arm with heart rate, battery, device information, and pulse
 //! wave, intervals between pulses and acceleration of the Polar Measurement Data service.
 //!
-//! From Polar's *Online measurement* specification 1.0 and its SDK's pages on both products, on PPI data and known
-//! issues; bytes that real sensors sent are in issues 226 (PPG), 311 (intervals) and 331 (acceleration) of
-//! github.com/polarofficial/polar-ble-sdk. Where these are silent, the choice is written at its constant. The Verity
+//! Based on Polar's *Online measurement* specification 1.0 and its SDK's pages on both products, on PPI data and on
+//! known issues; bytes that real sensors sent are in issues 226 (PPG), 311 (intervals) and 331 (acceleration) of
+//! github.com/polarofficial/polar-ble-sdk. Where these are silent, the choice is documented at its constant. The Verity
 //! Sense's gyroscope, magnetometer and SDK mode are left out.
 
 mod settings;

@@ -1,7 +1,7 @@
 use super::control::Kind;
 use crate::devices::Wearer;
 
-/// Pulses are looked for in spans of this length, of which the first is reported this long after the start (Polar's
+/// Pulses are detected in spans of this length; the first is reported this long after the start (Polar's
 /// pages on the Verity Sense and OH1; issue 535).
 const SPAN_SECS: f64 = 5.0;
 const FIRST_SECS: f64 = 25.0;
@@ -9,10 +9,10 @@ const FIRST_SECS: f64 = 25.0;
 const ARRIVAL_SECS: f64 = 0.2;
 /// The longest interval between pulses.
 const LONGEST_SECS: f64 = 2.5;
-/// The error that it estimates, at rest and while the arm moves \[ms\]: issue 311 shows 4 to 10 at rest.
+/// Its estimated error, at rest and while the arm moves \[ms\]: issue 311 shows 4 to 10 at rest.
 const ERROR_MS: u16 = 6;
 const MOVING_ERROR_MS: u16 = 200;
-/// Flags: the arm moves; the sensor touches the skin; it can say so.
+/// Flags: the arm moves; the sensor touches the skin; contact is detected.
 const MOVING: u8 = 1;
 const CONTACT: u8 = 6;
 

@@ -12,7 +12,7 @@ pub enum VerityModel {
 }
 
 impl VerityModel {
-    /// As it is advertised, without its number.
+    /// The advertised name, without its number.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::VeritySense => "Polar Sense",
@@ -29,27 +29,27 @@ impl VerityModel {
     }
 }
 
-/// What a Verity Sense or OH1 is like.
+/// The properties of an emulated Verity Sense or OH1.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct VeritySettings {
-    /// How much faster than true its clock runs: 0.02 for 2 %.
+    /// How much too fast its clock runs: 0.02 for 2 %.
     pub clock_fast: f64,
     /// Whether a Verity Sense reports 135 Hz for its PPG of 55 Hz, as before firmware 2.1.0.
     pub reports_false_rate: bool,
-    /// Of its battery, when it is switched on.
+    /// The charge of its battery when it is switched on.
     pub battery_percent: f64,
-    /// How fast that falls: by default 20 hours last, by the maker's word of a Verity Sense.
+    /// How fast that falls: by default 20 hours, as the manufacturer states for a Verity Sense.
     pub drain_percent_per_hour: f64,
-    /// What goes wrong, in the order of time.
+    /// Faults, in order of time.
     #[serde(rename = "faults")]
     pub incidents: Vec<VerityIncident>,
-    /// Of the noise off the skin.
+    /// The seed of the noise while it is off the skin.
     pub seed: u64,
     /// Which sensor it is.
     #[serde(skip)]
     pub model: VerityModel,
-    /// Printed on it, and part of its name.
+    /// The ID, which is printed on it and part of its name.
     #[serde(skip)]
     pub serial: String,
 }
@@ -69,17 +69,17 @@ impl Default for VeritySettings {
     }
 }
 
-/// Something that goes wrong at a moment.
+/// A fault at a given time.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VerityIncident {
-    /// From when on \[s\].
+    /// When it begins \[s\].
     pub at_secs: f64,
-    /// What.
+    /// The fault.
     pub fault: VerityFault,
 }
 
-/// What may go wrong.
+/// The possible faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum VerityFault {
@@ -93,7 +93,7 @@ pub enum VerityFault {
     LostAnswer,
     /// It stops all streams by itself, and reports it, as when its button is pressed.
     Stopped,
-    /// The arm moves: intervals between pulses are marked as useless.
+    /// The arm moves: intervals between pulses are marked as unusable.
     Moving,
     /// The arm is still again.
     Still,

@@ -4,31 +4,31 @@ use super::delta::compress;
 use crate::devices::Wearer;
 use crate::devices::pmd::{MTU, POWER_ON_NS};
 
-/// A value has three bytes less than the MTU.
+/// The most bytes in a value: three less than the MTU.
 const MOST_BYTES: usize = MTU as usize - 3;
 
-/// Counts of the green light: of a sensor on the skin, by how much a pulse changes them, and the ambient light. Of the
-/// size that issue 445 shows; each pair of light and sensor sees a little more or less.
+/// Counts of the green light: for a sensor on the skin, their change by a pulse, and the ambient light. Magnitudes as
+/// in issue 445; each pair of light and sensor reads a little more or less.
 const LIGHT: f64 = 430_000.0;
 const LIGHT_OF_PULSE: f64 = 40_000.0;
 const GAINS: [f64; 3] = [1.0, 0.87, 1.02];
 const AMBIENT: i32 = 184_000;
 
-/// A measurement of samples that is on.
+/// An active measurement of samples.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stream {
     pub kind: Kind,
     model: VerityModel,
-    /// By the sensor's own quartz \[Hz\].
+    /// The rate by the sensor's own quartz \[Hz\].
     rate_hz: f64,
     /// When its first sample was taken, in true time.
     began_secs: f64,
-    /// Samples that were sent or lost.
+    /// The number of samples that were sent or lost.
     taken: u64,
 }
 
 impl Stream {
-    /// `quartz` is how much faster than true the sensor's clock is: 1.02 for 2 %.
+    /// `quartz` is the speed of the sensor's clock: 1.02 if it is 2 % too fast.
     pub fn new(kind: Kind, model: VerityModel, began_secs: f64, quartz: f64) -> Self {
         // What it truly is, whatever is reported.
         let rate_hz = match (kind, model) {
@@ -40,7 +40,7 @@ impl Stream {
         Self { kind, model, rate_hz: rate_hz * quartz, began_secs, taken: 0 }
     }
 
-    /// As real ones send (issues 317 and 318).
+    /// The number that real ones send (issues 317 and 318).
     const fn samples_per_frame(self) -> u64 {
         match (self.kind, self.model) {
             (Kind::Ppg, VerityModel::VeritySense) => 42,
@@ -59,7 +59,7 @@ impl Stream {
         self.secs_of(self.taken + self.samples_per_frame() - 1)
     }
 
-    /// The frame that is due; two or more where compression does not make it small enough for a packet.
+    /// The frame that is due; two or more if compression does not make it small enough for a packet.
     pub fn frames(&mut self, wearer: &mut dyn Wearer, quartz: f64) -> Vec<Vec<u8>> {
         let from = self.taken;
         self.taken += self.samples_per_frame();
@@ -99,14 +99,14 @@ impl Stream {
     }
 }
 
-/// Three times green light through the skin, and ambient light.
+/// Three values of green light through the skin, and ambient light.
 fn light(secs: f64, wearer: &mut dyn Wearer) -> [i32; 4] {
     let counts = LIGHT + LIGHT_OF_PULSE * wearer.light(secs);
     let [one, two, three] = GAINS.map(|gain| (gain * counts).round() as i32);
     [one, two, three, AMBIENT]
 }
 
-/// In mg, within the range of 8 g.
+/// The acceleration in mg, within the range of 8 g.
 fn acceleration(secs: f64, wearer: &mut dyn Wearer) -> [i32; 3] {
     wearer.acceleration_mg(secs).map(|mg| mg.round().clamp(-8000.0, 8000.0) as i32)
 }

@@ -1,4 +1,4 @@
-//! Where the mean of a raw signal means nothing, and why.
+//! For which raw signals the mean is meaningless, and why.
 
 use teampulse_core::stream::{About, Signal, Stream};
 

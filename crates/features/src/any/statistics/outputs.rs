@@ -7,7 +7,7 @@ use super::meaning::caution;
 use super::values::{STATISTICS, Unit};
 use crate::over::OVER_PHASES;
 
-/// The recipe, from which a reader can compute the same.
+/// The recipe, from which a reader can reproduce the values.
 const RECIPE: &str = "mean; sd: standard deviation over n − 1; median; mad: median absolute deviation from the \
     median, not scaled; minimum; maximum; slope: rise of the least-squares line; all of every usable sample; \
     …_difference: the value less that of the newest phase named baseline that is over";

@@ -17,7 +17,7 @@ const EVENTS: StreamId = StreamId(1);
 const RATE_HZ: f64 = 10.0;
 const NAME: &str = "/humans/persons/p1/device/signal";
 
-/// A stream of a person beside a session's phases.
+/// A stream of a person in a session with phases.
 struct Scene {
     extractor: Box<dyn Extractor>,
     out: Outputs,
@@ -73,7 +73,7 @@ impl Scene {
         self.take(secs, Data::Wave(wave));
     }
 
-    /// A sample each 100 ms.
+    /// Pushes a sample every 100 ms.
     fn run(&mut self, tenths: std::ops::Range<i32>, number: impl Fn(i32) -> f64) {
         for tenth in tenths {
             self.wave(f64::from(tenth) / 10.0, 1, &[number(tenth)]);

@@ -35,7 +35,7 @@ struct Work {
     held: Held,
     left_out: LeftOut,
     windows: Vec<OutputId>,
-    /// The statistics of the newest baseline that is over.
+    /// The statistics of the newest finished baseline.
     baseline: Option<Vec<Value>>,
 }
 
@@ -46,7 +46,7 @@ impl TrackedStream {
         TrackedStream { stream, subject, windows_secs, work: None, reported_phases }
     }
 
-    /// Takes in a declaration of the stream: only other channels start the statistics again.
+    /// Takes in a declaration of the stream: only different channels restart the statistics.
     pub(super) fn join(&mut self, stream: &Stream, out: &mut Outputs) {
         let names = |of: &Stream| {
             of.channels.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>()
@@ -76,7 +76,7 @@ impl TrackedStream {
         Rolling::new(self.stream.rate_hz, self.stream.channels.len(), &paces, HOP_NS)
     }
 
-    /// Takes in a sample of the stream, in its turn or late.
+    /// Takes in a sample of the stream, on time or late.
     pub(super) fn push(&mut self, sample: &Sample, phases: &Phases, out: &mut Outputs) {
         let Some(mut work) = self.work.take() else { return };
         // A sample with another number of channels than declared counts as missing.

@@ -21,9 +21,9 @@ pub(super) const STATISTICS: [(&str, Unit); 7] = [
 /// The unit of a value.
 #[derive(Clone, Copy)]
 pub(super) enum Unit {
-    /// That of the channel.
+    /// The unit of the channel.
     Own,
-    /// That of the channel in each second.
+    /// The unit of the channel per second.
     PerSecond,
 }
 

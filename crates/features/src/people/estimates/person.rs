@@ -18,10 +18,10 @@ use super::reports::{JUST_ENDED_NS, Reports, Stretch};
 use crate::people::state::measures_of;
 use crate::value::{Value, moment, window_of};
 
-/// How long after its end a phase waits for reports about it [ns]: as long as they count, and are on their
-/// way.
+/// How long after its end a phase waits for reports about it [ns]: as long as they are accepted, plus their transit
+/// time.
 const LISTENING_NS: i64 = JUST_ENDED_NS + 1_000_000_000;
-/// A phase is reported this long after its end at the latest [ns]: its state takes up to 12 s.
+/// The latest time after its end at which a phase is reported [ns]: its state takes up to 12 s.
 const PATIENCE_NS: i64 = JUST_ENDED_NS + 5_000_000_000;
 
 /// The number of newest phases that are held.

@@ -9,7 +9,7 @@ use teampulse_signal::statistics::Comparison;
 
 use crate::value::Value;
 
-/// The uncertainty of such an index: with a normal error of this standard deviation, three classes on
+/// The uncertainty of an index: with a normal error of this standard deviation, three classes on
 /// [0..1] are classified correctly in 72 % of cases, the best published result within people: (1/6)/Φ⁻¹((3
 /// · 0.72 + 1)/4).
 pub(super) const LEAST_SIGMA: f64 = 0.21;
@@ -23,17 +23,17 @@ const SPREAD_OF_ONE: f64 = 0.5;
 type Sign = (&'static str, f64);
 
 /// Mehler et al. (2012): heart rate rises; Task Force (1996) and Luque-Casado et al. (2016): RMSSD
-/// falls; Grassmann et al. (2016): breath becomes faster.
+/// falls; Grassmann et al. (2016): breathing becomes faster.
 const OF_WORKLOAD: &[Sign] = &[("heart_rate", 1.0), ("ln_rmssd", -1.0), ("breathing_rate", 1.0)];
 /// Boucsein et al. (2012): level and responses of the skin rise.
 const OF_AROUSAL: &[Sign] = &[("skin_level", 1.0), ("response_rate", 1.0)];
 
-/// The estimates from the body.
+/// The estimates from physiological measures.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Physiology {
     pub(super) workload: Value,
     pub(super) arousal: Value,
-    /// The share of the measures that is known [0..1].
+    /// The share of the measures that are known [0..1].
     pub(super) coverage: f64,
     /// The quality of their data [0..1].
     pub(super) quality: f64,
@@ -72,7 +72,7 @@ impl Reading {
         Reading { workload: places(OF_WORKLOAD), arousal: places(OF_AROUSAL) }
     }
 
-    /// The estimates from a state; windows themselves scatter by this many standard deviations.
+    /// The estimates from a state; the windows themselves scatter by this many standard deviations.
     pub(super) fn read(&self, state: &FeatureValues, scatter: f64) -> Physiology {
         let index = |places: &[Place]| index(places.iter().map(|place| place.z(state)), scatter);
         Physiology {
@@ -99,7 +99,7 @@ impl Place {
     }
 }
 
-/// The index of measures [0..1]: the mean of z/(|z| + 3), held at 0 from below.
+/// The index of measures [0..1]: the mean of z/(|z| + 3), clamped at 0 from below.
 ///
 /// Its variance: the least one, plus that of the mean of the measures, from their differences and from
 /// the uncertainties of their baselines and windows.

@@ -1,4 +1,4 @@
-//! A person's reports of the own workload.
+//! A person's reports of their own workload.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use teampulse_signal::estimate::Estimate;
 use super::physiology::LEAST_SIGMA;
 use crate::value::Value;
 
-/// How long after the end of a phase a report still is about it, not about the one that began [ns].
+/// How long after the end of a phase a report is still about that phase, not about the next one [ns].
 pub(super) const JUST_ENDED_NS: i64 = 10_000_000_000;
 /// The number of newest reports that are held.
 const MOST: usize = 16;
@@ -25,7 +25,7 @@ pub(super) struct Reports {
 #[derive(Clone, Copy, Debug)]
 struct Report {
     at: Time,
-    /// 0 where it was 1 (idle), 1 where it was 5 (too much).
+    /// The reported workload: 0 for 1 (idle), 1 for 5 (too much).
     workload: f64,
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    /// The share of it that lies within another [0..1].
+    /// The share of it that lies within another span [0..1].
     fn share_in(self, other: Stretch) -> f64 {
         let (begin, end) = (self.begin.max(other.begin), self.end.min(other.end));
         let length_secs = self.end.secs_since(self.begin);
@@ -130,7 +130,7 @@ mod tests {
         reports
     }
 
-    /// Phases of a minute, one after the other.
+    /// Successive phases of one minute.
     fn phases() -> Vec<Phase> {
         let phase = |number: i32| Phase {
             label: format!("{number}"),

@@ -39,7 +39,7 @@ fn states(window: Window) -> Stream {
     Stream { channels, ..stream }
 }
 
-/// A state in which each measure is as far from the baseline; NaN is a gap.
+/// A state with these z values of each measure; NaN is a gap.
 fn state(secs: f64, z: [f64; 5]) -> Data {
     let values: Vec<f64> = z.iter().flat_map(|&z| [z, z]).collect();
     Data::Feature(Arc::new(FeatureValues {

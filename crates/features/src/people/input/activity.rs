@@ -15,7 +15,7 @@ use teampulse_signal::window;
 use crate::over::{OVER_PHASES, ReportedPhases, measured_span};
 use crate::value::{Value, defined, window_of};
 
-/// The most moments of a window that are counted separately; events at one moment are added up.
+/// The most distinct times in a window that are counted separately; events at the same time are added up.
 const MOST_MOMENTS: usize = 600;
 /// The most events of a phase that are kept.
 const MOST_OF_PHASE: usize = 20_000;
@@ -42,7 +42,7 @@ struct Source {
     is_timed: bool,
 }
 
-/// The input at one moment.
+/// The input at one time.
 #[derive(Clone, Copy, Debug, Default)]
 struct Deeds {
     count: u32,
@@ -129,7 +129,7 @@ impl Activity {
         out.emit(output, Time::from_nanos(span.end_ns), data);
     }
 
-    /// The reason for a missing reaction time where there was no reaction.
+    /// The reason for a missing reaction time if there was no reaction.
     fn unreacted(&self) -> Reason {
         let is_timed = self.sources.iter().any(|source| source.is_timed);
         if is_timed { Reason::Nothing } else { Reason::Missing }
@@ -165,8 +165,7 @@ impl Deeds {
     }
 }
 
-/// The values of a window or phase; `unreacted` is the reason for a missing reaction time where there
-/// was no reaction.
+/// The values of a window or phase; `unreacted` is the reason for a missing reaction time if there was no reaction.
 fn summary<'a>(
     deeds: impl Iterator<Item = &'a Deeds>,
     secs: f64,

@@ -10,13 +10,12 @@ use crate::value::{Value, defined};
 
 /// The least number of windows for a spread.
 const LEAST_WINDOWS: usize = 3;
-/// The windows of a baseline must reach over nearly two of their lengths: else no two of them are
-/// independent.
+/// The windows of a baseline must span nearly two of their lengths: otherwise no two of them are independent.
 const LEAST_LENGTHS: f64 = 0.9;
 
 /// The number of windows that must fit side by side into the usable part of a baseline: with fewer
-/// their spread is too small, and z against it far too large. A twentieth may be missing, as windows
-/// end at whole seconds and artefacts take some.
+/// their spread is too small, and z against it far too large. A twentieth may be missing, as windows end at whole
+/// seconds and some are lost to artefacts.
 const WINDOWS_FOR_Z: f64 = 5.0;
 const LEAST_FOR_Z: f64 = 0.95 * WINDOWS_FOR_Z;
 
@@ -49,8 +48,7 @@ pub(super) struct Baseline {
     pub(super) deviation: f64,
     /// The number of windows.
     pub(super) count: usize,
-    /// The equivalent number of independent windows: at most those that would fit side by side, at least
-    /// 2.
+    /// The equivalent number of independent windows: at most as many as would fit side by side, at least 2.
     pub(super) worth: f64,
     /// The time of the baseline that the windows cover [s].
     pub(super) known_secs: f64,
@@ -116,7 +114,7 @@ impl Baseline {
         self.differences([value - baseline; 3], [share; 3])
     }
 
-    /// Differences from three centres, of which each has a share in the variance of a window.
+    /// Differences from three centres, each with its share of the variance of a window.
     fn differences(&self, from: [f64; 3], shares: [f64; 3]) -> Difference {
         let z = |place: usize, deviation: f64, of_spread: f64| {
             let z = self.over(from[place], deviation)?;
@@ -139,7 +137,7 @@ impl Baseline {
     }
 }
 
-/// The time that windows in their order cover together, without the missing data in them [s].
+/// The time that windows in order of time cover together, without the missing data in them [s].
 fn known_secs(held: &[Held], length_secs: f64) -> f64 {
     let mut until_ns = None;
     let known = held.iter().map(|window| {
@@ -150,7 +148,7 @@ fn known_secs(held: &[Held], length_secs: f64) -> f64 {
     known.sum()
 }
 
-/// The time from one moment to another [s].
+/// The time from one point to another [s].
 fn secs(to_ns: i64, from_ns: i64) -> f64 {
     to_ns.saturating_sub(from_ns) as f64 / 1e9
 }

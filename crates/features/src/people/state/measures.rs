@@ -31,7 +31,7 @@ pub(super) const MEASURES: [Measure; 6] = [
     Measure::of("input_rate", "1/min", &["input"], "input_rate"),
 ];
 
-/// Their number.
+/// The number of measures.
 pub(super) const COUNT: usize = MEASURES.len();
 
 impl Measure {

@@ -72,8 +72,7 @@ impl Person {
         }
     }
 
-    /// Evaluates a baseline that is over, after its last windows have arrived; at the end of a
-    /// session at once.
+    /// Evaluates a baseline that is over, after its last windows have arrived; immediately at the end of a session.
     pub(super) fn judge(
         &mut self,
         phases: &[Phase],

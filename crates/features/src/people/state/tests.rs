@@ -83,7 +83,7 @@ fn phase(drive: &mut Drive, secs: u32, label: &str) {
     drive.take_on(EVENTS, f64::from(secs), event(EventKind::Phase, label));
 }
 
-/// A baseline from 10 s to 100 s at 70 beats a minute and 5 µS.
+/// A baseline from 10 s to 100 s at 70 beats per minute and 5 µS.
 fn after_baseline() -> Drive {
     let mut drive = begun();
     phase(&mut drive, 10, "baseline");

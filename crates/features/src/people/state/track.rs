@@ -82,7 +82,7 @@ impl Track {
         }
     }
 
-    /// Begins another baseline.
+    /// Starts another baseline.
     pub(super) fn begin_anew(&mut self) {
         self.held.clear();
     }
@@ -103,7 +103,7 @@ impl Track {
         self.values.back().copied()
     }
 
-    /// The value of the window that ended then.
+    /// The value of the window that ended at this time.
     pub(super) fn value_at(&self, end: Time) -> Option<WindowValue> {
         self.values.iter().rfind(|each| each.end == end).copied()
     }

@@ -34,7 +34,7 @@ struct Against {
     length_secs: f64,
     /// The compared measures: the windows of the baseline of each, and the track of the same stream.
     compared: [Option<Compared>; COUNT],
-    /// The reason why each other measure has no windows of the baseline.
+    /// The reason why each other measure lacks windows of the baseline.
     lacks: [Reason; COUNT],
     method: String,
     inputs: Vec<String>,
@@ -179,7 +179,7 @@ fn track<'a>(tracks: &'a [Track], measure: usize, compared: &Compared) -> Option
     tracks.iter().find(|track| track.measure == measure && compared.is_of(track))
 }
 
-/// Why a measure has no comparison, where its windows were insufficient when the baseline ended.
+/// Why a measure can't be compared, if its windows were insufficient when the baseline ended.
 fn lack(tracks: &[Track], measure: usize, of_windows: Reason) -> Reason {
     let is_measured = tracks.iter().any(|track| track.measure == measure);
     match of_windows {

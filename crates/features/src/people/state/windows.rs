@@ -45,7 +45,7 @@ impl Windows {
         }
     }
 
-    /// Begins another baseline.
+    /// Starts another baseline.
     pub(super) fn begin_anew(&mut self) {
         self.tracks.iter_mut().for_each(Track::begin_anew);
     }
@@ -55,8 +55,8 @@ impl Windows {
         self.length_secs
     }
 
-    /// Ends the baseline and chooses the track of each measure for later comparisons: that of the best
-    /// family with a baseline, of several the one with the best quality, of equals the first by name.
+    /// Ends the baseline and chooses the track of each measure for later comparisons: that of the best family with a
+    /// baseline; among several, the one with the best quality; among equals, the first by name.
     pub(super) fn judge(
         &mut self,
         person: &Subject,

@@ -10,7 +10,7 @@ use crate::windows::View;
 const CHARGING: f64 = 1.0;
 const DISCHARGING: f64 = 2.0;
 
-/// A smaller current has no direction [A].
+/// A smaller current counts as having no direction [A].
 const LEAST_CURRENT_A: f64 = 0.01;
 
 /// The least number of readings with a direction, and the share of them that must agree.
@@ -33,8 +33,8 @@ pub(super) enum Direction {
 }
 
 impl Direction {
-    /// The sign after this window: by the status where that is set, or else by whether the fraction
-    /// falls (`trend` [1/s]). Kept until there is clear evidence of the contrary.
+    /// The sign after this window: by the status if that is set, otherwise by whether the fraction falls (`trend`
+    /// [1/s]). Kept until there is clear evidence to the contrary.
     pub(super) fn judged(self, view: &View<'_, Reading>, trend: Option<Estimate>) -> Direction {
         let by_status = agreed(view.numbers(outward_sign_by_status));
         by_status.or_else(|| by_trend(view, trend?)).unwrap_or(self)

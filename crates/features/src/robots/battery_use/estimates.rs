@@ -15,7 +15,7 @@ use crate::windows::View;
 
 const SECS_PER_HOUR: f64 = 3600.0;
 
-/// From a fraction per second to percent per minute.
+/// Converts a fraction per second to percent per minute.
 const PERCENT_PER_MIN: f64 = 100.0 * 60.0;
 
 /// The least loss that predicts when the battery is empty [standard uncertainties].
@@ -28,7 +28,7 @@ const LEAST_SHARE: f64 = 0.5;
 pub(super) struct Use {
     /// Power out of the battery [W].
     pub(super) power_w: Value,
-    /// How the power was computed, where it was.
+    /// How the power was computed, if it was.
     pub(super) power_method: Option<PowerMethod>,
     /// Loss of charge [%/min].
     pub(super) percent_per_min: Value,
@@ -155,7 +155,7 @@ fn fraction_left(view: &View<'_, Reading>, gauges: &Gauges) -> Value {
     middle(view, plausible).map_or(Err(Reason::Missing), |left| defined(Some(left)))
 }
 
-/// The median with its uncertainty, where enough of the window's readings have the number.
+/// The median with its uncertainty, if enough of the window's readings contain the number.
 fn middle(view: &View<'_, Reading>, number: impl Fn(&Reading) -> f64) -> Option<Estimate> {
     let share = view.share(|reading| number(reading).is_finite());
     median_estimate(&view.numbers(number)).filter(|_| share >= LEAST_SHARE)

@@ -10,7 +10,7 @@ use crate::windows::View;
 /// A fraction above this is a percentage.
 const GREATEST_FRACTION: f64 = 1.5;
 
-/// The number of such readings that is needed; a single one may be a fault.
+/// The number of such readings that are needed; a single one may be a fault.
 const READINGS_TO_BELIEVE: u32 = 2;
 
 /// A gauge of the fraction is assumed to have a resolution of one percent until it shows finer

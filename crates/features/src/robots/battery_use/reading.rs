@@ -1,4 +1,4 @@
-//! The reading of a battery at one moment.
+//! The reading of a battery at one time.
 
 use std::ops::RangeInclusive;
 
@@ -19,7 +19,7 @@ pub(super) enum Quantity {
     Status,
 }
 
-/// The reading of a battery at one moment; NaN for missing and implausible quantities.
+/// The reading of a battery at one time; NaN for missing and implausible quantities.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading([f64; Quantity::ALL.len()]);
 
@@ -80,7 +80,7 @@ impl Reading {
 }
 
 impl Layout {
-    /// The layout of a stream; the first channel of a quantity counts.
+    /// The layout of a stream; the first channel with a quantity is used.
     pub(super) fn of(stream: &Stream) -> Layout {
         let mut layout = Layout::default();
         for (index, channel) in stream.channels.iter().enumerate() {

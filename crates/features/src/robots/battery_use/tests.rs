@@ -7,7 +7,7 @@ use crate::drive::{Drive, built, plain};
 const USE: &str = "/r1/battery_state/use/w30";
 const NOTES: &str = "/r1/battery_state/notes";
 
-/// Voltage, current, percentage, charge, capacity, status.
+/// A stream with voltage, current, percentage, charge, capacity and status.
 fn battery_state() -> Stream {
     plain(
         "/r1/battery_state",
@@ -31,7 +31,7 @@ fn drive(stream: &Stream) -> Drive {
     Drive::new(built::<BatteryUse>("").as_ref(), stream)
 }
 
-/// Twice a second for `secs`, each time the numbers of that moment.
+/// Feeds the numbers of each time, twice a second for `secs`.
 fn fed<const N: usize>(stream: &Stream, secs: u32, numbers: impl Fn(f64) -> [f64; N]) -> Drive {
     let mut drive = drive(stream);
     for k in 0..=2 * secs {

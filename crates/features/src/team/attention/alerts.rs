@@ -21,18 +21,18 @@ pub(super) struct Alerts {
 /// Who needs someone, and why; in the order in which a stream reports them.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Concern {
-    /// Where it is reported.
+    /// The stream on which it is reported.
     pub(super) topic: Topic,
-    /// Whom it is about.
+    /// The subject.
     pub(super) subject: Subject,
     /// Why.
     pub(super) why: Why,
-    /// How urgent it is, where the study states it.
+    /// How urgent it is, if the study states it.
     pub(super) tier: Option<Tier>,
 }
 
 impl Concern {
-    /// That of a robot, as its profile has it.
+    /// The concern about a robot, from its profile.
     pub(super) fn of_robot(robot: &str, why: &Why) -> Concern {
         let (topic, subject) = (Topic::Team, Subject::robot(robot));
         Concern { topic, subject, why: why.clone(), tier: None }
@@ -53,8 +53,8 @@ impl Concern {
     }
 }
 
-/// The stream that reports an alert. What is about a person is kept apart from what is published on ROS, and what
-/// follows from estimates from what a blind experimenter sees.
+/// The stream that reports an alert. Alerts about a person are kept apart from those published on ROS, and alerts on
+/// estimates from those shown to a blind experimenter.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Topic {
     /// Alerts about robots, the team and the session.
@@ -65,10 +65,10 @@ pub(super) enum Topic {
     Estimates(String),
 }
 
-/// What reports a concern: a stream, and which of its numbers and limits.
+/// The source of a concern: a stream, and one of its numbers and limits.
 pub(super) type Cause = (StreamId, usize);
 
-/// What a cause says.
+/// What a cause reports.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Said {
     /// Someone is needed, with the number.
@@ -85,12 +85,12 @@ struct Need {
     begun: Time,
     is_answered: bool,
     is_unknown: bool,
-    /// What reports it, and whether that still knows.
+    /// Its causes, each with whether it is still known.
     causes: BTreeMap<Cause, bool>,
 }
 
 impl Alerts {
-    /// Takes in what a cause says of a concern.
+    /// Takes in what a cause reports about a concern.
     pub(super) fn take(&mut self, concern: &Concern, cause: Cause, said: Said, at: Time) {
         match said {
             Said::Needs(number) => self.begin(concern, cause, number, at),
@@ -130,7 +130,7 @@ impl Alerts {
         self.settle(concern, at);
     }
 
-    /// Reports that a concern is over when nothing reports it any longer, or unknown when all that did are silent.
+    /// Reports that a concern is over when no cause reports it any longer, or unknown when all that did are silent.
     fn settle(&mut self, concern: &Concern, at: Time) {
         let Some(need) = self.open.get_mut(concern) else { return };
         let lasted_secs = at.secs_since(need.begun).max(0.0);
@@ -148,7 +148,7 @@ impl Alerts {
         self.unreported.push((concern.topic.clone(), at, event));
     }
 
-    /// Takes in a command of a person to a robot: it answers all earlier alerts of the robot.
+    /// Takes in a person's command to a robot, which answers all earlier alerts of the robot.
     pub(super) fn answer(&mut self, robot: &str, at: Time) {
         let of_robot = |concern: &Concern| {
             concern.subject.about == About::Robot && concern.subject.id == robot

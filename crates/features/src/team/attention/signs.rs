@@ -19,7 +19,7 @@ const ERROR_LEVEL: f64 = 2.0;
 pub(super) struct Limits {
     /// The share of its charge below which a battery is low [0..1].
     pub(super) low_battery: f64,
-    /// The time before a battery is empty from which the robot needs someone [s].
+    /// The robot needs someone if its battery will be empty within this time [s].
     pub(super) empty_in_secs: f64,
     /// The quality below which a link is poor [0..1].
     pub(super) poor_link: f64,
@@ -47,16 +47,16 @@ pub(super) struct Sign {
 /// The kind of indication.
 #[derive(Clone, Copy, Debug)]
 enum Indication {
-    /// A fault begins it, a marker ends it.
+    /// It starts with a fault and ends with a marker.
     ByEvents,
     /// A number below a limit.
     Below { channel: usize, limit: f64 },
-    /// A level at or above an error's.
+    /// A level of at least an error.
     AsError { channel: usize },
 }
 
 impl Sign {
-    /// The sign in a stream: `None` unless it was concluded about a robot.
+    /// The sign in a stream: `None` unless it was derived about a robot.
     pub(super) fn of(stream: &Stream, limits: &Limits) -> Vec<Sign> {
         if stream.about != About::Robot || stream.origin != Origin::Derived {
             return Vec::new();
@@ -99,7 +99,7 @@ fn by_kind(event: &Event) -> Option<Said> {
 }
 
 /// The result of a number with a lower limit. An undefined one, such as the time until a charging
-/// battery is empty, is no reason for an alert.
+/// battery is empty, is not a reason for an alert.
 fn below(values: &FeatureValues, channel: usize, limit: f64) -> Option<Said> {
     let number = *values.values.get(channel)?;
     match values.reasons.get(channel)? {

@@ -1,4 +1,4 @@
-//! A number of a stream, watched as an alert of the study asks.
+//! A number of a stream that an alert of the study watches.
 
 use std::sync::Arc;
 
@@ -23,21 +23,21 @@ pub(super) struct WatchedNumber {
     limit: Limit,
     for_secs: f64,
     silent_secs: f64,
-    /// Its place among the channels, and their number.
+    /// Its index among the channels, and their number.
     place: (usize, usize),
     readout: Readout,
     state: State,
     /// The measured time of the newest value.
     newest: Option<Time>,
-    /// When a value came at last, or came to be expected.
+    /// When a value last arrived, or was first expected.
     heard: Option<Time>,
 }
 
-/// What is known of the number.
+/// What is known about the number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Fine,
-    /// Beyond the limit since then, not yet for long enough.
+    /// Beyond the limit since this time, but not yet for long enough.
     Beyond(Time),
     Raised,
     /// Raised, and silent since.
@@ -45,7 +45,7 @@ enum State {
 }
 
 impl WatchedNumber {
-    /// The watch of an alert over a stream; `None` where it does not watch the stream.
+    /// The number of a stream that an alert watches; `None` if it does not watch the stream.
     pub(super) fn of(
         (number, alert): (usize, &Threshold),
         id: StreamId,
@@ -81,22 +81,22 @@ impl WatchedNumber {
         &self.concern.topic
     }
 
-    /// The place of its alert in the study.
+    /// The position of its alert in the study.
     pub(super) fn number(&self) -> usize {
         self.cause.1
     }
 
-    /// Whether both watch for the same.
+    /// Whether both watch the same number for the same alert.
     pub(super) fn is_same(&self, other: &WatchedNumber) -> bool {
         self.cause == other.cause && self.concern == other.concern
     }
 
-    /// The same watch, going on from an earlier declaration of the stream.
+    /// The same watched number, with the state from an earlier declaration of the stream.
     pub(super) fn continuing(self, before: &WatchedNumber) -> WatchedNumber {
         WatchedNumber { state: before.state, newest: before.newest, heard: before.heard, ..self }
     }
 
-    /// Takes in a sample of the stream. What came late, after newer values, changes nothing.
+    /// Takes in a sample of the stream. A late one, after newer values, changes nothing.
     pub(super) fn push(&mut self, sample: &Sample, alerts: &mut Alerts) {
         let (place, width) = self.place;
         let is_nothing = is_nothing(&sample.data, place);
@@ -142,7 +142,7 @@ impl WatchedNumber {
         alerts.take(&self.concern, self.cause, said, at);
     }
 
-    /// Lets time pass: after a silence, what was counted begins anew, and an alert is unknown.
+    /// Advances the time: after a silence, counting restarts, and an alert becomes unknown.
     pub(super) fn tick(&mut self, now: Time, alerts: &mut Alerts) {
         let heard = *self.heard.get_or_insert(now);
         if now.secs_since(heard) <= self.silent_secs {
@@ -158,13 +158,13 @@ impl WatchedNumber {
         }
     }
 
-    /// Nothing could come until then.
+    /// Notes that nothing could arrive until then.
     pub(super) fn stood_still(&mut self, until: Time) {
         self.heard = self.heard.map(|heard| heard.max(until));
     }
 }
 
-/// Whether what a number describes has not happened, or is over.
+/// Whether the event that a number describes has not happened, or is over.
 fn is_nothing(data: &Data, place: usize) -> bool {
     let Data::Feature(values) = data else { return false };
     values.reasons.get(place) == Some(&Reason::Nothing)

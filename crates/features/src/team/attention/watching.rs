@@ -1,4 +1,4 @@
-//! All that the alerts of the study watch.
+//! The numbers that the alerts of the study watch.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,16 +15,16 @@ use super::watched_number::WatchedNumber;
 use crate::people::estimates;
 use crate::thresholds::Threshold;
 
-/// After how long it is reported that an alert of the study watches nothing [s].
+/// The time after which an alert that watches nothing is reported [s].
 const WATCHED_SECS: f64 = 30.0;
 
-/// What the alerts of the study watch.
+/// The numbers that the alerts of the study watch.
 pub(super) struct Watching {
     alerts: Arc<[Threshold]>,
     watches: BTreeMap<StreamId, Vec<WatchedNumber>>,
     /// Whether each alert has ever watched a stream.
     has_stream: Vec<bool>,
-    /// When it is reported that some watch nothing.
+    /// When to report those that watch nothing.
     due: Option<Time>,
     is_reported: bool,
 }
@@ -35,7 +35,7 @@ impl Watching {
         Watching { alerts, watches: BTreeMap::new(), has_stream, due: None, is_reported: false }
     }
 
-    /// A stream joins, or is declared anew.
+    /// Adds a stream, or updates a redeclared one.
     pub(super) fn join(&mut self, id: StreamId, stream: &Stream) {
         let numbered = self.alerts.iter().enumerate();
         let mut watches: Vec<WatchedNumber> =
@@ -90,18 +90,18 @@ impl Watching {
         }
     }
 
-    /// Lets time pass.
+    /// Advances the time.
     pub(super) fn tick(&mut self, now: Time, alerts: &mut Alerts) {
         self.watches.values_mut().flatten().for_each(|watch| watch.tick(now, alerts));
     }
 
-    /// Nothing could come until then.
+    /// Notes that nothing could arrive until then.
     pub(super) fn stood_still(&mut self, until: Time) {
         self.watches.values_mut().flatten().for_each(|watch| watch.stood_still(until));
     }
 }
 
-/// The stream of a person's alerts, of which the first follows from this input.
+/// The stream of a person's alerts, the first of which follows from this input.
 pub(super) fn stream_of(topic: &Topic, input: &Stream) -> Option<Stream> {
     let (person, family, leaf) = match topic {
         Topic::Team => return None,

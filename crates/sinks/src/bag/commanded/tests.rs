@@ -64,7 +64,7 @@ impl Session {
 
 const HALF_A_MINUTE: Limits = Limits { secs: 30.0, bytes: 1 << 20 };
 
-/// The labels of all events of a bag, in order, without those that describe streams.
+/// The labels of all events of a bag, in order, except those that describe streams.
 fn labels(folder: &Path) -> Vec<String> {
     let bag = Bag::open(folder).unwrap();
     let is_event = |stream: usize| bag.streams()[stream].stream.name != descriptions().name;

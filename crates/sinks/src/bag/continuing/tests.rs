@@ -12,7 +12,7 @@ use tempfile::TempDir;
 use super::*;
 use crate::bag::testing::{happens, marker, phase};
 
-/// A bag whose disk stands still: cut off after its first message.
+/// A bag whose disk stalls: cut off after its first message.
 fn cut_off(folder: &Path, again: Continuation) -> (Post, Inbox, Box<ContinuingBag>, Streams) {
     let streams = Streams::default();
     streams.declare(descriptions());

@@ -1,4 +1,4 @@
-//! What the board knows, and says when something changes.
+//! What the board knows, and reports when something changes.
 
 use std::sync::Arc;
 
@@ -102,7 +102,7 @@ fn board(records: impl IntoIterator<Item = Record>) -> Board {
     board
 }
 
-/// Takes a record; of a status the stream is known, as one of a person, a robot or of none.
+/// Takes a record; the stream of a status is declared first, about a person, a robot or neither.
 pub(in crate::terminal) fn take(board: &mut Board, record: &Record) -> Vec<String> {
     if let Data::Status(status) = &record.sample.data {
         let name = &status.name;

@@ -1,4 +1,4 @@
-//! What on the board somebody should look at.
+//! The items on the board that need attention.
 
 use std::collections::BTreeMap;
 
@@ -11,13 +11,13 @@ use crate::terminal::robot::Figures;
 use crate::terminal::styled_line::StyledLine;
 use crate::terminal::trouble::{Trouble, Urgency};
 
-/// After how long it is said that nothing has appeared [s].
+/// The time after which it is reported that nothing has appeared [s].
 const NOTHING_SECS: f64 = 10.0;
-/// So many streams of somebody with the same trouble share a line; fewer have one each.
+/// From this many on, streams of one subject with the same trouble share a line; fewer have one each.
 const SHARE_A_LINE: usize = 3;
 
 impl Board {
-    /// What somebody should look at, the most urgent first.
+    /// The items that need attention, the most urgent first.
     pub(in crate::terminal) fn troubles(&self) -> Vec<StyledLine> {
         let mut troubles: Vec<Trouble> = Vec::new();
         for fault in self.faults.unseen() {
@@ -54,8 +54,7 @@ impl Board {
         troubles.iter().map(|trouble| trouble.line(width, self.now)).collect()
     }
 
-    /// What is wrong with streams, by whom they are about and how they are. That those of a robot are
-    /// silent which is offline goes without saying.
+    /// The troubles of streams, by subject and state. Silent streams of an offline robot are not mentioned.
     fn stream_troubles(&self) -> Vec<Trouble> {
         let mut groups: BTreeMap<(Urgency, Name), Vec<(&str, &StreamStatus)>> = BTreeMap::new();
         for status in self.statuses().filter(|status| self.is_trouble(status)) {

@@ -1,10 +1,10 @@
-//! A stream on the board: its last status, and when that is news.
+//! A stream on the board: its last status, and when to show it.
 
 use teampulse_core::status::{State, StreamStatus};
 
 /// The number of statuses until a stream's rate has settled: its window is full by then.
 const SETTLED: u32 = 3;
-/// After how many statuses it is said that a stream was never seen.
+/// The number of statuses after which a stream is reported as never seen.
 const AWAITED: u32 = 10;
 
 /// A stream with its last status.
@@ -43,7 +43,7 @@ impl Watched {
     }
 }
 
-/// A stream with its full name, state, rate, age and losses.
+/// The line of a stream: its full name, state, rate, age and losses.
 pub(super) fn full_line(status: &StreamStatus) -> String {
     let StreamStatus { name, state, rate_hz, reason, .. } = status;
     let (age, lost) = (age(status), lost(status));

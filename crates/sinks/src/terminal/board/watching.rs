@@ -1,4 +1,4 @@
-//! The light that says which cameras and microphones are on.
+//! The indicator of which cameras and microphones are on.
 
 use std::collections::BTreeSet;
 
@@ -8,11 +8,11 @@ use teampulse_core::stream::{Origin, Signal};
 use super::{Board, Style, StyledLine};
 use crate::terminal::natural::Name;
 
-/// How many names are shown.
+/// The most names shown.
 const NAMES: usize = 3;
 
 impl Board {
-    /// Of whom there are pictures or sound now; `None` where of nobody.
+    /// The people and robots whose pictures or sound are being received; `None` if there are none.
     pub(in crate::terminal) fn watching(&self) -> Option<StyledLine> {
         let kinds = [("camera", Signal::Image), ("microphone", Signal::Audio)];
         let lights: Vec<String> =

@@ -1,4 +1,4 @@
-//! The screen at the sizes that people have, from made-up states.
+//! The screen at common sizes, with made-up states.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use super::super::header::Kept;
 use super::super::view::Scroll;
 use super::*;
 
-/// A session of twelve minutes, in which something is wrong.
+/// A session of twelve minutes, with some troubles.
 fn board() -> Board {
     let mut board = Board::default();
     let mut take = |record| drop(tests::take(&mut board, &record));

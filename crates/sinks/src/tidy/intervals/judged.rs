@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use teampulse_core::time::Time;
 use teampulse_signal::intervals::{Beats, Correction, PLAUSIBLE_MS};
 
-/// Whether the interval before each beat is corrected by features; false where there is none. A beat without
-/// an interval begins a new stretch.
+/// Whether the interval before each beat is corrected by features; false if there is none. A beat without an interval
+/// begins a new stretch.
 pub(super) fn corrected(beats: &[(Time, f64)]) -> Vec<bool> {
     let goes_on = |_: &(Time, f64), next: &(Time, f64)| !next.1.is_nan();
     beats.chunk_by(goes_on).flat_map(in_stretch).collect()
@@ -35,7 +35,7 @@ fn in_stretch(beats: &[(Time, f64)]) -> Vec<bool> {
 mod tests {
     use super::*;
 
-    /// Beats a bit irregular; the one of a number is so much too late [s].
+    /// Slightly irregular beats; the one with this number is late by this much [s].
     fn beats(late: Option<(u32, f64)>, without: Option<u32>) -> Vec<(Time, f64)> {
         let at = |k: u32| {
             let usual_secs = 0.8 * f64::from(k) + 0.02 * f64::from(k * k % 7);

@@ -223,7 +223,7 @@ impl Page<'_> {
     }
 }
 
-/// Whether a phase is long enough to be listed: the session's begins a moment before a person's own.
+/// Whether a phase is long enough to be listed: the session's begins slightly before a person's own.
 fn lasts(phase: &Phase) -> bool {
     phase.end.is_none_or(|end| end.secs_since(phase.begin) >= SHORTEST_SECS)
 }

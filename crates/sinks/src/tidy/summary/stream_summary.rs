@@ -12,9 +12,9 @@ const MOST_REASONS: usize = 16;
 pub(super) struct StreamSummary {
     /// Its last status.
     pub(super) last: Option<StreamStatus>,
-    /// The number of seconds in which it arrived.
+    /// The number of seconds in which samples arrived.
     came_secs: u32,
-    /// The sum of its rates in those [Hz].
+    /// The sum of its rates in those seconds [Hz].
     rates_hz: f64,
     /// The seconds in which it was fine.
     fine: Shares,
@@ -24,7 +24,7 @@ pub(super) struct StreamSummary {
     phases: Shares,
     /// The number of seconds in which it was not fine.
     pub(super) not_fine_secs: u32,
-    /// The complaints of those, by state and text without numbers.
+    /// The complaints of those seconds, by state and text without numbers.
     complaints: BTreeMap<(State, String), Complaint>,
 }
 
@@ -105,7 +105,7 @@ impl StreamSummary {
         self.phases.take(worth, length_secs, Some(phase));
     }
 
-    /// Its mean rate while it came [Hz].
+    /// Its mean rate while samples arrived [Hz].
     pub(super) fn rate_hz(&self) -> Option<f64> {
         (self.came_secs > 0).then(|| self.rates_hz / f64::from(self.came_secs))
     }
@@ -120,7 +120,7 @@ impl StreamSummary {
         self.first(|shares| shares.mean_in(phase))
     }
 
-    /// From whole phases if there are some, otherwise from windows, otherwise from its state.
+    /// The share from whole phases if there are any, otherwise from windows, otherwise from its state.
     fn first(&self, mean: impl Fn(&Shares) -> Option<f64>) -> Option<Usable> {
         let computed = mean(&self.phases).or_else(|| mean(&self.windows));
         let by_state = || Some(Usable { share: mean(&self.fine)?, is_by_state: true });

@@ -3,7 +3,7 @@
 use teampulse_core::data::{FeatureValues, Reason};
 use teampulse_core::stream::{Signal, Stream};
 
-/// The share of values rejected for poor data from which on a window is unusable.
+/// The share of values rejected for poor data at which a window becomes unusable.
 const MOST_POOR: f64 = 0.5;
 /// ECG values that give the share of existing data without a signal.
 const DEAD: [&str; 2] = ["ECG_Flat", "ECG_Saturated"];
@@ -62,7 +62,7 @@ mod tests {
         FeatureValues { window_secs: 60.0, coverage, quality, values, sigmas: Vec::new(), reasons }
     }
 
-    /// A minute of a clean ECG, of which some seconds are altered; its usable share.
+    /// The usable share of a minute of clean ECG in which some seconds are altered.
     fn usable_of_a_minute(alter: impl Fn(f64, f64) -> f64) -> f64 {
         let bump = |secs: f64, at: f64, width: f64| {
             let from = (secs - at + 0.4).rem_euclid(0.8) - 0.4;

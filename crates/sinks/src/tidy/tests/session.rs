@@ -1,4 +1,4 @@
-//! Shared by the tests of tidy files: a session, played second by second, and the files that it wrote.
+//! Parts shared by the tests of tidy files: a session, played second by second, and the files that it wrote.
 
 use std::fs;
 use std::sync::Arc;
@@ -50,7 +50,7 @@ impl Session {
         self.take_at(secs, secs, stream, data);
     }
 
-    /// Hands over a sample that was measured before it arrived.
+    /// Passes a sample that was measured before it arrived.
     pub fn take_at(&mut self, measured_secs: f64, log_secs: f64, stream: &Stream, data: Data) {
         let id = self.streams.declare(stream.clone()).id;
         let sample = Sample {
@@ -72,7 +72,7 @@ impl Session {
         self.report(secs, &session_events(), event);
     }
 
-    /// A beat each 0.8 s from `begin` on, the first without an interval.
+    /// A beat every 0.8 s from `begin` on, the first without an interval.
     pub fn beats(&mut self, input: &str, signal: Signal, begin_secs: f64, count: u32) {
         let input = Stream {
             signal,
@@ -127,7 +127,7 @@ impl Session {
         self.run_cut_off()
     }
 
-    /// As after a crash: the end of the session is not recorded.
+    /// Runs as if there had been a crash: the end of the session is not recorded.
     pub fn run_cut_off(self) -> Files {
         write(&self).unwrap();
         let names = fs::read_dir(self.folder.path()).unwrap();
@@ -157,7 +157,7 @@ pub fn write(session: &Session) -> Result<(), SinkError> {
     sink.run(inbox)
 }
 
-/// What a session left.
+/// The files that a session wrote.
 pub struct Files {
     folder: TempDir,
     pub names: Vec<String>,
@@ -174,7 +174,7 @@ impl Files {
         names.filter(|name| is_of_intervals(name)).collect()
     }
 
-    /// Who may do what with a file.
+    /// The permissions of a file.
     pub fn mode(&self, name: &str) -> u32 {
         let metadata = fs::metadata(self.folder.path().join(name)).unwrap();
         std::os::unix::fs::MetadataExt::mode(&metadata)
@@ -217,7 +217,7 @@ pub fn window(window_secs: f64) -> Data {
     covered(window_secs, 1.0)
 }
 
-/// A window of which only a share has data.
+/// A window in which only a share has data.
 pub fn covered(window_secs: f64, coverage: f32) -> Data {
     Data::Feature(Arc::new(FeatureValues {
         window_secs,

@@ -1,4 +1,4 @@
-//! Laws of what was going on when: phases, what looks back at them, and their end.
+//! Laws of the timeline: phases, values that refer back to them, and their end.
 
 use teampulse_core::data::EventKind;
 use teampulse_core::session_streams::session_events;

@@ -144,7 +144,7 @@ impl Adapter {
     }
 }
 
-/// Who called.
+/// The caller.
 pub(super) fn sender(header: &Header<'_>) -> String {
     header.sender().map(ToString::to_string).unwrap_or_default()
 }

@@ -7,11 +7,11 @@ use zbus::{Connection, Variant};
 
 pub(super) const ADAPTER_PATH: &str = "/org/bluez/hci0";
 
-/// What the objects share: the connection, and which clients discover.
+/// The state shared by the objects: the connection, and which clients are discovering.
 #[derive(Debug)]
 pub(super) struct Central {
     pub connection: Connection,
-    /// The time of all devices and of who wears them.
+    /// The time of all devices and their wearers.
     pub clock: Stopwatch,
     discovering: Mutex<BTreeSet<String>>,
     powered: Mutex<bool>,
@@ -22,7 +22,7 @@ impl Central {
         Self { connection, clock, discovering: Mutex::default(), powered: Mutex::new(true) }
     }
 
-    /// True seconds of the emulation.
+    /// The true time of the emulation [s].
     pub fn now_secs(&self) -> f64 {
         self.clock.elapsed().as_secs_f64()
     }
@@ -42,7 +42,7 @@ impl Central {
         }
     }
 
-    /// The clients that discover.
+    /// Reads or changes the set of clients that are discovering.
     pub fn discoverers<T>(&self, change: impl FnOnce(&mut BTreeSet<String>) -> T) -> T {
         change(&mut self.discovering.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -58,7 +58,7 @@ impl Central {
         self.emit(path, interface, HashMap::from([(property, value)]), &[]).await
     }
 
-    /// Emits `PropertiesChanged` for a property of an object that has no value any more.
+    /// Emits `PropertiesChanged` for a property of an object that no longer has a value.
     pub async fn invalidated(
         &self,
         path: &str,

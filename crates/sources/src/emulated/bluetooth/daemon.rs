@@ -11,8 +11,8 @@ use tokio::time::sleep;
 
 use super::EmulatedBluetoothError;
 
-/// Runs a daemon until standard input is closed, which it is however the process that holds it ends. A folder of its
-/// own then goes, too.
+/// Runs a daemon until standard input is closed, which happens however the process that holds it ends. A folder of its
+/// own is then removed, too.
 const GUARD: &str = r#"command -v dbus-daemon >/dev/null || exit 127
 exec 3>&1 >/dev/null
 dbus-daemon --nofork --nopidfile --print-address=1 --config-file "$1" >&3 3>&- &
@@ -24,16 +24,16 @@ rm -f "$1"
 [ -z "$2" ] || rmdir "$2" 2>/dev/null"#;
 /// How long the daemon of an emulation that has ended may take to leave its socket.
 const LEAVING: Duration = Duration::from_secs(2);
-/// Between two looks whether it has.
+/// How often to check whether it has.
 const LOOK: Duration = Duration::from_millis(10);
-/// What the shell says where there is no such program.
+/// The shell's exit code when there is no such program.
 const NO_PROGRAM: i32 = 127;
 
-/// A `dbus-daemon` of our own, on which everybody of this machine's user may do everything. It ends when this is
+/// A `dbus-daemon` of our own, on which every process of this user may do everything. It ends when this is
 /// dropped, or with this process.
 #[derive(Debug)]
 pub(super) struct Daemon {
-    /// As D-Bus writes addresses.
+    /// The address, as D-Bus writes it.
     pub address: String,
     // Holds the standard input open.
     _guard: Child,
@@ -41,7 +41,7 @@ pub(super) struct Daemon {
 }
 
 impl Daemon {
-    /// Starts one in a folder of its own, which goes with it.
+    /// Starts one in a folder of its own, which is removed with it.
     pub async fn start() -> Result<Self, EmulatedBluetoothError> {
         let folder = tempfile::Builder::new().prefix("teampulse-dbus-").tempdir();
         let folder = folder.map_err(|error| EmulatedBluetoothError::Daemon(error.to_string()))?;
@@ -49,7 +49,7 @@ impl Daemon {
         Ok(Self { _folder: Some(folder), ..daemon })
     }
 
-    /// Starts one whose socket is `bus` in a folder that is there, and stays.
+    /// Starts one whose socket is `bus` in an existing folder, which is kept.
     pub async fn start_in(folder: &Path) -> Result<Self, EmulatedBluetoothError> {
         Self::guarded(folder, OsStr::new("")).await
     }
@@ -88,7 +88,7 @@ impl Daemon {
     }
 }
 
-/// Waits until an earlier daemon has removed its socket; one that can't is dead, and its socket is removed.
+/// Waits until an earlier daemon has removed its socket; if one does not, it is dead, and its socket is removed.
 async fn left(socket: &Path) -> std::io::Result<()> {
     let since = Stopwatch::start();
     while socket.exists() && since.elapsed() < LEAVING {

@@ -11,7 +11,7 @@ use super::error::BluezError;
 use super::gatt::CHARACTERISTIC;
 use super::{EmulatedDevice, LinkFault};
 
-/// A device, as the objects on D-Bus and the task of its link share it.
+/// A device, shared by the objects on D-Bus and the task of its link.
 #[derive(Clone)]
 pub(super) struct Handle(Arc<Shared>);
 
@@ -24,7 +24,7 @@ struct Shared {
     requests: mpsc::Sender<Request>,
 }
 
-/// What changes of a device.
+/// The changing state of a device.
 pub(super) struct State {
     pub peripheral: Box<dyn Peripheral>,
     wearer: Box<dyn Wearer + Send>,
@@ -38,10 +38,10 @@ pub(super) struct State {
     pub listeners: BTreeMap<u128, BTreeSet<String>>,
 }
 
-/// What the task of a link is asked for; it answers when that is done.
+/// A request to the task of a link, which answers when it is done.
 pub(super) enum Request {
     Connect(Answer),
-    /// The link is lost when the reply of the client has been sent.
+    /// Disconnects, after the reply to the client has been sent.
     Disconnect(Answer, ResponseDispatchListener),
     Remove(Answer),
     Suffer(LinkFault, Answer),
@@ -49,7 +49,7 @@ pub(super) enum Request {
 
 pub(super) type Answer = oneshot::Sender<Result<(), BluezError>>;
 
-/// The requests of a device that may wait.
+/// The most requests that may wait for a device.
 const REQUESTS: usize = 64;
 
 impl Handle {
@@ -143,7 +143,7 @@ impl Handle {
         Ok(())
     }
 
-    /// Ends the subscription of a client to a characteristic; whether there was one.
+    /// Ends the subscription of a client to a characteristic; returns whether there was one.
     pub fn unlisten(&self, characteristic: u128, client: &str) -> bool {
         let mut state = self.state();
         let Some(listeners) = state.listeners.get_mut(&characteristic) else { return false };
@@ -155,7 +155,7 @@ impl Handle {
         was_there
     }
 
-    /// A client left the bus: its subscriptions end.
+    /// Ends the subscriptions of a client that left the bus.
     pub fn forget(&self, client: &str) {
         let characteristics: Vec<u128> = self.state().listeners.keys().copied().collect();
         for characteristic in characteristics {
@@ -163,7 +163,7 @@ impl Handle {
         }
     }
 
-    /// What the device sends until now.
+    /// The data that the device sends until now.
     pub fn sent(&self) -> Vec<Notice> {
         let mut state = self.state();
         let secs = self.central().now_secs();

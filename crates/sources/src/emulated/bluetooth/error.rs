@@ -1,6 +1,6 @@
 use teampulse_emulators::devices::AttError;
 
-/// Why the emulated Bluetooth did not start or did not go on.
+/// Why the emulated Bluetooth did not start, or ended.
 #[derive(Debug, thiserror::Error)]
 pub enum EmulatedBluetoothError {
     /// There is no `dbus-daemon` on this machine.
@@ -18,7 +18,7 @@ pub enum EmulatedBluetoothError {
 }
 
 impl EmulatedBluetoothError {
-    /// What helps.
+    /// The remedy.
     pub const fn hint(&self) -> &'static str {
         match self {
             Self::NoDaemon => "install it: apt install dbus-daemon",

@@ -141,7 +141,7 @@ impl GattCharacteristic {
     }
 }
 
-/// A UUID as BlueZ writes it.
+/// A UUID as written by BlueZ.
 pub(super) fn text(uuid: u128) -> String {
     teampulse_devices::gatt::Uuid(uuid).to_string()
 }

@@ -12,18 +12,18 @@ use super::gatt::{GattCharacteristic, GattService};
 use super::objects::{DEVICE, Device};
 use super::{LinkFault, LinkIncident};
 
-/// How often a device is asked what it sends: finer than the connection interval of most links.
+/// How often a device is polled for data: finer than the connection interval of most links.
 const TICK: Duration = Duration::from_millis(5);
-/// Between two advertisements that are reported \[s\].
+/// The time between two reported advertisements \[s\].
 const ADVERTISE_SECS: f64 = 0.3;
-/// What it takes to connect, and again to discover the services \[s\].
+/// The time that it takes to connect, and again to discover the services \[s\].
 const SETUP_SECS: f64 = 0.05;
-/// A device that does not answer is given up after this \[s\].
+/// The time after which a device that does not answer is given up \[s\].
 const CONNECT_PATIENCE_SECS: f64 = 20.0;
 /// How long a reply to a client may take to be sent.
 const REPLY_PATIENCE: Duration = Duration::from_secs(1);
 
-/// The radio link of a device: what is advertised, connected, resolved and lost, one after the other.
+/// The radio link of a device: advertised, connected, resolved and lost, in this order.
 pub(super) struct Link {
     device: Handle,
     incidents: Vec<LinkIncident>,
@@ -45,7 +45,7 @@ struct Connecting {
 }
 
 impl Link {
-    /// `incidents` are in the order of time.
+    /// A link; `incidents` are in order of time.
     pub fn new(device: Handle, incidents: Vec<LinkIncident>) -> Self {
         Self {
             device,
@@ -61,7 +61,7 @@ impl Link {
         }
     }
 
-    /// Goes on until the bus is gone.
+    /// Runs until the bus is gone.
     pub async fn run(mut self, mut requests: mpsc::Receiver<Request>) -> zbus::Result<()> {
         let mut ticks = interval(TICK);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -207,7 +207,7 @@ impl Link {
         Ok(())
     }
 
-    /// The link is lost, in the order in which BlueZ reports it.
+    /// Ends the link, in the order in which BlueZ reports it.
     async fn lose(&mut self) -> zbus::Result<()> {
         self.resolve_secs = None;
         if let Some(connecting) = self.connecting.take() {

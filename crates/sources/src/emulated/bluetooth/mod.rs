@@ -1,14 +1,15 @@
 //! Emulated Bluetooth devices behind a BlueZ of our own, for programs that reach devices through BlueZ.
 //!
-//! [`EmulatedBluetooth`] starts a private `dbus-daemon` and serves `org.bluez` on it: an adapter, and devices with their
-//! services. Programs use it with its address in `DBUS_SYSTEM_BUS_ADDRESS`; the machine's own Bluetooth is not touched.
+//! [`EmulatedBluetooth`] starts a private `dbus-daemon` and serves `org.bluez` on it: an adapter, and devices with
+//! their services. Programs use it with its address in `DBUS_SYSTEM_BUS_ADDRESS`; the machine's own Bluetooth is not
+//! touched.
 //!
 //! Like BlueZ 5.66, as far as clients (bleak, btleplug, bluer) depend on it:
-//! - A device has an object from its first advertisement during a discovery; while somebody discovers, its RSSI changes;
-//!   when the discovery stops, it is invalidated.
+//! - A device has an object from its first advertisement during a discovery; while a client is discovering, its RSSI
+//!   changes; when the discovery stops, that is invalidated.
 //! - `Connect` answers when the link is up, before the services are known; `ServicesResolved` follows.
-//! - Services and characteristics are objects while the device is connected. A characteristic's path has the handle of
-//!   its declaration.
+//! - Services and characteristics are objects while the device is connected. A characteristic's path contains the
+//!   handle of its declaration.
 //! - A read changes `Value`, as a notification does.
 //! - `Disconnect` answers before it reports anything: bleak 0.20 closes its connection at the report.
 //! - A lost link is reported by `ServicesResolved`, then by `Connected`; then the objects of its services are removed.
@@ -50,27 +51,27 @@ pub use self::wearable::{EmulatedRadio, MyoSettings, open};
 
 /// A device for [`EmulatedBluetooth`].
 pub struct EmulatedDevice {
-    /// Of its radio: `A0:9E:1A:00:00:01`.
+    /// The address of its radio: `A0:9E:1A:00:00:01`.
     pub address: String,
-    /// What it is.
+    /// The device.
     pub peripheral: Box<dyn Peripheral>,
-    /// Who wears it.
+    /// Its wearer.
     pub wearer: Box<dyn Wearer + Send>,
-    /// What goes wrong with its link, in the order of time.
+    /// The faults of its link, in order of time.
     pub incidents: Vec<LinkIncident>,
 }
 
-/// Something that goes wrong with a link at a moment.
+/// A fault of a link at a given time.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LinkIncident {
-    /// From when on \[s\].
+    /// When it begins \[s\].
     pub at_secs: f64,
-    /// What.
+    /// The fault.
     pub fault: LinkFault,
 }
 
-/// What may go wrong with a link.
+/// The possible faults of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinkFault {
@@ -78,7 +79,7 @@ pub enum LinkFault {
     Drop,
     /// It is lost, and the device is out of range for this long \[s\].
     Away(f64),
-    /// It stays, but nothing arrives for this long \[s\].
+    /// It stays up, but nothing arrives for this long \[s\].
     Silence(f64),
 }
 
@@ -100,7 +101,7 @@ impl EmulatedBluetooth {
         Self::serve(devices, clock, Daemon::start().await?).await
     }
 
-    /// The same, on a D-Bus whose socket is `bus` in a folder that is there.
+    /// The same, on a D-Bus whose socket is `bus` in an existing folder.
     pub async fn start_in(
         folder: &Path,
         devices: Vec<EmulatedDevice>,
@@ -151,8 +152,8 @@ impl EmulatedBluetooth {
         &self.daemon.address
     }
 
-    /// Lets something go wrong with the link of the device with an address now; it has happened when this returns.
-    /// Whether there is such a device.
+    /// Triggers a fault in the link of the device with this address; it has happened when this returns. Returns whether
+    /// there is such a device.
     pub async fn suffer(&self, address: &str, fault: LinkFault) -> bool {
         let found = self.devices.iter().find(|one| one.address().eq_ignore_ascii_case(address));
         match found {
@@ -161,7 +162,7 @@ impl EmulatedBluetooth {
         }
     }
 
-    /// Whether a client is connected to the device with an address.
+    /// Whether a client is connected to the device with this address.
     pub fn is_connected(&self, address: &str) -> bool {
         let mut devices = self.devices.iter();
         let found = devices.find(|one| one.address().eq_ignore_ascii_case(address));
@@ -169,7 +170,7 @@ impl EmulatedBluetooth {
     }
 }
 
-/// The names that leave the bus.
+/// Streams the names that leave the bus.
 async fn departures(connection: &Connection) -> zbus::Result<MessageStream> {
     let rule = MatchRule::builder()
         .msg_type(zbus::message::Type::Signal)

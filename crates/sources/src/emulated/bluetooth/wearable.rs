@@ -1,4 +1,4 @@
-//! Bluetooth devices of simulated people: all of a study behind one private D-Bus.
+//! Bluetooth devices of simulated people: all those of a study are behind one private D-Bus.
 
 use std::io;
 use std::path::Path;
@@ -18,27 +18,27 @@ use crate::emulated::{EmulatedWearable, Emulation, Wardrobe, check_clock};
 pub struct EmulatedRadio<D: Default> {
     /// The person who wears it: `p001`.
     pub person: String,
-    /// Of its radio, such as `A0:9E:1A:00:00:01`; without it the devices of a study are numbered.
+    /// The address of its radio, such as `A0:9E:1A:00:00:01`; by default the devices of a study are numbered.
     #[serde(default)]
     pub address: Option<String>,
-    /// What goes wrong with its link, in the order of time.
+    /// The faults of its link, in order of time.
     #[serde(default)]
     pub faults: Vec<LinkIncident>,
-    /// What the device itself is like, and what goes wrong with it.
+    /// The properties of the device itself, and its faults.
     #[serde(default)]
     pub device: D,
 }
 
-/// What an emulated Myo is like.
+/// The settings of an emulated Myo.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MyoSettings {
-    /// What goes wrong, in the order of time.
+    /// Its faults, in order of time.
     pub faults: Vec<MyoIncident>,
 }
 
-/// Puts Bluetooth devices on a D-Bus that they share; others are left out. Its socket is `bus` in a folder that is
-/// there, or in one of its own.
+/// Puts Bluetooth devices on a shared D-Bus; other devices are skipped. Its socket is `bus` in an existing folder, or
+/// in one of its own.
 pub async fn open(
     wearables: &[&EmulatedWearable],
     wardrobe: &Wardrobe,
@@ -77,7 +77,7 @@ pub async fn open(
     })
 }
 
-/// A Bluetooth device, as it is put on a bus.
+/// A Bluetooth device, ready to be put on a bus.
 struct Part {
     person: String,
     address: String,
@@ -87,7 +87,7 @@ struct Part {
     peripheral: Box<dyn Peripheral>,
 }
 
-/// A Bluetooth device at its place in a study; `None` for any other.
+/// A Bluetooth device at its position in a study; `None` for any other.
 fn part(wearable: &EmulatedWearable, place: usize) -> io::Result<Option<Part>> {
     fn of<D: Default>(
         radio: &EmulatedRadio<D>,
@@ -134,7 +134,7 @@ fn optical(
     Ok(("polar", Box::new(Verity::new(settings))))
 }
 
-/// Of a Polar: the maker prints the end of the address on it.
+/// The ID of a Polar device: the maker prints the end of the address on it.
 fn serial(address: &str) -> String {
     address.replace(':', "").chars().skip(4).collect()
 }

@@ -1,25 +1,25 @@
-//! The time of a session while `/clock` jumps, stops and goes on.
+//! The time of a session while `/clock` jumps, stops and resumes.
 
 use teampulse_core::simulated_time::Break;
 use teampulse_core::time::Time;
 use teampulse_ros::graph::Gid;
 
-/// A step back of less is a message out of order [s].
+/// A smaller step back is a message out of order [s].
 const LEAST_BACK_SECS: f64 = 1.0;
-/// A step ahead of more is a jump, not a fast simulation [s].
+/// A larger step ahead is a jump, not a fast simulation [s].
 const MOST_AHEAD_SECS: f64 = 3600.0;
-/// After how long without progress the clock has stopped, by the host's clock [s].
+/// The time without progress after which the clock counts as stopped, by the host's clock [s].
 const STOPPED_AFTER_SECS: f64 = 3.0;
 
 /// Follows `/clock`. The session's time never goes back and never stands still.
 #[derive(Debug, Default)]
 pub(super) struct ClockTracker {
-    /// Who publishes the time, and the last value; `None` before the first message.
+    /// The publisher of the time, and the last value; `None` before the first message.
     last: Option<(Gid, Time)>,
     /// How far the session's time is ahead of it [ns].
     ahead_nanos: i64,
     session: Time,
-    /// When there was progress last, by the host's clock.
+    /// When there was last progress, by the host's clock.
     heard: Time,
     /// When it was found to have stopped, by the host's clock and by the session's.
     stopped: Option<(Time, Time)>,
@@ -71,7 +71,7 @@ impl ClockTracker {
         (self.session, news.or_else(|| self.say_other()))
     }
 
-    /// Time passes on the host; gives the session's time, and whether the clock has stopped.
+    /// Advances the host's time; returns the session's time, and whether the clock has stopped.
     pub(super) fn look(&mut self, host: Time) -> (Time, Option<Break>) {
         let silent_secs = host.secs_since(self.heard);
         let mut news = None;
@@ -83,7 +83,7 @@ impl ClockTracker {
         (self.session, news)
     }
 
-    /// While it has stopped, the session's time goes on by the host's clock.
+    /// Advances the session's time by the host's clock, while `/clock` has stopped.
     fn pass(&mut self, host: Time) {
         if let Some((since, session)) = self.stopped {
             let passed_nanos = host.nanos_since(since).max(0);
@@ -92,7 +92,7 @@ impl ClockTracker {
         }
     }
 
-    /// Reports once that a second node publishes a time beside the one that is followed.
+    /// Reports once that a second node publishes a time besides the one that is followed.
     fn say_other(&mut self) -> Option<Break> {
         let is_new = self.has_other && !self.has_said_other;
         self.has_said_other |= is_new;
@@ -113,8 +113,8 @@ mod tests {
         Time::from_nanos((secs * 1e9) as i64)
     }
 
-    /// Hears these times of a clock, a tenth of a second of the host apart from a moment on; gives the
-    /// session's times [s] and the breaks.
+    /// Feeds these times of a clock, a tenth of a second of the host apart, from some time on; returns the session's
+    /// times [s] and the breaks.
     fn hear(tracker: &mut ClockTracker, from: f64, stamps: &[f64]) -> (Vec<f64>, Vec<Break>) {
         let heard = stamps.iter().enumerate();
         let heard = heard.map(|(k, now)| tracker.hear(A, secs(*now), secs(from + k as f64 * 0.1)));

@@ -26,21 +26,21 @@ use super::scanning::{self, Demand};
 const BLUEZ: &str = "org.bluez";
 const OBJECT_MANAGER: &str = "org.freedesktop.DBus.ObjectManager";
 const DBUS: &str = "org.freedesktop.DBus";
-/// How long D-Bus and `BlueZ` may take to answer what needs no radio.
+/// How long D-Bus and `BlueZ` may take to answer requests that need no radio.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
-/// The signals that may wait: those of some seconds of many devices.
+/// The most signals that may wait: those of many devices for several seconds.
 const QUEUED: NonZeroUsize = NonZeroUsize::new(4096).expect("not zero");
-/// The notifications of one device that may wait: 20 s of a Myo.
+/// The most notifications of one device that may wait: 20 s of a Myo.
 const NOTIFICATIONS: usize = 4096;
 
-/// `BlueZ` on D-Bus, with its objects as they are now. Closed when it is dropped.
+/// `BlueZ` on D-Bus, with the present state of its objects. Closed when dropped.
 #[derive(Debug)]
 pub(super) struct Bus {
     connection: Connection,
     state: Arc<State>,
-    /// Who wants a scan, and who connects meanwhile.
+    /// How many want a scan, and how many are connecting.
     pub(super) demand: watch::Sender<Demand>,
-    /// Held while a device is connected to: adapters do one at a time.
+    /// Held while connecting to a device: adapters do one at a time.
     pub(super) connecting: tokio::sync::Mutex<()>,
     tasks: Vec<AbortHandle>,
 }
@@ -76,23 +76,23 @@ pub(super) struct State {
 struct Known {
     objects: Objects,
     links: BTreeMap<String, Subscriber>,
-    /// Why nothing more will come.
+    /// Why nothing more will arrive.
     gone: Option<String>,
 }
 
-/// Who receives the notifications of a device.
+/// The receiver of a device's notifications.
 #[derive(Debug)]
 struct Subscriber {
     values: mpsc::Sender<Value>,
     lost: Arc<AtomicU64>,
 }
 
-/// What `BlueZ` answered instead of a result.
+/// An error returned by `BlueZ`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Refusal {
     /// The name of the error, such as `org.bluez.Error.InProgress`; empty for none.
     pub name: String,
-    /// What it says.
+    /// Its message.
     pub text: String,
 }
 
@@ -103,7 +103,7 @@ impl Drop for Bus {
 }
 
 impl Bus {
-    /// Connects to the system's bus, or to the one at an address, and reads what `BlueZ` has.
+    /// Connects to the system's bus, or to the one at an address, and reads the objects of `BlueZ`.
     pub async fn connect(address: Option<&str>) -> Result<Bus, BluetoothError> {
         let builder = address.map_or_else(Builder::system, Builder::address);
         let connecting = timeout(PATIENCE, builder.max_queued(QUEUED).build()).await;
@@ -136,17 +136,17 @@ impl Bus {
         Ok(Bus { connection, state, demand, connecting, tasks })
     }
 
-    /// Whether nothing more will come of it.
+    /// Whether it is gone, and nothing more will arrive.
     pub fn is_gone(&self) -> bool {
         self.state.known().gone.is_some()
     }
 
-    /// Reads the objects as they are now.
+    /// Reads the present objects.
     pub fn read<T>(&self, read: impl FnOnce(&Objects) -> T) -> T {
         read(&self.state.known().objects)
     }
 
-    /// Waits until `find` finds something; `None` when that takes too long.
+    /// Waits until `find` finds something; `None` if that takes too long.
     pub async fn until<T>(
         &self,
         limit: Duration,
@@ -175,7 +175,7 @@ impl Bus {
         call(&self.connection, object, method, body, limit).await
     }
 
-    /// The notifications of a device from now on, until its link is lost; and how many of them did not fit.
+    /// The notifications of a device from now on, until its link is lost; and how many of them were dropped.
     pub fn subscribe(&self, device: &str) -> (mpsc::Receiver<Value>, Arc<AtomicU64>) {
         let (values, receiver) = mpsc::channel(NOTIFICATIONS);
         let lost = Arc::new(AtomicU64::new(0));
@@ -237,7 +237,7 @@ impl State {
         });
     }
 
-    /// A signal came.
+    /// Takes in a signal.
     fn take(&self, message: &Message) {
         let header = message.header();
         let (Some(interface), Some(member)) = (header.interface(), header.member()) else {
@@ -302,8 +302,8 @@ impl State {
 }
 
 impl Known {
-    /// Applies a change, and ends the subscription to a device whose link it ends. Before there is a link, much
-    /// else changes: when a scan stops, the signal strength of every device goes.
+    /// Applies a change, and ends the subscription to a device whose link it ends. Without a link, other changes are
+    /// common: when a scan stops, the signal strength of every device disappears.
     fn losing_links(&mut self, device: &str, change: impl FnOnce(&mut Objects)) {
         let was_connected = self.objects.is_connected(device);
         change(&mut self.objects);
@@ -323,8 +323,8 @@ impl Known {
     }
 }
 
-/// The value of a characteristic in a signal that has nothing else. Most signals are such, and their bytes need no
-/// variant each.
+/// The value of a characteristic in a signal that contains nothing else. Most signals are like this, and this avoids a
+/// variant for each byte.
 fn notified(body: &Body) -> Option<Vec<u8>> {
     type Notification<'a> = (&'a str, BTreeMap<&'a str, Deserialize<'a, Vec<u8>>>, Vec<&'a str>);
     let (interface, mut properties, _) = body.deserialize::<Notification<'_>>().ok()?;

@@ -1,4 +1,4 @@
-//! Which of the devices in range is meant.
+//! Choosing the wanted device among those in range.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +16,7 @@ pub struct Seen {
     pub name: String,
     /// Its signal strength \[dBm\]; `None` while it is connected.
     pub rssi_dbm: Option<i16>,
-    /// Its battery \[%\], where `BlueZ` knows it.
+    /// Its battery \[%\], if `BlueZ` knows it.
     pub battery_percent: Option<u8>,
     /// The services that it advertises.
     pub services: Vec<Uuid>,
@@ -24,16 +24,16 @@ pub struct Seen {
     pub(super) path: String,
 }
 
-/// What a source looks for.
+/// The device that a source looks for.
 #[derive(Clone, Debug)]
 pub(in crate::wearables) struct Wanted {
     /// The type of the source: `polar`.
     pub kind: &'static str,
     /// Whether a device is of its kind.
     pub is_kind: fn(&Seen) -> bool,
-    /// Its address, where the study or an earlier connection says it.
+    /// Its address, if known from the study or an earlier connection.
     pub address: Option<String>,
-    /// Its name, where the study says it.
+    /// Its name, if the study states it.
     pub name: Option<String>,
 }
 
@@ -49,7 +49,7 @@ impl Seen {
         }
     }
 
-    /// Those in range of an adapter: heard now, or connected.
+    /// The devices in range of an adapter: advertising now, or connected.
     pub(super) fn all<'a>(
         objects: &'a Objects,
         adapter: &'a str,
@@ -64,12 +64,12 @@ impl Seen {
 }
 
 impl Wanted {
-    /// Whether it is known which one is meant, so that the first that fits is it.
+    /// Whether the device is identified, so that the first match is the right one.
     pub fn is_certain(&self) -> bool {
         self.address.is_some()
     }
 
-    /// The device that is meant, among those in range; those of `others` are not.
+    /// The wanted device among those in range, except those of `others`.
     pub(super) fn choose(
         &self,
         in_range: impl Iterator<Item = Seen>,

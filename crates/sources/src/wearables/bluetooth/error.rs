@@ -8,37 +8,37 @@ pub enum BluetoothError {
     /// There is no D-Bus, or it refuses us.
     #[error("connect to the system's D-Bus: {0}")]
     Bus(String),
-    /// Nobody has the name `org.bluez`, or it left.
+    /// Nobody owns the name `org.bluez`, or its owner left.
     #[error("reach BlueZ on D-Bus: {0}")]
     Daemon(String),
-    /// This computer has none, or it is disabled.
+    /// This computer has no adapter, or it is disabled.
     #[error("find a Bluetooth adapter: BlueZ has none")]
     Adapter,
-    /// The adapter is there and does not work.
+    /// The adapter is present but does not work.
     #[error("use the Bluetooth adapter {0}: it is powered off")]
     Off(String),
-    /// A scan found nothing that fits.
+    /// A scan found no match.
     #[error("find {0}: it is not in range")]
     NotInRange(String),
-    /// Several devices fit, of which only one can be meant.
+    /// Several devices match, but only one is wanted.
     #[error("choose {wanted}: {found} are in range")]
     Several {
-        /// What is looked for.
+        /// The wanted device.
         wanted: String,
-        /// Those that fit, with their addresses.
+        /// The matching devices, with their addresses.
         found: String,
-        /// The setting that says which.
+        /// The setting that selects one.
         setting: String,
     },
     /// Another source of this session holds the device.
     #[error("connect to {0}: another source of this session uses it")]
     Taken(String),
-    /// It was found and can't be connected to.
+    /// It was found, but connecting failed.
     #[error("connect to {device}: {reason}")]
     Connect {
         /// The device.
         device: String,
-        /// Why, as `BlueZ` says it.
+        /// The reason given by `BlueZ`.
         reason: String,
     },
     /// The link was lost.

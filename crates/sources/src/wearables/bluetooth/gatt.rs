@@ -41,14 +41,14 @@ pub(in crate::wearables) struct GattLink {
 /// How a request ended.
 #[derive(Debug, PartialEq, Eq)]
 pub(in crate::wearables) enum Answer {
-    /// As it was asked for; with the value that was read.
+    /// It succeeded; with the value that was read.
     Done(Uuid, Option<Vec<u8>>),
-    /// The device lacks the characteristic, or refused, or did not answer.
+    /// It failed: the device lacks the characteristic, refused, or did not answer.
     Failed(Uuid),
 }
 
 impl GattLink {
-    /// Connects to a device, or takes its connection over, unless the session is closed meanwhile.
+    /// Connects to a device, or takes over its connection, unless the session is closed meanwhile.
     pub(super) async fn open(
         bus: Arc<Bus>,
         seen: Seen,
@@ -96,7 +96,7 @@ impl GattLink {
         self.discover().await
     }
 
-    /// Reads which characteristics there are.
+    /// Reads the list of characteristics.
     async fn discover(&mut self) -> Result<(), BluetoothError> {
         let found = |bus: &Bus| bus.read(|objects| objects.characteristics_of(&self.seen.path));
         let mut characteristics = found(&self.bus);
@@ -116,7 +116,7 @@ impl GattLink {
         BluetoothError::Connect { device: format!("`{name}` ({address})"), reason }
     }
 
-    /// The next notification, in their order; `None` when the link is lost.
+    /// The next notification, in order; `None` when the link is lost.
     pub async fn next(&mut self) -> Option<Value> {
         loop {
             let (characteristic, value) = self.values.recv().await?;
@@ -174,7 +174,7 @@ async fn disconnect(bus: &Bus, device: &str) {
     drop(bus.call(Object::bluez(device, DEVICE), "Disconnect", &(), DISCONNECT).await);
 }
 
-/// Carries out a request; the value that was read, `None` when it failed.
+/// Carries out a request; returns the value that was read, or `None` if it failed.
 async fn ask(bus: &Bus, path: &str, request: Request, is_again: bool) -> Option<Option<Vec<u8>>> {
     let characteristic = Object::bluez(path, CHARACTERISTIC);
     let no_options = BTreeMap::<&str, Variant<'_>>::new();

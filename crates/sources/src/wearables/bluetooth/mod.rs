@@ -1,6 +1,6 @@
 //! Bluetooth Low Energy through `BlueZ`, the Bluetooth service of Linux, over D-Bus.
 //!
-//! `zbus` speaks D-Bus in pure Rust; `btleplug` and `bluer` need libdbus and a C compiler to build.
+//! `zbus` implements D-Bus in pure Rust; `btleplug` and `bluer` need libdbus and a C compiler to build.
 
 mod error;
 mod objects;
@@ -21,9 +21,9 @@ pub use error::BluetoothError;
 pub(super) use gatt::{Answer, GattLink};
 pub(super) use source::{Pairing, Wearable, Wireless};
 
-/// How long a device that is known may take until it is heard.
+/// How long a known device may take to appear.
 const SEARCH: Duration = Duration::from_secs(10);
-/// For how long others of the same kind are listened for, before the only one is taken.
+/// How long to listen for others of the same kind before the only one is chosen.
 const COMPARE: Duration = Duration::from_secs(3);
 
 /// The Bluetooth of this computer, for all sources of a session; clones share one connection and one scan.
@@ -32,10 +32,10 @@ pub struct Bluetooth(Arc<Shared>);
 
 #[derive(Debug, Default)]
 struct Shared {
-    /// The address of the bus; the system's where there is none.
+    /// The address of the bus; the system's if `None`.
     address: Option<String>,
     bus: tokio::sync::Mutex<Weak<Bus>>,
-    /// Which sources mean a device by its address: no other one chooses it.
+    /// The sources that name a device by its address: no other source chooses it.
     reserved: Mutex<BTreeMap<String, usize>>,
     in_use: Mutex<BTreeSet<String>>,
 }
@@ -54,7 +54,7 @@ impl Bluetooth {
         Bluetooth(Arc::new(Shared { address: Some(address.into()), ..Shared::default() }))
     }
 
-    /// The devices in range, after listening for so long.
+    /// The devices in range, after listening for this long.
     pub async fn in_range(&self, listen: Duration) -> Result<Vec<Seen>, BluetoothError> {
         let bus = self.bus().await?;
         let adapter = adapter(&bus)?;
@@ -67,13 +67,13 @@ impl Bluetooth {
         Ok(seen)
     }
 
-    /// No source but the one that names it uses this device.
+    /// Reserves this device for the source that names it.
     pub(super) fn reserve(&self, address: &str) {
         let mut reserved = self.0.reserved.lock().unwrap_or_else(PoisonError::into_inner);
         *reserved.entry(address.to_ascii_uppercase()).or_default() += 1;
     }
 
-    /// Finds the device that is meant.
+    /// Finds the wanted device.
     pub(super) async fn find(&self, wanted: &Wanted) -> Result<Seen, BluetoothError> {
         let bus = self.bus().await?;
         let adapter = adapter(&bus)?;
@@ -120,7 +120,7 @@ impl Bluetooth {
         reserved.keys().chain(&*in_use).cloned().collect()
     }
 
-    /// The connection to `BlueZ` that all share; a new one where there is none, or the last one is gone.
+    /// The connection to `BlueZ` that all share; a new one if there is none, or the last one is gone.
     async fn bus(&self) -> Result<Arc<Bus>, BluetoothError> {
         let mut shared = self.0.bus.lock().await;
         if let Some(bus) = shared.upgrade().filter(|bus| !bus.is_gone()) {

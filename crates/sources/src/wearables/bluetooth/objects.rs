@@ -1,4 +1,4 @@
-//! The objects that `BlueZ` has on D-Bus, as its signals describe them.
+//! The objects of `BlueZ` on D-Bus, as described by its signals.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -21,7 +21,7 @@ pub(super) const CHARACTERISTIC: &str = "org.bluez.GattCharacteristic1";
 /// The most objects that are kept of each kind: a hall full of devices with changing addresses.
 const MOST: usize = 10_000;
 
-/// What is known of `BlueZ`'s objects, by their paths.
+/// What is known about `BlueZ`'s objects, by their paths.
 #[derive(Debug, Default)]
 pub(super) struct Objects {
     pub adapters: BTreeMap<String, Adapter>,
@@ -32,11 +32,11 @@ pub(super) struct Objects {
 /// A Bluetooth adapter of this computer.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Adapter {
-    /// `None` where `BlueZ` does not say.
+    /// Whether it is powered; `None` if `BlueZ` does not state it.
     pub powered: Option<bool>,
 }
 
-/// A device that `BlueZ` knows of: in range, connected, or remembered.
+/// A device that `BlueZ` knows: in range, connected, or remembered.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Device {
     pub address: String,
@@ -50,7 +50,7 @@ pub(super) struct Device {
 }
 
 impl Objects {
-    /// Takes all objects, as they are listed.
+    /// Takes in all listed objects.
     pub fn add_all(&mut self, managed: &Managed) {
         let by_path = managed.iter().map(|(path, interfaces)| (path.as_str(), interfaces));
         for (path, interfaces) in by_path.collect::<BTreeMap<_, _>>() {
@@ -58,7 +58,7 @@ impl Objects {
         }
     }
 
-    /// An object appeared, or has more interfaces.
+    /// Takes in an object that appeared, or has more interfaces.
     pub fn add(&mut self, path: &str, interfaces: &Interfaces) {
         for (interface, properties) in interfaces {
             match interface.as_str() {
@@ -79,7 +79,7 @@ impl Objects {
         }
     }
 
-    /// An object lost these interfaces.
+    /// Removes interfaces that an object lost.
     pub fn remove(&mut self, path: &str, interfaces: &[String]) {
         for interface in interfaces {
             match interface.as_str() {
@@ -92,7 +92,7 @@ impl Objects {
         }
     }
 
-    /// Properties of a known object changed; those in `invalidated` have no value any more.
+    /// Takes in changed properties of a known object; those in `invalidated` no longer have a value.
     pub fn change(
         &mut self,
         path: &str,
@@ -125,7 +125,7 @@ impl Objects {
         self.devices.get(device).is_some_and(|device| device.connected)
     }
 
-    /// The characteristics of a device, each with its path; the first of two with one UUID.
+    /// The characteristics of a device, each with its path; the first of two with the same UUID.
     pub fn characteristics_of(&self, device: &str) -> BTreeMap<Uuid, String> {
         let prefix = format!("{device}/");
         let below = self.characteristics.range(prefix.clone()..);
@@ -193,7 +193,7 @@ pub(super) fn bytes_of(properties: &Properties, name: &str) -> Option<Vec<u8>> {
     bytes.inner().iter().map(byte).collect()
 }
 
-/// A UUID as `BlueZ` writes it.
+/// Parses a UUID as written by `BlueZ`.
 fn parse_uuid(text: &str) -> Option<Uuid> {
     let is_uuid = text.len() == 36;
     let digits = is_uuid.then(|| text.replace('-', ""))?;

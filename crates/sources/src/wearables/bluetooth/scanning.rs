@@ -1,4 +1,4 @@
-//! One scan for all who look for a device: `BlueZ` refuses a second one of the same program.
+//! One scan shared by all searches for a device: `BlueZ` refuses a second one from the same program.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,10 +11,10 @@ use zbus::{Connection, Variant};
 use super::bus::{Bus, Object, PATIENCE, Refusal, State, call};
 use super::objects::{ADAPTER, Objects};
 
-/// After this a scan is asked for again: an adapter that was switched off and on has forgotten it.
+/// How often the scan is requested again: an adapter that was switched off and on has forgotten it.
 const AGAIN: Duration = Duration::from_secs(10);
 
-/// Who wants what of the radio.
+/// The demands on the radio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Demand {
     scans: usize,
@@ -22,7 +22,7 @@ pub(super) struct Demand {
 }
 
 impl Demand {
-    /// Many adapters can't connect while they scan.
+    /// Whether to scan: many adapters can't connect while they scan.
     fn wants_scan(self) -> bool {
         self.scans > 0 && self.connections == 0
     }
@@ -35,13 +35,13 @@ pub(super) struct Scan<'a>(&'a Bus);
 pub(super) struct Pause<'a>(&'a Bus);
 
 impl Bus {
-    /// Scans as long as what is returned is held.
+    /// Scans until the returned value is dropped.
     pub fn scan(&self) -> Scan<'_> {
         self.demand.send_modify(|demand| demand.scans += 1);
         Scan(self)
     }
 
-    /// Pauses all scans as long as what is returned is held.
+    /// Pauses all scans until the returned value is dropped.
     pub fn pause_scan(&self) -> Pause<'_> {
         self.demand.send_modify(|demand| demand.connections += 1);
         Pause(self)
@@ -60,13 +60,13 @@ impl Drop for Pause<'_> {
     }
 }
 
-/// The adapter that is used: the first that is powered.
+/// The adapter to use: the first that is powered.
 pub(super) fn adapter(objects: &Objects) -> Option<&str> {
     let works = objects.adapters.iter().filter(|(_, adapter)| adapter.powered != Some(false));
     works.map(|(path, _)| path.as_str()).next()
 }
 
-/// Switches scanning on and off as it is wanted, until the bus is dropped.
+/// Switches scanning on and off on demand, until the bus is dropped.
 pub(super) async fn run(
     connection: Connection,
     state: Arc<State>,

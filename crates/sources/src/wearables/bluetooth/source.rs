@@ -1,4 +1,4 @@
-//! A source that is a Bluetooth device which a person wears.
+//! A source for a Bluetooth device worn by a person.
 
 use std::collections::VecDeque;
 use std::future::Future;
@@ -21,31 +21,31 @@ use super::{Answer, Bluetooth, BluetoothError, GattLink, Seen, Wanted};
 use crate::SourceContext;
 use crate::wearables::worn::Worn;
 
-/// The longest time without a look at the session.
+/// The longest time without a check of the session.
 const LOOK: Duration = Duration::from_secs(1);
-/// How long a device has to end its session.
+/// How long a device may take to end its session.
 const FAREWELL: Duration = Duration::from_secs(2);
-/// The requests that may wait for a device that answers none.
+/// The most requests that may wait for a device that does not answer.
 const REQUESTS: usize = 256;
 
-/// A protocol over Bluetooth Low Energy, and how its devices are known.
+/// A protocol over Bluetooth Low Energy, and how its devices are recognised.
 pub(in crate::wearables) trait Wearable: GattSession + Send + 'static {
     /// The type of the source in a study: `polar`.
     const KIND: &'static str;
 
-    /// What a study says of its session.
+    /// The settings of its session in a study.
     type Settings: Send + 'static;
 
-    /// A session with a device, which is made once.
+    /// A session with a device, which is created once.
     fn session(settings: &Self::Settings, seen: &Seen) -> Self;
 
-    /// Whether a device in range speaks it.
+    /// Whether a device in range uses this protocol.
     fn is_kind(seen: &Seen) -> bool;
 
-    /// What a device is called in streams, and as latencies are known by: `polar_h10`.
+    /// The device name in streams and in the table of latencies: `polar_h10`.
     fn device(seen: &Seen) -> &'static str;
 
-    /// Whether it carries out a command; the person is who wears it.
+    /// Whether it carries out a command for the person who wears it.
     fn accepts(_command: &Command, _person: &str) -> bool {
         false
     }
@@ -54,20 +54,20 @@ pub(in crate::wearables) trait Wearable: GattSession + Send + 'static {
     fn obey(&mut self, _command: &Command) {}
 }
 
-/// Which device a person wears, as a study says it.
+/// Which device a person wears, according to a study.
 pub(in crate::wearables) struct Pairing {
     pub person: String,
     pub address: Option<String>,
     pub name: Option<String>,
 }
 
-/// A Bluetooth device at work. Its session goes on when the link is up again.
+/// A running Bluetooth device. Its session continues when the link is up again.
 pub(in crate::wearables) struct Wireless<S: Wearable> {
     bluetooth: Bluetooth,
     wanted: Wanted,
     person: String,
     settings: S::Settings,
-    /// Once it is known which device it is.
+    /// Present once the device is known.
     conversation: Option<Conversation<S>>,
 }
 
@@ -99,8 +99,8 @@ impl<S: Wearable> Wireless<S> {
 }
 
 impl<S: Wearable> Conversation<S> {
-    /// Holds the session until the link is lost, the device gives up or the session of teampulse is over; the
-    /// device is then asked to stop.
+    /// Holds the session until the link is lost, the device gives up or the teampulse session is over; the device is
+    /// then asked to stop.
     async fn hold(
         &mut self,
         link: &mut GattLink,
@@ -153,7 +153,7 @@ impl<S: Wearable> Conversation<S> {
         }
     }
 
-    /// How long nothing has to be done, unless something arrives.
+    /// How long there is nothing to do, unless something arrives.
     fn pause(&self) -> Duration {
         let left = |at: Duration| at.saturating_sub(self.clock.elapsed());
         self.session.next_tick().map_or(LOOK, left).min(LOOK)
@@ -170,7 +170,7 @@ impl<S: Wearable> Conversation<S> {
         }
     }
 
-    /// Hands over what the session gives and keeps what it asks for; how it ended, if it has.
+    /// Hands over the session's readings and queues its requests; returns how it ended, if it has.
     fn take_outputs(
         &mut self,
         requests: &mut VecDeque<Request>,
@@ -192,7 +192,7 @@ impl<S: Wearable> Conversation<S> {
 /// A request under way.
 type Pending = Pin<Box<dyn Future<Output = Answer> + Send>>;
 
-/// The answer to the request under way; never comes when there is none.
+/// The answer to the request under way; never resolves if there is none.
 async fn answer(pending: &mut Option<Pending>) -> Answer {
     match pending {
         Some(pending) => pending.await,
@@ -200,7 +200,7 @@ async fn answer(pending: &mut Option<Pending>) -> Answer {
     }
 }
 
-/// Carries out what a session asked for at its end.
+/// Carries out the requests of a session at its end.
 async fn farewell(
     pending: Option<Pending>,
     requests: VecDeque<Request>,
@@ -255,7 +255,7 @@ impl<S: Wearable> Source for Wireless<S> {
     }
 }
 
-/// An error of a session after which the device is tried again.
+/// An error of a session after which the device is retried.
 fn gone(error: Error) -> SourceError {
     let hint = "is the device on, worn and near?".into();
     SourceError::Gone { message: format!("go on: {error}"), hint }

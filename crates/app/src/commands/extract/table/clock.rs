@@ -4,7 +4,7 @@ use super::dates::{DAY_NS, Order, date_ns, has_zone, minutes_ns, order, time_of_
 use super::line::number;
 use super::times::{nanos, usual_rate_hz};
 
-/// Units of times, with their lengths [ns].
+/// Units of time, with their lengths [ns].
 const UNITS: [(&str, i64); 4] = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)];
 /// A number at least this large is a time since 1970, or since 2000, in nanoseconds, microseconds or
 /// milliseconds: in a larger unit it would be thousands of years.
@@ -13,8 +13,8 @@ const SINCE_1970: [(f64, i64); 3] = [(1e17, 1), (1e14, 1_000), (1e11, 1_000_000)
 const MOST_HZ: f64 = 100_000.0;
 /// Dates of spreadsheets count days from 1899-12-30: this one is 1970-01-01 [days].
 const EXCEL_1970: i64 = 25_569;
-/// They are recognised from 2000 to 2099 [days], if rows have a rate in this range by them [Hz]: read as
-/// seconds they would exceed 17 kHz.
+/// The range of such dates, 2000 to 2099 [days], if they give rows a plausible rate [Hz]: read as seconds they would
+/// exceed 17 kHz.
 const EXCEL_DAYS: std::ops::Range<f64> = 36_526.0..73_051.0;
 const EXCEL_HZ: std::ops::RangeInclusive<f64> = 0.2..=5_000.0;
 
@@ -191,7 +191,7 @@ impl Clock {
         cells.iter().filter_map(|cell| probe.read(cell).ok().flatten()).collect()
     }
 
-    /// The same, so that a cell of it is at a time [ns].
+    /// The same clock, shifted so that a cell is at a time [ns].
     pub fn shifted(self, cell: &str, at_ns: i64) -> Clock {
         let mut probe = self.clone();
         let own_ns = probe.read(cell).ok().flatten();

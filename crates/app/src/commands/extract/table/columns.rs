@@ -1,4 +1,4 @@
-//! The selection of a table's columns.
+//! Selects a table's columns.
 
 use super::clock::{Clock, unit_ns, unit_of_name_ns};
 use super::dates::{Order, date_ns, order};
@@ -9,7 +9,7 @@ use super::units::{self, unit};
 
 /// The names of times in our own tables [s].
 const OWN_TIMES: [&str; 3] = ["measured_secs", "unix_secs", "time_secs"];
-/// Rates that differ by less are equal, as far as a few stamps in whole milliseconds can show.
+/// Rates that differ by less count as equal, as far as a few stamps in whole milliseconds can show.
 const LIKE_RATES: f64 = 0.05;
 
 /// Times before this contain no date [ns]: 2001-01-01.
@@ -267,8 +267,8 @@ fn rank(head: &Head, place: usize) -> u8 {
     }
 }
 
-/// A sensor's times begin when the phone's times beside them say (Polar Sensor Logger), those of an E4 when
-/// its file says.
+/// The first of a sensor's times: from the phone's times beside them (Polar Sensor Logger), or as stated in the file of
+/// an E4.
 fn begun(head: &Head, place: usize, clock: Clock) -> Clock {
     let first = |place: usize| head.cells(place).first().copied().unwrap_or_default();
     if let Some(begin_ns) = head.begin_ns.filter(|_| head.is_e4) {

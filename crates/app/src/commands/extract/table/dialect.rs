@@ -1,4 +1,4 @@
-//! The meaning of commas in a table: decimal separators, or separators of cells.
+//! What commas in a table mean: decimal separators, or separators of cells.
 
 use clap::ValueEnum;
 

@@ -63,7 +63,7 @@ impl LineReader {
         }
     }
 
-    /// The next line, whatever it holds.
+    /// The next line, of any kind.
     pub fn next(&mut self) -> Result<Option<TextLine>, TableError> {
         if let Some(line) = self.ahead.pop_front() {
             return Ok(Some(line));
@@ -71,7 +71,7 @@ impl LineReader {
         self.read()
     }
 
-    /// The next `count` lines with data, or as many as there are, which stay to be read.
+    /// The next `count` lines with data, or as many as there are, without consuming them.
     pub fn peek(&mut self, count: usize) -> Result<Vec<TextLine>, TableError> {
         while self.ahead.iter().filter(|line| is_data(&line.text)).count() < count
             && let Some(line) = self.read()?
@@ -100,8 +100,8 @@ impl LineReader {
         Ok((read > 0).then_some(TextLine { number: self.number, text }))
     }
 
-    /// Reads up to the end of the line. The first line determines the line ending: old files of a Mac, and exports of
-    /// some devices, have carriage returns alone.
+    /// Reads up to the end of the line. The first line determines the line ending: old Mac files and exports of some
+    /// devices use carriage returns alone.
     fn read_line(&mut self, bytes: &mut Vec<u8>) -> io::Result<()> {
         let ends = self.ends.unwrap_or(b"\r\n");
         while (bytes.len() as u64) < LONGEST_LINE {

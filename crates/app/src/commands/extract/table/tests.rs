@@ -26,7 +26,7 @@ fn wanted(signal: &'static str, takes_all: bool) -> Wanted {
     }
 }
 
-/// What `extract --signal` wants.
+/// What `extract --signal` looks for.
 fn of(signal: Signal) -> Wanted {
     analyses::wanted(Analysis::of(signal).unwrap(), Vec::new(), None, None)
 }

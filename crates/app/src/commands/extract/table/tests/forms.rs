@@ -1,4 +1,4 @@
-//! Tables as databases, spreadsheets, stopwatches and old programs write them.
+//! Tables as written by databases, spreadsheets, stopwatches and old programs.
 
 use super::*;
 
