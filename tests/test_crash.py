@@ -71,7 +71,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_monitoring(stage):
     assert watcher.answer("messages")["messages"] >= 3, "the monitoring has ended, too"
     assert recorder.is_running()
     subprocess.run(["mount", "-o", "remount,size=600m", disk], check=True)
-    recorder.wait_for("recording goes on in")
+    recorder.wait_for("recording continues in")
     [second] = harness.eventually(lambda: list(out.glob("*_2")))
     harness.eventually(lambda: any(part.stat().st_size > 100_000 for part in bags.parts(second)))
     assert recorder.interrupt() == 3

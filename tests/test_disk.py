@@ -111,15 +111,15 @@ def first(disk) -> Path:
 
 def went_on(stage, disk, recorder) -> None:
     """A recording has gone on in a second bag; what is in neither is counted."""
-    recorder.wait_for(r"recording goes on in .*; \d+ messages are in no bag")
+    recorder.wait_for(r"recording continues in .*; \d+ messages are in no bag")
     [second] = disk.below.glob("*_2")
     harness.eventually(lambda: grows(second))
     assert recorder.interrupt() == 3, recorder.report()
     assert "error: bag: failed to" in recorder.stderr
     said = re.search(r"(\d+) messages are in no bag", recorder.stderr)
     labels = faults(second)
-    assert "recording goes on in" in labels and f"{said[1]} messages are in no bag" in labels
-    assert "recording goes on in" in (second / "summary.md").read_text()
+    assert "recording continues in" in labels and f"{said[1]} messages are in no bag" in labels
+    assert "recording continues in" in (second / "summary.md").read_text()
 
     stage.ask("recover", first(disk))
     [begun], [going_on] = (phases(bag) for bag in (first(disk), second))

@@ -89,7 +89,7 @@ def test_a_demo_names_a_simulator_that_dies_and_leaves_none_behind(stage):
     demo.wait_for("robot1 online|marker: robot1|/robot1/")
     [first] = children(demo.pid)
     os.kill(first, signal.SIGKILL)
-    demo.wait_for("simulator: failed to go on: its process ended .*9")
+    demo.wait_for("simulator: failed to continue: its process ended .*9")
     [second] = harness.eventually(lambda: of_simulator(demo.pid))
     assert second != first and is_alive(second)
     demo.kill()

@@ -457,7 +457,7 @@ def test_responses_of_the_skin_belong_to_the_events_before_them(stage):
     "options,message",
     [
         (["--signal", "eeg"], "eeg has no values around events"),
-        (["--signal", "ecg", "--method", "causal"], "--around needs what follows each event"),
+        (["--signal", "ecg", "--method", "causal"], "--around needs the signal after each event"),
         (["--signal", "ecg", "--after", "500"], "between 1 and 120 s"),
         (["--signal", "ecg"], "time_secs"),
     ],

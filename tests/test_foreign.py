@@ -89,7 +89,7 @@ def test_a_recording_of_others_becomes_a_bag_with_a_report(stage):
     assert counts["/robot1/battery_state/use/w30"]["origin"] == "derived"
     assert (Path(bag) / "summary.md").exists()
     again = stage.ask("import", bag, "--out", out)
-    assert again.returncode == 1 and "is a bag of teampulse already" in again.stderr
+    assert again.returncode == 1 and "is already a teampulse bag" in again.stderr
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.95])

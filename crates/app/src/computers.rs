@@ -52,7 +52,7 @@ fn line(computer: &str, status: &StreamStatus) -> String {
     let kind = if is_probed(status) { ClockKind::TwoWay } else { ClockKind::Remote };
     if status.offset_secs.is_nan() {
         return format!(
-            "clock    ?     {computer}  unknown: its stamps are used as they are; run teampulse there to measure it"
+            "clock    ?     {computer}  unknown: its stamps are used uncorrected; run teampulse there to measure it"
         );
     }
     if is_simulated(status.offset_secs, kind) {

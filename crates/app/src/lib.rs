@@ -67,7 +67,7 @@ pub fn main_with(components: Components) -> ExitCode {
     runtime.shutdown_background();
     let ended = ended.unwrap_or_else(|panic| {
         let failure = failure::Failure::new(format!("teampulse panicked: {panic}{}", at(&panic)));
-        Err(failure.hint("a fault of teampulse; please report it"))
+        Err(failure.hint("this is a bug in teampulse; please report it"))
     });
     match ended {
         Ok(exit) => exit.into(),

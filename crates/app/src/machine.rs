@@ -42,7 +42,7 @@ pub fn unfit(out: &Path, keep_free_bytes: u64) -> Option<String> {
     }
     let writable = rustix::fs::access(folder, rustix::fs::Access::WRITE_OK);
     if let Err(error) = writable {
-        return Some(format!("{} can't be written into: {error}", folder.display()));
+        return Some(format!("{} is not writable: {error}", folder.display()));
     }
     too_full(free_bytes(folder).ok()?, keep_free_bytes, folder)
 }
@@ -96,9 +96,9 @@ pub fn crowded(messages_per_sec: f64) -> Vec<String> {
 fn waits(may_come_first: bool, messages_per_sec: f64) -> Option<String> {
     (!may_come_first && messages_per_sec >= MANY_PER_SEC).then(|| {
         format!(
-            "cpu      wait  {messages_per_sec:.0} messages/s are received at the priority of any other \
-             program: a busy machine may lose some; a line `YOU - nice -10` with your account in \
-             /etc/security/limits.conf permits more from the next login on"
+            "cpu      wait  {messages_per_sec:.0} messages/s are received at normal priority: a \
+             busy machine may lose some; a line `YOU - nice -10` with your account in \
+             /etc/security/limits.conf permits a higher one from the next login on"
         )
     })
 }

@@ -43,7 +43,7 @@ fn of_room(bag: &Bag) -> Option<String> {
     let (asked, least) = (bag.keep_free_mib, LEAST_DISK >> 20);
     (asked < least).then(|| {
         format!(
-            "keep_free_mib = {asked} holds once it records: with less than {least} MiB free no recording begins"
+            "keep_free_mib = {asked} applies once it records: no recording begins with less than {least} MiB free"
         )
     })
 }
@@ -84,9 +84,9 @@ fn alerting_of_nothing(alerts: &[Threshold], heard: &[&Stream]) -> Vec<String> {
             let own = if own.is_empty() { "no numbers".into() } else { own.join(", ") };
             match &alert.channel {
                 Some(channel) => format!(
-                    "the alert on `{pattern}` finds no number `{channel}` there: it has {own}"
+                    "the alert on `{pattern}` finds no number `{channel}`: the stream has {own}"
                 ),
-                None => format!("the alert on `{pattern}` names no channel: it has {own}"),
+                None => format!("the alert on `{pattern}` names no channel: the stream has {own}"),
             }
         })
     };
@@ -134,7 +134,7 @@ fn of_phases(phases: &[Phase]) -> Option<String> {
             "there are no phases: people are compared with their baseline only after a phase `{BASELINE}` on /session/events"
         ))
     } else {
-        Some(format!("no phase is called `{BASELINE}`: nothing is compared with one"))
+        Some(format!("no phase is named `{BASELINE}`: nothing is compared with a baseline"))
     }
 }
 
@@ -168,9 +168,9 @@ mod tests {
         let keeping =
             |mib: u32| notes(&format!("[[sinks]]\ntype = \"bag\"\nkeep_free_mib = {mib}\n"));
         assert_eq!(keeping(64), "");
-        assert!(
-            keeping(10).starts_with("keep_free_mib = 10 holds once it records: with less than 64")
-        );
+        assert!(keeping(10).starts_with(
+            "keep_free_mib = 10 applies once it records: no recording begins with less than 64"
+        ));
     }
 
     #[test]
@@ -222,9 +222,9 @@ mod tests {
         let no_stream = "the pattern `/r2/arm` of an alert matches no received stream";
         assert_eq!(idle("stream = \"/r2/arm\""), no_stream);
         let no_number =
-            "the alert on `/r1/arm` finds no number `power` there: it has effort, speed";
+            "the alert on `/r1/arm` finds no number `power`: the stream has effort, speed";
         assert_eq!(idle("stream = \"/r1/arm\"\nchannel = \"power\""), no_number);
-        let which = "the alert on `/r1/arm` names no channel: it has effort, speed";
+        let which = "the alert on `/r1/arm` names no channel: the stream has effort, speed";
         assert_eq!(idle("stream = \"/r1/arm\""), which);
     }
 
@@ -238,7 +238,7 @@ mod tests {
     fn a_missing_baseline_is_reported_where_people_are_recorded() {
         assert_eq!(notes(&phase("baseline")), "");
         assert!(notes(&phase("Baseline")).contains("write `baseline`"));
-        assert!(notes(&phase("rest")).contains("no phase is called `baseline`"));
+        assert!(notes(&phase("rest")).contains("no phase is named `baseline`"));
         assert!(notes(PEOPLE).contains("no phases"));
         assert_eq!(
             notes("[[sinks]]\ntype = \"bag\"\n[[phases]]\nname = \"x\"\nfrom_secs = 0\n"),

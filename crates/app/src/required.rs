@@ -21,7 +21,7 @@ const ABSENT: &str =
 
 /// The remedy for two publishers of one person's topic.
 const TWICE: &str =
-    "Stop one of both: a driver that was started twice, or two devices of one person.";
+    "Stop one of the two: a driver was started twice, or one person has two devices.";
 
 /// What a study requires.
 #[derive(Clone, Debug)]
@@ -105,7 +105,7 @@ fn nothing(kinds: &[String], received: &Received) -> Option<Unmet> {
     let is_nothing = by_name && received.is_empty();
     is_nothing.then(|| {
         let what = "any topic: no topic of the study is published";
-        lacking(what, "Start what publishes them, and check the ROS domain.")
+        lacking(what, "Start the nodes that publish them, and check the ROS domain.")
     })
 }
 
@@ -151,7 +151,7 @@ fn missing_fields(wanted: &[Robots], received: &Received) -> Vec<Unmet> {
         let without = received.iter().map(|(stream, _)| stream).filter(lacks);
         missing.extend(without.map(|stream| {
             let what = format!("field `{path}` of {}", stream.name);
-            lacking(what, "Name a field that its message type has.")
+            lacking(what, "Name a field of its message type.")
         }));
     }
     missing

@@ -459,7 +459,7 @@ pub fn conclude(outcome: Outcome) -> Exit {
     }
     for broken in outcome.features {
         let failure = Failure::new(format!("{broken}{}", at(&broken.panic)));
-        let hint = "all raw data was recorded; please report this fault of teampulse";
+        let hint = "all raw data was recorded; please report this bug in teampulse";
         blame(failure.hint(hint), Exit::DataLost);
     }
     for what in outcome.undone {
@@ -470,7 +470,7 @@ pub fn conclude(outcome: Outcome) -> Exit {
     }
     for panic in outcome.pump.iter().chain(&outcome.strays) {
         let failure = Failure::new(format!("a part of teampulse panicked: {panic}{}", at(panic)));
-        blame(failure.hint("please report this fault of teampulse"), Exit::Failed);
+        blame(failure.hint("please report this bug in teampulse"), Exit::Failed);
     }
     exit
 }

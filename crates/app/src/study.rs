@@ -210,7 +210,7 @@ impl Study {
         })?;
         let is_disabled = self.general.features.disable.iter().any(|kind| kind == "attention");
         if is_disabled && !self.general.alerts.is_empty() {
-            let message = "the feature `attention` is disabled, which raises the [[alerts]]";
+            let message = "the feature `attention`, which raises the [[alerts]], is disabled";
             return Err(self.error(
                 ("features", "disable"),
                 message,

@@ -10,7 +10,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum BagError {
     /// The folder of a new recording already exists; recordings are never overwritten.
-    #[error("record to {}: it exists already", path.display())]
+    #[error("record to {}: it already exists", path.display())]
     Exists {
         /// The folder.
         path: PathBuf,
@@ -83,7 +83,7 @@ pub enum Found {
     #[error("an encrypted ROS 1 bag")]
     Encrypted,
     /// A recording compressed with something other than Zstandard, or a file that can't be decompressed.
-    #[error("a recording whose compression can't be undone")]
+    #[error("a recording that can't be decompressed")]
     Compressed,
     /// A folder without any MCAP file.
     #[error("a folder without MCAP files")]
@@ -153,7 +153,7 @@ impl Found {
     fn hint(self) -> &'static str {
         match self {
             Found::Foreign => "`teampulse import` makes a bag of all readable messages",
-            Found::Ros1 => "mend it with ROS 1's `rosbag reindex` or `rosbag fix` first",
+            Found::Ros1 => "repair it with ROS 1's `rosbag reindex` or `rosbag fix` first",
             Found::Encrypted => "decrypt it with ROS 1's `rosbag decrypt` first",
             Found::Compressed => {
                 "convert it with `ros2 bag convert` to compression_mode none; \

@@ -172,7 +172,7 @@ impl Recording {
             Ok(Err(error)) => Some(lost(&error)),
             Err(panic) => Some(SinkError::Lost {
                 message: format!("record to {at}: it panicked: {panic}"),
-                hint: format!("please report this fault of teampulse{}", panics::at(&panic)),
+                hint: format!("please report this bug in teampulse{}", panics::at(&panic)),
             }),
         };
         if let Some(why) = &lost {

@@ -159,7 +159,7 @@ fn a_recording_that_was_not_closed_is_read_as_far_as_it_goes() {
         let bag = opened(&[b"#ROSBAG V2.0\n", &bag_header(0)[..], &open].concat()).unwrap();
         let expected = if packing == Packing::None { 1 } else { 2 };
         assert_eq!(bag.messages_count(), expected, "{packing:?}");
-        assert_eq!(damage(&bag), "it was cut off: its last chunk is read as far as it goes");
+        assert_eq!(damage(&bag), "it was cut off: its last chunk is read as far as possible");
     }
 }
 
@@ -180,7 +180,7 @@ fn messages_that_do_not_fit_their_definition_are_counted() {
     assert_eq!(bag.messages_count(), 1);
     let expected = "1 messages of /a can't be converted: failed to read 9 bytes at byte 4 of a \
         message: 2 are left; 1 messages of /b can't be converted: failed to read the definition of \
-        own/msg/C: it is not known; 1 messages are of no known connection";
+        own/msg/C: it is not known; 1 messages belong to no known connection";
     assert_eq!(damage(&bag), expected);
 }
 

@@ -65,11 +65,11 @@ pub const VERBS: [(&str, &str, &str); 11] = [
     ("stop_recording", "", "ends the bag; the session goes on"),
     ("snapshot", "", "writes the seconds that are kept while nothing is recorded into a bag"),
     ("next_phase", "", "begins the next phase of the study"),
-    ("repeat_phase", "", "begins the current phase anew"),
+    ("repeat_phase", "", "restarts the current phase"),
     ("abort_phase", "", "ends the current phase"),
     ("mark", "LABEL", "sets a marker"),
-    ("vibrate", "SUBJECT [SECS]", "lets what a person wears vibrate"),
-    ("do", "COMPONENT REQUEST", "asks a component for something of its own"),
+    ("vibrate", "SUBJECT [SECS]", "makes a device that a person wears vibrate"),
+    ("do", "COMPONENT REQUEST", "sends a request to a component"),
 ];
 
 impl Command {

@@ -107,7 +107,7 @@ pub enum Refused {
     #[error("nothing in this session carries it out")]
     NoReceiver,
     /// The receiver has not yet taken earlier commands.
-    #[error("too many commands wait already")]
+    #[error("too many commands are already waiting")]
     Busy,
 }
 

@@ -97,9 +97,8 @@ impl Intake {
     pub(crate) fn complaint(&self, now: Time) -> Option<String> {
         let is_new = self.newest.is_some_and(|newest| now.secs_since(newest) <= COMPLAINT_SECS);
         let left_out = self.left_out;
-        is_new.then(|| {
-            format!("more than its rate says: {left_out} samples left out of what is computed")
-        })
+        is_new
+            .then(|| format!("faster than its rate: {left_out} samples were not used for features"))
     }
 }
 

@@ -253,7 +253,7 @@ impl Life {
         if disbelieved > 0 {
             let ahead_secs = self.disbelieved_ahead_secs;
             return Some(if ahead_secs.is_nan() {
-                format!("{disbelieved} of its stamps can't be believed")
+                format!("{disbelieved} of its stamps are implausible")
             } else {
                 format!("its stamps are {ahead_secs:+.3} s off")
             });

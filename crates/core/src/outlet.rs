@@ -254,8 +254,9 @@ impl Outlet {
         let is_invalid = !wave.is_valid();
         if is_invalid {
             let name = &self.streams.get(reading.stream).name;
-            let label =
-                format!("{name}: a wave without a valid period or with half a sample was left out");
+            let label = format!(
+                "{name}: a wave without a valid period or with an incomplete sample was dropped"
+            );
             if self.queue.commands().is_new(&label) {
                 self.happen(passing(label));
             }

@@ -15,7 +15,7 @@ const STOOD_STILL: &str = "teampulse itself stood still";
 pub(crate) fn stood_still(lasted: Duration) -> Event {
     let secs = lasted.as_secs_f64();
     let label = format!(
-        "{STOOD_STILL} for {secs:.1} s: it was stopped, or the machine slept or had no time for it"
+        "{STOOD_STILL} for {secs:.1} s: it was stopped, or the machine slept or was overloaded"
     );
     Event { duration_secs: secs, ..passing(label) }
 }

@@ -298,7 +298,7 @@ async fn a_source_that_panics_has_failed_and_the_others_go_on() {
     assert!(ended_well(&records));
     assert_eq!(of(&records, "/r3/number").len() as u64, MIDWAY, "what it gave before is kept");
     let [fault] = &lasting_faults(&records)[..] else { panic!() };
-    assert!(fault.starts_with("unlucky: failed to go on: it panicked: "), "{fault}");
+    assert!(fault.starts_with("unlucky: failed to continue: it panicked: "), "{fault}");
     assert!(fault.ends_with("reading 150 is one too many"), "{fault}");
     let [(name, SourceError::Fatal { hint, .. })] = &outcome.sources[..] else { panic!() };
     assert_eq!(name, "unlucky");
@@ -313,7 +313,10 @@ async fn a_sink_that_panics_has_lost_what_it_should_keep_and_the_others_go_on() 
         let over = |records: &[Record]| has_all(records) && !lasting_faults(records).is_empty();
         let (records, outcome) = keep(parts, over).await;
         assert!(ended_well(&records));
-        assert_eq!(lasting_faults(&records), ["clumsy: failed to go on: it panicked: dropped it"]);
+        assert_eq!(
+            lasting_faults(&records),
+            ["clumsy: failed to continue: it panicked: dropped it"]
+        );
         let [("clumsy", error)] = &outcome.sinks[..] else { panic!("{outcome:?}") };
         let is_lost = matches!(error, SinkError::Lost { .. });
         assert_eq!(is_lost, delivery == Delivery::Lossless, "{error:?}");
@@ -333,7 +336,7 @@ async fn a_pump_that_panics_ends_the_session_at_once_and_each_sink_knows() {
     assert!(!of(&records, "/r1/number").is_empty(), "what came before is kept");
     assert_eq!(outcome.pump.expect("it panicked").message, "no room for it");
     let [("keeper", SinkError::Lost { message, .. })] = &outcome.sinks[..] else { panic!() };
-    assert_eq!(message, "go on: the pump panicked: no room for it");
+    assert_eq!(message, "continue: the pump panicked: no room for it");
 }
 
 /// The component that panics, at a random time in a session.

@@ -263,7 +263,7 @@ async fn doom(fate: Fate) -> (Outcome, Vec<String>) {
 async fn a_worker_that_panics_is_left_out_and_named() {
     let (outcome, faults) = doom(Fate::Panics).await;
     let [fault] = &faults[..] else { panic!("{faults:?}") };
-    assert!(fault.starts_with("model: failed to go on: it panicked: this frame"), "{fault}");
+    assert!(fault.starts_with("model: failed to continue: it panicked: this frame"), "{fault}");
     let error = outcome.workers[0].error.as_ref().expect("an error");
     assert!(error.message.contains("it panicked"), "{error}");
     assert!(outcome.sinks.is_empty() && outcome.sources.is_empty() && outcome.pump.is_none());

@@ -47,14 +47,15 @@ pub struct Access {
 pub enum Denied {
     /// Its `Host` is not this computer: the name may have been rebound to it.
     #[error(
-        "the host of the address is not known here: open the dashboard by the address it prints, or list the name below `names`"
+        "the host of the address is not known here: open the dashboard at the address that it \
+         prints, or list the name below `names`"
     )]
     Host,
     /// It comes from a page of another site.
     #[error("pages of other sites may not use the dashboard")]
     Origin,
     /// It has no valid token.
-    #[error("a token is needed: open the dashboard as /?token=… with one of its file")]
+    #[error("a token is needed: open the dashboard as /?token=… with a token from its file")]
     Token,
 }
 

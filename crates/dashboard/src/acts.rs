@@ -75,7 +75,7 @@ pub fn act(
         FromBrowser::Ping { .. } => {}
         FromBrowser::Want { streams } if streams.len() > MOST_WANTED => {
             let reason = format!("{} streams can't be drawn at once", streams.len());
-            return Err(Refusal::new(reason, "choose 256 at most"));
+            return Err(Refusal::new(reason, "choose at most 256"));
         }
         FromBrowser::Want { streams } => client.want(&streams, &hub.known()),
         FromBrowser::Shown { streams } => {
@@ -125,7 +125,7 @@ fn play(
 ) -> Result<(), Refusal> {
     let Some(playhead) = &hub.context.playhead else {
         return Err(Refusal::new(
-            "this session happens now",
+            "this is a live session",
             "`teampulse play BAG` shows a recording",
         ));
     };
@@ -163,7 +163,7 @@ fn history(hub: &Hub, client: &Client, asked: HistoryRequest) -> Result<HistoryR
         ));
     }
     let track = known.tracks.get(&stream);
-    let track = track.ok_or_else(|| Refusal::new("nothing is stored of this stream", ""))?;
+    let track = track.ok_or_else(|| Refusal::new("no data of this stream is stored", ""))?;
     let excerpt = track.excerpt(from, to, points.min(MOST_POINTS));
     let (from, step, channels) = (excerpt.from, excerpt.step, excerpt.channels);
     Ok(HistoryReply { reference, stream, from, step, channels })
@@ -217,7 +217,7 @@ impl Doer<'_> {
         let (now, from) = (self.hub.now(), from.max(0.0));
         if !(from >= now - STORED_SECS && to <= now + AGES_SECS.1) {
             let hint = "choose a span of the last ten minutes";
-            return Err(Refusal::new("the span is not of what is stored here", hint));
+            return Err(Refusal::new("the span is outside of the stored data", hint));
         }
         if to <= from {
             let hint = "drag over the signals, or use [ and ] at the cursor";
@@ -314,8 +314,8 @@ impl Doer<'_> {
         let now = self.hub.now();
         let (old, ahead) = AGES_SECS;
         if at.is_some_and(|at| !(now - old..=now + ahead).contains(&at)) {
-            let hint = "its clock is probed with `ping`; without a time it is now";
-            return Err(Refusal::new("its time is not of the last minute", hint));
+            let hint = "probe the clock with `ping`, or leave the time out for now";
+            return Err(Refusal::new("its time is not within the last minute", hint));
         }
         let (is_timed, at) = (at.is_some(), self.hub.moment(at));
         self.await_echo(kind, at, is_timed, reference);
@@ -333,7 +333,7 @@ impl Doer<'_> {
 fn recordable(text: &str) -> Result<&str, Refusal> {
     let text = text.trim();
     if text.is_empty() || text.len() > LONGEST_TEXT {
-        let reason = format!("{} bytes are no text to record", text.len());
+        let reason = format!("a text of {} bytes can't be recorded", text.len());
         return Err(Refusal::new(reason, "write 1 to 1000 bytes"));
     }
     Ok(text)

@@ -42,7 +42,7 @@ async fn index(State(shared): State<Shared>) -> Json<Value> {
         "POST /api/events": "{\"label\": \"robot lost\"} sets a marker; {\"note\": \"…\"} writes a note; \
             {\"scale\": \"isa\", \"value\": 3, \"subject\": \"p001\"} reports; each with \"at\" [s] or \"unix\" [s] if it was not now",
         "GET /metrics": "for Prometheus",
-        "WebSocket /ws": "all of it live, as the pages have it",
+        "WebSocket /ws": "all of it live, as sent to the pages",
     }))
 }
 
@@ -208,7 +208,7 @@ async fn post_event(
 }
 
 fn no_stream(name: &str) -> Response {
-    let error = format!("there is nothing of a stream {name:?}");
+    let error = format!("there is no stream {name:?}");
     answer(StatusCode::NOT_FOUND, json!({ "error": error, "hint": "GET /api/streams lists them" }))
 }
 

@@ -104,7 +104,7 @@ pub(crate) fn start(hub: &Arc<Hub>) -> Result<(Runtime, String), SinkError> {
     let outlet = hub.outlet.clone();
     runtime.spawn(async move {
         if let (Err(error), Some(outlet)) = (serving.await, outlet) {
-            let label = format!("dashboard: failed to go on serving: {error}");
+            let label = format!("dashboard: failed to keep serving: {error}");
             outlet.happen(teampulse_core::fault::lasting(label));
         }
     });

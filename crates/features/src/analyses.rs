@@ -175,7 +175,7 @@ impl Documented {
         format!(
             "{summary}\n\n\
              - Measures: {measures}\n\
-             - Formula: that of each value stands in the stream's `method`.\n\
+             - Formula: that of each value is in the stream's `method`.\n\
              - Unit: as declared for each value.\n\
              - Window: `windows_secs`, each second of the stream's own time{windows}; and each phase when it is \
                over.\n\

@@ -54,7 +54,7 @@ pub(crate) fn duration_setting(name: &str, secs: f64) -> Result<f64, SettingsErr
     }
     let wrong =
         format!("`{name}` of {secs} s: expected more than 0 s and at most {LONGEST_SECS} s");
-    Err(SettingsError::new(wrong).with_hint("it is a length of time in seconds").at(name))
+    Err(SettingsError::new(wrong).with_hint("give a length of time in seconds").at(name))
 }
 
 #[cfg(test)]

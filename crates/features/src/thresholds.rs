@@ -175,7 +175,7 @@ impl Threshold {
     }
 
     fn check_times(&self) -> Result<(), SettingsError> {
-        const SECONDS: &str = "it is a length of time in seconds";
+        const SECONDS: &str = "give a length of time in seconds";
         let Threshold { for_secs, silent_secs, .. } = self;
         if !(0.0..=LONGEST_SECS).contains(for_secs) {
             let message = format!("`for_secs` is {for_secs}: expected 0 to {LONGEST_SECS}");
@@ -192,7 +192,8 @@ impl Threshold {
 
     fn check_subject(&self) -> Result<(), SettingsError> {
         if self.person.is_some() && self.robot.is_some() {
-            let hint = "name one of them, or none: it is about whom the stream is about";
+            let hint =
+                "name one of them, or neither: by default it is about the subject of the stream";
             return wrong("robot", "an alert is about a person and a robot", hint);
         }
         let is_id = |id: &String| {

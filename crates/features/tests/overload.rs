@@ -120,7 +120,7 @@ async fn overlapping_waves_are_recorded_and_counted_but_not_all_analysed() {
     let source = Overlapping { declared_hz: 1000.0, period_ns: 1e6, samples: 625 };
     let (waves, reason) = seen(source).await;
     assert_eq!(waves, WAVES);
-    assert!(reason.contains("samples left out of what is computed"), "{reason}");
+    assert!(reason.contains("samples were not used for features"), "{reason}");
 }
 
 /// Would take all memory, or forever, if it were trusted.

@@ -37,7 +37,7 @@ pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
     let stated = header.records.unwrap_or(whole);
     let mut recording = Recording::default();
     if stated != whole {
-        recording.notes.push(format!("the header states {stated} records; {whole} are there"));
+        recording.notes.push(format!("the header states {stated} records; {whole} are present"));
     }
     bounded(whole.saturating_mul(header.samples_a_record()))?;
     let mut signals = Groups::new(&header);

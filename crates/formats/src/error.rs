@@ -42,8 +42,8 @@ impl FormatError {
             }
             FormatError::Empty(_) => "choose the file that has the recorded signals",
             FormatError::TooLarge => "export a shorter part of the recording",
-            FormatError::Unsupported(_) => "save it again without, and import that file",
-            FormatError::Archive(_) => "download it again; if it was packed anew, use plain zip",
+            FormatError::Unsupported(_) => "save it again without that, and import the new file",
+            FormatError::Archive(_) => "download it again; if it was repacked, use plain zip",
         }
     }
 

@@ -70,7 +70,7 @@ pub struct AudioInfo {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum AudioError {
     /// The message is truncated, or not of this type.
-    #[error("read what the sound is: {0}")]
+    #[error("read the format of the sound: {0}")]
     Message(#[from] CdrError),
     /// Samples in an unsupported format.
     #[error(
@@ -254,7 +254,7 @@ mod tests {
             (info(1, 16_000, "S16LE", "mp3"), "encoded as `mp3`"),
             (info(1, 16_000, "Q7", "wave"), "format `Q7`"),
             (info(0, 16_000, "S16LE", "wave"), "0 channels at 16000 Hz"),
-            (vec![0, 1], "read what the sound is"),
+            (vec![0, 1], "read the format of the sound"),
         ] {
             let error = AudioInfo::read(&message).unwrap_err();
             assert!(error.to_string().contains(words), "{error}");

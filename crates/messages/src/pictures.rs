@@ -72,7 +72,7 @@ pub enum PictureError {
     Encoding(String),
     /// Fewer pixels than announced, or none.
     #[error(
-        "{width} × {height} pixels were announced, in rows of {step} bytes; {bytes} bytes came"
+        "{width} × {height} pixels were announced, in rows of {step} bytes; {bytes} bytes arrived"
     )]
     Rows {
         /// The announced columns.
@@ -215,7 +215,7 @@ mod tests {
         let read = |message: &Bytes| Pixels::read(message).unwrap_err();
         assert_eq!(
             read(&image("rgb8", 640, 480, 1920, vec![0; 1000])).to_string(),
-            "640 × 480 pixels were announced, in rows of 1920 bytes; 1000 bytes came"
+            "640 × 480 pixels were announced, in rows of 1920 bytes; 1000 bytes arrived"
         );
         for (width, height, step, bytes) in [
             (100_000, 1, 300_000, 300_000),

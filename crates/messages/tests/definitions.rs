@@ -89,7 +89,7 @@ fn an_error_names_the_line_and_what_was_expected() {
     says("b/D d", "line 1: b/msg/D is not defined");
     says(&with_types("B b", &[("a_msgs/B", "A a")]), "line 4: a_msgs/msg/A is part of itself");
     says(&format!("int8 a\n{}\nnothing", "=".repeat(80)), NO_TITLE);
-    says("float64[1000000000] a", "line 1: it takes 8000000000 bytes at least");
+    says("float64[1000000000] a", "line 1: it takes at least 8000000000 bytes");
 }
 
 const NO_TITLE: &str = "line 3: expected `MSG: package/Type` below the line between two types";
@@ -113,7 +113,7 @@ fn types_that_are_nested_without_sense_are_refused() {
 fn a_type_that_takes_more_than_any_message_is_refused() {
     let types = [("a_msgs/B", "C[50000] c"), ("a_msgs/C", "int8[50000] x")];
     let error = parse(&with_types("B b", &types)).unwrap_err();
-    assert!(error.ends_with("it takes 2500000000 bytes at least"), "{error}");
+    assert!(error.ends_with("it takes at least 2500000000 bytes"), "{error}");
 }
 
 #[test]

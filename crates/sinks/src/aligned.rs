@@ -212,7 +212,7 @@ impl AlignedTable {
             let counts = self.aligner.counts(member.source).unwrap_or_default();
             if counts.late + counts.ahead + counts.crowded > 0 {
                 tracing::warn!(
-                    "{}: of {} samples, {} came too late for their row, {} are stamped after \
+                    "{}: of {} samples, {} arrived too late for their row, {} are stamped after \
                      their arrival, {} had no room while rows waited",
                     member.stream.name,
                     counts.received,
@@ -223,7 +223,7 @@ impl AlignedTable {
             }
         }
         if self.aligner.skipped() > 0 {
-            tracing::warn!("{} rows are left out where no stream delivers", self.aligner.skipped());
+            tracing::warn!("{} rows were skipped where no stream has data", self.aligner.skipped());
         }
         let table = &mut self.table;
         self.aligner.finish(|output| table.take(output));

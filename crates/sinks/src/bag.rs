@@ -103,7 +103,7 @@ split_mib   = 4096"#;
     fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
         let is_claimed = is_vacant(&context.bag);
         if context.bag.exists() && !is_claimed {
-            let message = format!("the bag's folder {} exists already", context.bag.display());
+            let message = format!("the bag's folder {} already exists", context.bag.display());
             return Err(SettingsError::new(message).with_hint("give another --out"));
         }
         let metadata_version = match self.metadata_version {

@@ -104,7 +104,7 @@ impl Hearing {
         if info.rate_hz < RATES_HZ.0 || info.rate_hz > RATES_HZ.1 {
             let (least, most) = (RATES_HZ.0 / 1e3, RATES_HZ.1 / 1e3);
             return Err(format!(
-                "hear a voice at {} Hz; {least} to {most} kHz are heard",
+                "analyse a voice at {} Hz; {least} to {most} kHz are supported",
                 info.rate_hz
             ));
         }
@@ -156,7 +156,7 @@ impl Hearing {
             Some(framer) => Ok(framer),
             none => {
                 let framer = Framer::new(&Settings::default(), info.rate_hz);
-                Ok(none.insert(framer.map_err(|error| format!("hear a voice: {error}"))?))
+                Ok(none.insert(framer.map_err(|error| format!("analyse a voice: {error}"))?))
             }
         }
     }

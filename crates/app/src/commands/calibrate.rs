@@ -100,7 +100,7 @@ impl Calibrate {
         }
         match (&report.doubt, &self.write) {
             (Some(doubt), Some(study)) => {
-                return Err(Failure::new(format!("{} is left as it is: {doubt}", study.display()))
+                return Err(Failure::new(format!("{} is not changed: {doubt}", study.display()))
                     .hint(
                         "record more events, separate from other motion, or give --from and --to",
                     ));
@@ -152,7 +152,7 @@ impl Calibrate {
 fn doubt(found: &Calibration, latency_secs: f64) -> Option<String> {
     if !found.is_trustworthy() {
         let share = 100.0 * found.correlation;
-        return Some(format!("the streams agree on few events only (correlation {share:.0} %)"));
+        return Some(format!("the streams agree on only a few events (correlation {share:.0} %)"));
     }
     if found.uncertainty_secs > WORST_SECS {
         let uncertainty_ms = 1e3 * found.uncertainty_secs;

@@ -71,8 +71,10 @@ impl Demo {
         let text = format!("{STUDY}{}", worn.study());
         let study = Study::parse(Path::new("studies/demo.toml"), text.clone())?;
         let taken = take_domain("teampulse_demo").ok_or_else(|| {
-            Failure::new(format!("a demo runs on each ROS domain from {DOMAIN} to {LAST_DOMAIN}"))
-                .hint("end one of them")
+            Failure::new(format!(
+                "demos are already running on all ROS domains from {DOMAIN} to {LAST_DOMAIN}"
+            ))
+            .hint("end one of them")
         })?;
         let domain = taken.domain;
         if domain != DOMAIN {
@@ -188,7 +190,7 @@ impl Source for Simulator {
         };
         *process = None;
         let how = ended.map_or_else(|error| error.to_string(), |ended| ended.to_string());
-        Err(gone(format!("go on: its process ended ({how})")))
+        Err(gone(format!("continue: its process ended ({how})")))
     }
 }
 

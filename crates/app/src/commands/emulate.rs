@@ -107,7 +107,7 @@ pub fn wardrobe(team: &SimulatedTeam) -> Result<Wardrobe, Failure> {
 
 async fn open(wearable: &EmulatedWearable, wardrobe: &Wardrobe) -> Result<Emulation, Failure> {
     wearable.open(wardrobe).await.map_err(|error| {
-        let failure = Failure::to(format!("put a device of {} up: {error}", wearable.person()));
+        let failure = Failure::to(format!("start a device of {}: {error}", wearable.person()));
         failure.hint("is its `port` in use? choose another one")
     })
 }

@@ -175,7 +175,7 @@ impl Extract {
         }
         if self.artefacts.is_some() && self.signal.is_even() {
             let message = "--artefacts is for --signal interval".to_owned();
-            return wrong(message, "those of an ECG or a PPG are corrected");
+            return wrong(message, "intervals of an ECG or a PPG are always corrected");
         }
         self.around.check(self.signal, self.method == Method::Causal)?;
         if self.truth.is_some() && self.signal.main_event().is_none() {
@@ -352,8 +352,10 @@ fn not_too_much(cells: usize, method: Method) -> Result<(), Failure> {
     }
     let hint = match method {
         Method::Causal => "give --window SECS",
-        Method::Whole => "give --method causal and --window SECS, or cut the table",
+        Method::Whole => "give --method causal and --window SECS, or split the table",
     };
-    Err(Failure::new(format!("the table has more than {MOST_CELLS} samples to be held at once"))
-        .hint(hint))
+    Err(Failure::new(format!(
+        "the table has more than {MOST_CELLS} samples, too many to hold in memory"
+    ))
+    .hint(hint))
 }

@@ -128,7 +128,7 @@ impl Import {
     async fn bag(&self, path: &Path) -> Result<Exit, Failure> {
         let mut bag = open(path)?;
         if study_of(&bag)?.is_some() {
-            let message = format!("{} is a bag of teampulse already", path.display());
+            let message = format!("{} is already a teampulse bag", path.display());
             return Err(Failure::new(message).hint("`teampulse replay` computes it again"));
         }
         bag.check();
@@ -250,7 +250,7 @@ struct Described {
 /// Prints where the bag is.
 fn concluded(folder: &Path, exit: Exit) {
     if exit != Exit::Failed {
-        output::line(format!("imported; look into it with `teampulse info {}`", folder.display()));
+        output::line(format!("imported; inspect it with `teampulse info {}`", folder.display()));
         output::last_line(folder.display().to_string());
     }
 }

@@ -90,7 +90,7 @@ impl Info {
             show(&describe(&bag));
             if self.check && damage(&bag).is_empty() {
                 let count = bag.messages_count();
-                output::line(format!("checked: all {count} messages were read, and all are whole"));
+                output::line(format!("checked: all {count} messages are intact"));
             }
         }
         Ok(exit)

@@ -100,7 +100,7 @@ impl Play {
         let from = match self.start {
             Some(secs) if secs > last.secs_since(first) => {
                 let lasts_secs = last.secs_since(first);
-                return Err(Failure::new(format!("the bag lasts {lasts_secs:.1} s only"))
+                return Err(Failure::new(format!("the bag is only {lasts_secs:.1} s long"))
                     .hint("give a --start within it"));
             }
             Some(secs) => first + Duration::from_secs_f64(secs),

@@ -41,7 +41,7 @@ impl Recover {
             BagError::NotABag { found: Found::Foreign, .. } => {
                 Failure::new(format!("{bag} is not an MCAP bag: it is read as far as possible, and never changed"))
                     .hint(format!(
-                        "`teampulse import {bag}` makes a new bag of all that can be read, with its tidy files"
+                        "`teampulse import {bag}` makes a new bag of everything that can be read, with its tidy files"
                     ))
             }
             _ => Failure::to(error).hint(error.hint()),

@@ -176,6 +176,6 @@ pub fn study_or_defaults(bag: &Bag) -> Result<Study, Failure> {
         return Ok(study);
     }
     let shown = bag.path().display();
-    output::note(format!("note: no study is kept in {shown}: the defaults are taken"));
+    output::note(format!("note: no study is kept in {shown}: the defaults are used"));
     Ok(Study::parse(Path::new("the defaults"), defaults(bag.path()))?)
 }

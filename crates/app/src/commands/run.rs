@@ -101,7 +101,7 @@ pub async fn watch(
 
 /// Prints where the recording is.
 fn say_where(folder: &Path) {
-    say(format!("recorded; look into it with `teampulse info {}`", folder.display()));
+    say(format!("recorded; inspect it with `teampulse info {}`", folder.display()));
     let summary = folder.join(SUMMARY);
     if summary.exists() {
         say(format!("data quality and losses, on one page: {}", summary.display()));

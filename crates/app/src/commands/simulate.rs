@@ -221,7 +221,7 @@ impl Simulate {
     ) -> Result<Option<Served>, Failure> {
         let Some(folder) = &self.wearables else { return Ok(None) };
         if is_simulated {
-            let failure = Failure::new("wearables live in real time, not by /clock");
+            let failure = Failure::new("wearables run in real time, not by /clock");
             let failure = failure.hint("remove `speed` and `clock`, or --wearables");
             return Err(failure.exit(Exit::BadArguments));
         }

@@ -82,7 +82,7 @@ impl Pumping {
                 drop(watched(|| {
                     sinks::deliver(&mut pipeline.routes, &[], pipeline.pump.records())
                 }));
-                let reason = format!("go on: the pump panicked: {panic}");
+                let reason = format!("continue: the pump panicked: {panic}");
                 pipeline.routes.iter().for_each(|route| route.break_off(&reason));
             }
             drop(pipeline);
@@ -129,7 +129,7 @@ impl Pumping {
                 progress = (Stopwatch::start(), taken);
             }
             if progress.0.elapsed() >= STUCK {
-                let reason = "go on: a feature did not return";
+                let reason = "continue: a feature did not return";
                 break_off(sinks, reason);
                 outcome.undone.push("the pump: a feature did not return".into());
                 return;

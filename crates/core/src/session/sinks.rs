@@ -66,8 +66,8 @@ pub(super) fn start(
 }
 
 fn panicked(delivery: Delivery, panic: &Panic) -> SinkError {
-    let message = format!("go on: it panicked: {panic}");
-    let hint = format!("a fault of teampulse{}; please report it", at(panic));
+    let message = format!("continue: it panicked: {panic}");
+    let hint = format!("this is a bug in teampulse{}; please report it", at(panic));
     match delivery {
         Delivery::Lossless => SinkError::Lost { message, hint },
         Delivery::Fresh => SinkError::Failed { message, hint },

@@ -90,9 +90,9 @@ async fn mind(name: &str, mut source: Box<dyn Source>, outlet: &Outlet) -> Ended
             }
             Ok(Err(fatal)) => return Ended::Fatal(fatal),
             Err(panic) => {
-                let message = format!("go on: it panicked: {panic}");
+                let message = format!("continue: it panicked: {panic}");
                 outlet.happen(lasting(format!("{name}: failed to {message}")));
-                let hint = format!("a fault of teampulse{}; please report it", at(&panic));
+                let hint = format!("this is a bug in teampulse{}; please report it", at(&panic));
                 return Ended::Panicked(SourceError::Fatal { message, hint });
             }
         }

@@ -77,9 +77,9 @@ fn mind(
                 outlet.happen(passing(format!("{name}: failed to {message}")));
             }
             Err(panic) => {
-                let message = format!("go on: it panicked: {panic}");
+                let message = format!("continue: it panicked: {panic}");
                 outlet.happen(lasting(format!("{name}: failed to {message}")));
-                let hint = format!("a fault of teampulse{}; please report it", at(&panic));
+                let hint = format!("this is a bug in teampulse{}; please report it", at(&panic));
                 return Some(WorkerError { message, hint });
             }
         }
@@ -109,7 +109,7 @@ impl Running {
 
     /// Abandons a worker that does not stop.
     pub(super) fn abandon(&self) -> WorkerEnd {
-        let message = "stop in time: it was still at work at the end of the session".to_owned();
+        let message = "stop in time: it was still busy at the end of the session".to_owned();
         let error = Some(WorkerError { message, hint: String::new() });
         WorkerEnd { name: self.name.clone(), counts: self.feed.counts(), error }
     }

@@ -98,5 +98,5 @@ fn the_front_end_has_these_types() {
         std::fs::write(FILE, &written).unwrap();
     }
     let kept = std::fs::read_to_string(FILE).unwrap_or_default();
-    assert!(kept == written, "web/src/wire.ts is not what the types here make: see its first line");
+    assert!(kept == written, "web/src/wire.ts is out of date: see its first line");
 }

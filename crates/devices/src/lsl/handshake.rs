@@ -99,7 +99,7 @@ impl FeedReply {
                 "byte-order" => reply.is_big_endian = value == "4321",
                 "suppress-subnormals" => reply.suppress_subnormals = value == "1",
                 "uid" if value != uid.to_ascii_lowercase() => {
-                    return Err(LslError::Headers("the stream is another one now"));
+                    return Err(LslError::Headers("the stream was replaced by another one"));
                 }
                 "data-protocol-version" if value != "110" => {
                     return Err(LslError::Headers("the sender speaks another version of LSL"));

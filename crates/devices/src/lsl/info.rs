@@ -57,7 +57,7 @@ impl StreamInfo {
     pub fn parse(document: &str) -> Result<StreamInfo, LslError> {
         let root = Element::parse(document)?;
         if root.name != "info" {
-            return Err(LslError::Description("it is not one of a stream"));
+            return Err(LslError::Description("it does not describe a stream"));
         }
         let text = |name| kept(root.text_of(name));
         let channel_count: u32 = number(&root, "channel_count")?;

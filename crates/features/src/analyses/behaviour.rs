@@ -10,19 +10,19 @@ pub(super) const ACTIVITY: Analysis = Analysis {
     signal: Signal::Activity,
     feature: Some(Documented {
         name: "dynamics",
-        doc: "How somebody types, points and steers, and how long they do nothing of it.",
+        doc: "How somebody types, points and steers, and how long they are idle.",
         summary: "Typing, mouse and gamepad dynamics, from summaries of seconds that hold no key.",
-        measures: "of each window: of a keyboard the rate of presses, mean and spread of holds and of intervals between \
-            presses, the share of corrections; of a mouse its speed and path, clicks and wheel; of a gamepad presses \
-            and deflection; of each the share of time that is idle.",
+        measures: "for each window: for a keyboard the rate of presses, mean and spread of holds and of \
+            intervals between presses, the share of corrections; for a mouse its speed and path, \
+            clicks and wheel; for a gamepad presses and deflection; for each the share of idle time.",
         windows: "",
         reference: "Epp, Lippold & Mandryk (2011), doi:10.1145/1978942.1979046.",
-        limits: "holds and intervals are known in groups of five, up to 10 s after they were; nothing is known of \
-            what is typed, so that games and texts look alike.",
+        limits: "holds and intervals become known in groups of five, up to 10 s later; what is \
+            typed is unknown, so games and texts look alike.",
     }),
     events: &[],
     table: Tabled {
-        help: "Summaries of what was done at a keyboard, mouse or gamepad, with its channels as columns",
+        help: "Summaries of the activity at a keyboard, mouse or gamepad, with its channels as columns",
         columns: &["presses", "path"],
         files: &["activity"],
         channels: None,
@@ -39,13 +39,13 @@ pub(super) const VIDEO: Analysis = Analysis {
         doc: "The pulse in the colour of the skin, as a camera sees it, presence and movement.",
         summary: "What a camera sees of a person, from numbers of its frames (the worker `frames`): the pulse in the \
             colour of the skin, whether somebody is there, and how much moves.",
-        measures: "of each window the pulse rate from the colour of skin with its uncertainty and its ratio of signal \
+        measures: "for each window the pulse rate from the colour of skin with its uncertainty and its ratio of signal \
             to noise, the share of time with somebody in view, the share of the view that moves, and the quality of \
             the pulse.",
         windows: "",
         reference: "Wang et al. (2017), doi:10.1109/TBME.2016.2609282.",
         limits: "a pulse needs 15 s of a face that keeps its place, at 12 frames a second or more, and steady light; \
-            measured on synthetic faces only. Presence is of somebody with bare skin who moves once in 20 s.",
+            measured on synthetic faces only. Presence means somebody with bare skin who moves at least once in 20 s.",
     }),
     events: &[],
     table: Tabled {
@@ -66,7 +66,7 @@ pub(super) const FACE: Analysis = Analysis {
         doc: "How often and how long the eyes close, and how the head moves and tilts.",
         summary: "Blinks, closed eyes and movement of the head, from the points of a face that a model finds (the worker \
             `model`) or another program publishes.",
-        measures: "each blink (as an event with its depth), and of each window their rate, duration and depth, the share of \
+        measures: "each blink (as an event with its depth), and for each window their rate, duration and depth, the share of \
             time with closed eyes (PERCLOS, P80), the longest closure, movement and tilt of the head, presence, and the \
             quality of blinks.",
         windows: "",
@@ -99,12 +99,13 @@ pub(super) const BODY: Analysis = Analysis {
         name: "posture",
         doc: "How a body and its hands move, and how it is held.",
         summary: "Movement and posture, from the points of a body that a model finds (the worker `model`).",
-        measures: "of each window movement of the body and of the hands, lean, tilt of the shoulders, height of the head \
+        measures: "for each window movement of the body and of the hands, lean, tilt of the shoulders, height of the head \
             above them, and presence.",
         windows: "",
-        reference: "none; the formula of each value stands in the `method`.",
-        limits: "angles and paths are those in the picture, by the distance between the shoulders; who turns away has \
-            narrower shoulders. Points that tremble move: of 1 px noise at 30 Hz and shoulders 100 px apart, about 0.04/s.",
+        reference: "none; the formula of each value is in the `method`.",
+        limits: "angles and paths are those in the picture, relative to the distance between the \
+            shoulders; a person who turns away has narrower shoulders. Jitter of points counts \
+            as movement: about 0.04/s for 1 px noise at 30 Hz and shoulders 100 px apart.",
     }),
     events: &[],
     table: Tabled {
@@ -123,8 +124,9 @@ pub(super) const EXPRESSION: Analysis = Analysis {
     feature: Some(Documented {
         name: "expression",
         doc: "A model's estimates of what a face expresses, and how sure it was.",
-        summary: "Estimates of what a face expresses, as a model gives them (the worker `model`): not what somebody feels.",
-        measures: "of each window mean and SD of the probability of each class, or of valence and arousal, how sure the \
+        summary: "Estimates of what a face expresses, as given by a model (the worker `model`): \
+            not what somebody feels.",
+        measures: "for each window mean and SD of the probability of each class, or of valence and arousal, how sure the \
             model was, and how often there was a face.",
         windows: "",
         reference: "Barrett et al. (2019), doi:10.1177/1529100619832930.",
@@ -149,13 +151,13 @@ pub(super) const AUDIO: Analysis = Analysis {
         name: "voice",
         doc: "Level, activity, pitch, rate, pauses, jitter, shimmer and tilt of a voice, and its quality.",
         summary: "The voice of a person, from a microphone: how they speak, not what they say.",
-        measures: "of each window the level of speech and of the noise beneath, the share of time in speech, pitch \
+        measures: "for each window the level of speech and of the noise beneath, the share of time in speech, pitch \
             and its spread, speaking and articulation rates, pauses, jitter, shimmer, the tilt of the spectrum, \
             and the quality.",
         windows: "",
         reference: "Boersma (1993), Proc. IFA 17:97; de Jong & Wempe (2009), doi:10.3758/BRM.41.2.385.",
-        limits: "samples at 8 to 96 kHz, of which 1 is full scale; one person a microphone: of two voices the \
-            louder one has the pitch; a loud steady hum looks like a voice.",
+        limits: "samples at 8 to 96 kHz, with 1 as full scale; one person per microphone: of two \
+            voices the pitch is that of the louder one; a loud steady hum looks like a voice.",
     }),
     events: &[],
     table: Tabled {

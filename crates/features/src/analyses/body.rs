@@ -12,7 +12,7 @@ pub(super) const EDA: Analysis = Analysis {
         name: "skin",
         doc: "Level and responses of the skin's conductance, and its quality.",
         summary: "Level and responses of the skin's conductance.",
-        measures: "each response (as an event with its amplitude [µS]), and of each window the level, its \
+        measures: "each response (as an event with its amplitude [µS]), and for each window the level, its \
             slope, how many responses there were and how large, and the quality.",
         windows: "",
         reference: "Boucsein et al. (2012), doi:10.1111/j.1469-8986.2012.01384.x.",
@@ -42,11 +42,11 @@ pub(super) const EMG: Analysis = Analysis {
         name: "muscle",
         doc: "Loudness, frequencies and bursts of each channel of an EMG, and its quality.",
         summary: "Activity of muscles, from an EMG of any number of channels.",
-        measures: "each burst (as an event), and of each channel and window its loudness, frequencies, \
+        measures: "each burst (as an event), and for each channel and window its loudness, frequencies, \
             bursts and quality.",
         windows: "",
         reference: "Phinyomark et al. (2012), doi:10.1016/j.eswa.2012.01.102.",
-        limits: "in the unit of the input; no share of a maximum, which nobody measured.",
+        limits: "in the unit of the input; not as a share of a maximum, which is not measured.",
     }),
     events: &[Happening {
         kind: "burst",
@@ -72,9 +72,8 @@ pub(super) const EEG: Analysis = Analysis {
         name: "brain",
         doc: "Bands, indices, blinks and quality of an EEG.",
         summary: "Bands, indices and blinks of an EEG of any number of channels.",
-        measures: "each blink (as an event), and of each channel and window the powers of the bands, the \
-            indices of engagement, workload and asymmetry where the channels for them are there, and the \
-            quality.",
+        measures: "each blink (as an event), and for each channel and window the powers of the bands, the \
+            indices of engagement, workload and asymmetry if the channels for them exist, and the quality.",
         windows: "",
         reference: "Pope et al. (1995), doi:10.1016/0301-0511(95)05116-3.",
         limits: "indices are validated on groups under controlled conditions; for a single person they are \
@@ -104,7 +103,7 @@ pub(super) const RESPIRATION: Analysis = Analysis {
         name: "breath",
         doc: "Rate, depth and variability of breathing, and the quality of the signal.",
         summary: "Breathing, from a belt.",
-        measures: "each breath (as an event with its length), and of each window the rate, the depth, the \
+        measures: "each breath (as an event with its length), and for each window the rate, the depth, the \
             times of inhalation and exhalation, their variability, and the quality.",
         windows: "",
         reference: "Khodadad et al. (2018), doi:10.1088/1361-6579/aad7e6.",
@@ -134,9 +133,9 @@ pub(super) const TEMPERATURE: Analysis = Analysis {
         name: "skin_temperature",
         doc: "Temperature of the skin, its slope, and whether the sensor is on it.",
         summary: "Temperature of the skin, and whether the sensor is on it.",
-        measures: "of each window mean, spread, extremes and slope of the readings on skin.",
+        measures: "for each window mean, spread, extremes and slope of the readings on skin.",
         windows: "",
-        reference: "none; the limits of what skin can be stand in the `method`.",
+        reference: "none; the plausible limits for skin are in the `method`.",
         limits: "a thermometer that hangs in warm air looks like skin.",
     }),
     events: &[],
@@ -161,7 +160,7 @@ pub(super) const ACCELERATION: Analysis = Analysis {
         name: "movement",
         doc: "Movement, posture and motion that spoils signals.",
         summary: "Movement and posture, from three axes of acceleration.",
-        measures: "of each window the magnitude of acceleration, ENMO, activity, tilt, and how much of it \
+        measures: "for each window the magnitude of acceleration, ENMO, activity, tilt, and how much of it \
             was motion enough to spoil signals beside it.",
         windows: "",
         reference: "van Hees et al. (2013), doi:10.1371/journal.pone.0061691.",

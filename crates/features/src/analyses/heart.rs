@@ -17,7 +17,7 @@ pub(super) const ECG: Analysis = Analysis {
         name: "heart",
         doc: "Heart rate, its variability, and the quality of the ECG.",
         summary: "Heart beats, their rate and its variability, from an ECG.",
-        measures: "each beat (as an event with its interval [ms]), and of each window the heart rate, the \
+        measures: "each beat (as an event with its interval [ms]), and for each window the heart rate, the \
             variability of corrected intervals in time, frequency and geometry, breathing as it shows in \
             the heart, and the quality of the ECG.",
         windows: SLOW,
@@ -48,7 +48,7 @@ pub(super) const PPG: Analysis = Analysis {
         name: "pulse",
         doc: "Pulse rate, its variability, the shape of pulse waves, and the quality of the PPG.",
         summary: "Pulse waves, their rate, shape and variability, from a PPG.",
-        measures: "each pulse (as an event with its interval [ms]), and of each window the pulse rate, its \
+        measures: "each pulse (as an event with its interval [ms]), and for each window the pulse rate, its \
             variability, amplitude, rise time and width of the waves, and the quality of the PPG.",
         windows: SLOW,
         reference: "Elgendi et al. (2013), doi:10.1371/journal.pone.0076585.",
@@ -78,7 +78,7 @@ pub(super) const INTERVAL: Analysis = Analysis {
         name: "intervals",
         doc: "Heart rate variability of intervals.",
         summary: "Variability of heart beat intervals that a strap reports.",
-        measures: "each beat (as an event with its interval [ms]), and of each window the variability of \
+        measures: "each beat (as an event with its interval [ms]), and for each window the variability of \
             corrected intervals in time, frequency and geometry.",
         windows: SLOW,
         reference: OF_VARIABILITY,

@@ -289,7 +289,7 @@ fn events(input: &Stream, settings: &Outages) -> Stream {
             "silent for more than {silent_secs} s and three usual intervals, or the same numbers for \
              {stalled_secs} s; of a return the duration is how long it was gone"
         ),
-        doc: format!("When {} falls silent or stands still, and when it is back.", input.name),
+        doc: format!("When {} falls silent or gets stuck, and when it is back.", input.name),
         ..Stream::derived(input, "outages", Shape::Event)
     }
 }

@@ -59,7 +59,7 @@ pub enum Problem {
     #[error("types are nested more than {DEEPEST} deep")]
     Deep,
     /// The message would exceed the size limit.
-    #[error("it takes {0} bytes at least")]
+    #[error("it takes at least {0} bytes")]
     Large(u64),
     /// The separator between two types is not followed by a name.
     #[error("expected `MSG: package/Type` below the line between two types")]

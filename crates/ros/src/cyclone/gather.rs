@@ -104,7 +104,7 @@ impl Receiving {
             let most = MOST.load(Ordering::Relaxed);
             self.pause = many.then(|| (WINDOW * most / self.in_window).min(LONGEST_PAUSE));
             if many && !std::mem::replace(&mut self.comes_first, true) && !receiving::come_first() {
-                tracing::debug!("a thread that receives may not come before others");
+                tracing::debug!("a receiving thread may not have a higher priority");
             }
             self.window_began = began;
             self.in_window = 0;

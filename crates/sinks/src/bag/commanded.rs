@@ -228,7 +228,7 @@ impl Course {
     /// Handles the end of the session while it is paused.
     fn close(&mut self) -> Next {
         if let Some(reason) = self.inbox.cut_off() {
-            let hint = "please report this fault of teampulse".into();
+            let hint = "please report this bug in teampulse".into();
             self.fail(SinkError::Lost { message: reason, hint });
         }
         Next::End

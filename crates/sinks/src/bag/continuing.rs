@@ -135,7 +135,7 @@ fn goes_on(
             continue;
         };
         let summary =
-            format!("recording goes on in {}; {missed} messages are in no bag", folder.display());
+            format!("recording continues in {}; {missed} messages are in no bag", folder.display());
         inbox.report(format!("bag: {summary}"));
         sink.ended.goes_on_in(folder.clone());
         failed = and(failed, &summary);

@@ -97,7 +97,7 @@ impl Sink for Viewers {
         let serving = server::run(listener, Arc::clone(&shared));
         runtime.spawn(async move {
             if let (Err(error), Some(outlet)) = (serving.await, outlet) {
-                let label = format!("foxglove: failed to go on serving: {error}");
+                let label = format!("foxglove: failed to keep serving: {error}");
                 outlet.happen(teampulse_core::fault::lasting(label));
             }
         });

@@ -129,7 +129,7 @@ impl Board {
         let has_two = is_own && !self.phases.of(&Subject::session()).is_empty();
         (has_two && self.own_phases.insert(subject)).then(|| {
             let id = &stream.id;
-            format!("{id} has phases of its own: those of the session don't count for {id}")
+            format!("{id} has phases of its own: those of the session don't apply to {id}")
         })
     }
 

@@ -35,7 +35,7 @@ struct Open {
 
 impl Open {
     fn words(&self) -> String {
-        let lost = if self.is_known { "" } else { ", but no value comes" };
+        let lost = if self.is_known { "" } else { ", but no value arrives" };
         let seen = self.seen_by.as_ref().map(|who| format!(", seen by {who}"));
         format!("{}{lost}{}", self.why, seen.unwrap_or_default())
     }
@@ -212,7 +212,7 @@ mod tests {
         say(&mut team, 3, "p001 no longer needs someone: skin dry");
         say(&mut team, 4, "p001 may still need someone, no value comes: HR above 120 1/min");
         let why = |team: &Team| needs(team).remove(0);
-        let lost = "HR above 120 1/min, but no value comes".to_owned();
+        let lost = "HR above 120 1/min, but no value arrives".to_owned();
         assert_eq!(why(&team), ("p001".to_owned(), lost, 1.0));
         say(&mut team, 5, "p001 needs someone now: HR above 120 1/min");
         let report = "dashboard acknowledge p001 needs someone now: HR above 120 1/min";

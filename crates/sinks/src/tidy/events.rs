@@ -28,7 +28,7 @@ pub(super) const NOTICE: &str = "notice";
 /// Its columns; the first three are those of BIDS, as is the last.
 pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("onset", Column::united("Onset, since the start of the session.", "s")),
-    ("duration", Column::united("Duration; 0 for a moment.", "s")),
+    ("duration", Column::united("Duration; 0 for an instant.", "s")),
     ("trial_type", Column::of("The kind of event.")),
     ("value", Column::of("The value of the event; its meaning is given with the kinds.")),
     (

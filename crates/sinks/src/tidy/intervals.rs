@@ -29,13 +29,16 @@ pub(super) const COLUMNS: [(&str, Column); 4] = [
     ),
     (
         "rr_ms",
-        Column::united("The interval since the beat before, as detected and not corrected.", "ms"),
+        Column::united(
+            "The interval since the previous beat, as detected and not corrected.",
+            "ms",
+        ),
     ),
     ("phase", Column::of("The phase at that beat; empty between phases.")),
     (
         "corrected",
         Column::of(
-            "1 where the features do not use this interval as it is: a beat at one of its ends is ectopic, \
+            "1 where the features do not use this interval unchanged: a beat at one of its ends is ectopic, \
              extra, or missed between, or it is too long or too short, as Lipponen and Tarvainen (2019, \
              doi:10.1080/03091902.2019.1640306) find over the whole recording, or it lies outside of 300 to \
              2000 ms; else 0. No interval spans missing data.",

@@ -40,10 +40,10 @@ fn known(base: &str) -> Option<String> {
 
 fn compared(comparison: Comparison) -> &'static str {
     match comparison {
-        Comparison::Difference => "less its value in the baseline",
-        Comparison::Z => "less its mean in the baseline, over the standard deviation there",
+        Comparison::Difference => "minus its value in the baseline",
+        Comparison::Z => "minus its mean in the baseline, divided by the standard deviation there",
         Comparison::RobustZ => {
-            "less its median in the baseline, over 1.4826 times the median absolute deviation there"
+            "minus its median in the baseline, divided by 1.4826 times the median absolute deviation there"
         }
     }
 }
@@ -63,7 +63,7 @@ mod tests {
     fn what_is_compared_with_the_baseline_says_so() {
         assert_eq!(
             meaning_of("heart_rate_z"),
-            "Mean heart rate, less its mean in the baseline, over the standard deviation there."
+            "Mean heart rate, minus its mean in the baseline, divided by the standard deviation there."
         );
         assert_eq!(
             meaning_of("EMG_RMS/flexor"),

@@ -114,7 +114,7 @@ fn meaning(kind: EventKind) -> &'static str {
         EventKind::Report => {
             "a person reported; isa: value is the workload from 1 (idle) to 5 (too much)"
         }
-        EventKind::Beat => "the heart beat; value: interval since the beat before [ms]",
+        EventKind::Beat => "the heart beat; value: interval since the previous beat [ms]",
         EventKind::Response => "the skin responded; value: its height [uS]",
         EventKind::Breath => "a breath began; value: its depth, in the unit of the sensor",
         EventKind::Burst => {
@@ -122,7 +122,7 @@ fn meaning(kind: EventKind) -> &'static str {
         }
         EventKind::Blink => "the eyes blinked; value: the height of the blink [uV]",
         EventKind::Intervention => {
-            "a person stepped in and commanded a robot; value: how many commands it took"
+            "a person stepped in and commanded a robot; value: the number of commands"
         }
         EventKind::Command => "a command to the session; the label is its sender and the command",
         EventKind::Fault => {
@@ -140,10 +140,10 @@ fn why(reason: Reason) -> &'static str {
         Reason::Short => "the window is too short for this value, or not yet full",
         Reason::Gap => "too much of the window has no data",
         Reason::Quality => "the signal was too poor to be judged",
-        Reason::Missing => "no sensor here gives this quantity",
-        Reason::Undefined => "the formula has no answer for these data",
-        Reason::NoBaseline => "no phase named baseline is over, or nothing was measured in it",
-        Reason::Nothing => "what this would describe has not happened, or is over",
+        Reason::Missing => "no sensor here provides this quantity",
+        Reason::Undefined => "the formula is undefined for these data",
+        Reason::NoBaseline => "no phase named baseline has ended, or nothing was measured in it",
+        Reason::Nothing => "the event has not happened, or is over",
         Reason::BriefBaseline => {
             "too little of the baseline is known: a difference needs nearly two windows, z five"
         }

@@ -9,7 +9,7 @@ impl Following<'_> {
     pub(super) fn report_incident(&mut self, incident: &Incident) {
         let (topic, trouble) = match incident {
             Incident::IncompatibleQos { topic, policy, ours: true } => {
-                (topic, format!("{topic}: a publisher offers less {policy} than is asked for"))
+                (topic, format!("{topic}: a publisher offers less {policy} than is requested"))
             }
             Incident::IncompatibleQos { .. } | Incident::TwoTypes { .. } => return,
             Incident::Overflow { .. } => return self.places.overflow(),

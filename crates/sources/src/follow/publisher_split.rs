@@ -182,8 +182,7 @@ impl PublisherSplit {
             Change::Beside(place) => {
                 let beside = self.open_beside(place, publisher);
                 format!(
-                    "{topic}: a second publisher, {other}, beside {first}; what it sends is kept apart \
-                     as {beside}"
+                    "{topic}: a second publisher, {other}, beside {first}; its messages are kept separately as {beside}"
                 )
             }
             Change::TookOver => {
@@ -220,7 +219,7 @@ impl PublisherSplit {
         if !std::mem::replace(&mut self.has_refused, true) {
             let (topic, most) = (&self.stream.name, MOST_BESIDE + 1);
             self.outlet.happen(passing(format!(
-                "{topic}: more than {most} publishers; what the others send is counted as lost"
+                "{topic}: more than {most} publishers; messages of the others are counted as lost"
             )));
         }
     }

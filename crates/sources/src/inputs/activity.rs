@@ -124,7 +124,7 @@ fn stream(person: &str, kind: Kind) -> Stream {
         signal: Signal::Activity,
         rate_hz: 1.0,
         doc: format!(
-            "what {person} did at the {} in each second, without what it was",
+            "the activity of {person} at the {} in each second, without its content",
             kind.name()
         ),
         ..stream.with_channels(kind.channels())

@@ -188,8 +188,9 @@ impl InputReader {
                     nodes.leave_to_display();
                     if display.is_of_wayland() {
                         activity.warn(
-                            "this display is of Wayland: only what is done in windows of X11 programs is seen; \
-                             for all of it, read /dev/input: `sudo usermod -aG input $USER`, then log out and in",
+                            "this display runs under Wayland: only input to windows of X11 \
+                             programs is seen; to see all of it, read /dev/input: `sudo usermod \
+                             -aG input $USER`, then log out and in",
                         );
                     }
                     readers.spawn(display.read(shown, activity.clone()));

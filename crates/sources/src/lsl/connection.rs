@@ -26,11 +26,11 @@ const PIECE_BYTES: usize = 64 << 10;
 pub(super) enum InletError {
     #[error("connect: {0}")]
     Unreached(String),
-    #[error("go on: the sender closed the connection")]
+    #[error("continue: the sender closed the connection")]
     Closed,
-    #[error("go on: {0}")]
+    #[error("continue: {0}")]
     Broken(std::io::Error),
-    #[error("go on: the sender is silent and does not reply to probes")]
+    #[error("continue: the sender is silent and does not reply to probes")]
     Silent,
     #[error("{0}")]
     Protocol(#[from] LslError),

@@ -54,7 +54,8 @@ impl Component<dyn Source, SourceContext> for MarkerLines {
 
     fn build(self, _: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         let wrong = |message: &str| {
-            let hint = "set one of at least 16 characters, such as of `openssl rand -hex 16`";
+            let hint =
+                "set one of at least 16 characters, such as the output of `openssl rand -hex 16`";
             Err(SettingsError::new(message).at("token").with_hint(hint))
         };
         match &self.token {

@@ -99,21 +99,20 @@ impl RosAudio {
             let set = [("channels", self.channels.is_some()), ("format", name.is_some())];
             return match set.iter().find(|(_, is_set)| *is_set) {
                 Some((path, _)) => {
-                    let error =
-                        SettingsError::new("it says something of the sound, but not its rate");
-                    Err(error.at(*path).with_hint("give `rate_hz` beside it"))
+                    let error = SettingsError::new("it describes the sound, but not its rate");
+                    Err(error.at(*path).with_hint("give `rate_hz` as well"))
                 }
                 None => Ok(None),
             };
         };
         let channels = self.channels.unwrap_or(1);
         if !(8_000.0..=96_000.0).contains(&rate_hz) {
-            let error =
-                SettingsError::new(format!("a voice is not heard at {rate_hz} Hz")).at("rate_hz");
+            let error = SettingsError::new(format!("a voice can't be analysed at {rate_hz} Hz"))
+                .at("rate_hz");
             return Err(error.with_hint("give a rate of 8000 to 96000 Hz"));
         }
         if channels == 0 {
-            return Err(SettingsError::new("sound has a channel at least").at("channels"));
+            return Err(SettingsError::new("sound has at least one channel").at("channels"));
         }
         Ok(Some(AudioInfo { rate_hz, channels, format }))
     }

@@ -91,7 +91,7 @@ impl Source for RosEvents {
             tokio::select! {
                 incident = incidents.recv() => match incident {
                     Ok(Incident::IncompatibleQos { topic, policy, ours: false }) => {
-                        let label = format!("{topic}: a subscriber asks for more {policy} than is offered");
+                        let label = format!("{topic}: a subscriber requests more {policy} than is offered");
                         if reported.insert(label.clone()) {
                             happen(outlet, EventKind::Fault, &label, 0.0);
                         }

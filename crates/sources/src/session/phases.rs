@@ -54,7 +54,11 @@ pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
             Err(error.at(format!("{place}.{key}")))
         };
         if phase.name.trim().is_empty() {
-            return wrong("name", "a phase has no name", "give it the name to look for later");
+            return wrong(
+                "name",
+                "a phase has no name",
+                "give it the name that you will look for later",
+            );
         }
         if let Some(from_secs) = phase.from_secs.filter(|secs| !is_after_start(*secs)) {
             return wrong("from_secs", &no_time(from_secs), TIMES);

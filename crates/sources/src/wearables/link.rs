@@ -46,7 +46,7 @@ impl<S: ByteSession> Conversation<S> {
             tokio::select! {
                 read = link.read(&mut bytes) => match read {
                     Ok(0) if leaving.is_some() => return Ok(()),
-                    Ok(0) => return Err(gone("go on: the connection was closed")),
+                    Ok(0) => return Err(gone("continue: the connection was closed")),
                     Ok(count) => {
                         let now = self.clock.elapsed();
                         self.session.receive(bytes.get(..count).unwrap_or_default(), now);
@@ -86,7 +86,7 @@ impl<S: ByteSession> Conversation<S> {
                 Output::Reading(reading) => self.worn.offer(&reading, outlet),
                 Output::Event(event) => self.worn.report(event, outlet),
                 Output::Done(result) => {
-                    let failed = |error| gone(&format!("go on: {error}"));
+                    let failed = |error| gone(&format!("continue: {error}"));
                     return result.map(|()| true).map_err(failed);
                 }
             }

@@ -250,7 +250,7 @@ impl Worn {
             Stalled { stream, quiet } => {
                 let secs = quiet.as_secs_f64();
                 self.fault(
-                    &format!("{stream} was silent for {secs:.0} s and is asked for again"),
+                    &format!("{stream} was silent for {secs:.0} s and is requested again"),
                     outlet,
                 );
             }
@@ -262,7 +262,7 @@ impl Worn {
             }
             Discarded { source, bytes } if self.reported.insert(source) => {
                 self.fault(
-                    &format!("{bytes} bytes of its {source} mean nothing and are left out"),
+                    &format!("{bytes} bytes of its {source} are invalid and were skipped"),
                     outlet,
                 );
             }
@@ -309,7 +309,8 @@ impl Worn {
     /// Counts notifications that were lost in this computer.
     pub(super) fn count_lost(&mut self, notifications: u64, outlet: &Outlet) {
         if notifications > 0 {
-            let what = format!("{notifications} notifications came faster than they were taken");
+            let what =
+                format!("{notifications} notifications arrived faster than they were processed");
             self.fault(&what, outlet);
         }
     }

@@ -289,7 +289,7 @@ impl ReadMode {
                 let mut all = all.iter().filter(|path| !path.starts_with("header."));
                 let first = all.next().cloned().unwrap_or_default();
                 let name = &stream.name;
-                return Err(Failure::new(format!("{name} has messages: no field is named"))
+                return Err(Failure::new(format!("{name} has messages, so a field must be named"))
                     .hint(format!("name one after a colon, as in {name}:{first}")));
             }
         };

@@ -68,10 +68,10 @@ port   = {port}
     /// What is worn, in words for the user.
     pub const fn words(&self) -> &'static str {
         if self.has_bluetooth {
-            "the operator wears an emulated Polar H10 and Myo (Bluetooth) and Shimmer3 (serial port), read as real \
-             ones are;"
+            "the operator wears an emulated Polar H10 and Myo (Bluetooth) and Shimmer3 (serial \
+             port), read like real ones;"
         } else {
-            "the operator wears an emulated Shimmer3 (serial port), read as a real one is; a Polar H10 and a Myo \
+            "the operator wears an emulated Shimmer3 (serial port), read like a real one; a Polar H10 and a Myo \
              (Bluetooth) need dbus-daemon, which is not installed (apt install dbus-daemon), so ECG and EMG come \
              over ROS;"
         }

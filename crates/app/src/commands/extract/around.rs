@@ -83,7 +83,7 @@ impl AroundArgs {
         }
         if is_causal {
             return wrong(
-                "--around needs what follows each event".to_owned(),
+                "--around needs the signal after each event".to_owned(),
                 "leave out --method causal",
             );
         }
@@ -91,8 +91,9 @@ impl AroundArgs {
         let (shortest, longest) =
             if signal.signal == Signal::Eda { (1.0, 60.0) } else { (1.0, 120.0) };
         if !(shortest..=longest).contains(&after_secs) || !(1.0..=120.0).contains(&self.baseline) {
-            let message =
-                format!("--baseline lies between 1 and 120 s, --after between 1 and {longest} s");
+            let message = format!(
+                "--baseline must be between 1 and 120 s, and --after between 1 and {longest} s"
+            );
             return wrong(message, "");
         }
         Ok(())
@@ -243,7 +244,7 @@ fn heart_values(baseline_secs: f64, count: usize, analysed: &Analysed<'_>) -> Ve
         Signal::Ppg => "PPG_",
         _ => "",
     };
-    let beats = if analysed.is_corrected { "beats corrected" } else { "beats as they are" };
+    let beats = if analysed.is_corrected { "beats corrected" } else { "beats as detected" };
     let common = format!("intervals weighted by their overlap (Graham 1978), {beats}");
     let value = |name: String, unit: &'static str, recipe: String| Value {
         name: format!("{prefix}{name}").into(),

@@ -31,7 +31,7 @@ pub fn warn(table: &Table, found: &mut Found) {
     table.oddities().for_each(|note| found.note(note));
     if missing > 0 {
         found.note(format!(
-            "{missing} rows are missing by their times: their samples count as missing (beside {rows} rows)"
+            "{missing} rows are missing according to their times: their samples count as missing (besides {rows} rows)"
         ));
     }
     if left_out.count > 0 {
@@ -44,14 +44,14 @@ pub fn warn(table: &Table, found: &mut Found) {
 
 pub fn rate(text: &str) -> Result<f64, String> {
     let rate_hz = text.parse::<f64>().ok().filter(|rate_hz| (1e-3..=1e6).contains(rate_hz));
-    rate_hz.ok_or_else(|| "a rate lies between 0.001 and 1000000 Hz".into())
+    rate_hz.ok_or_else(|| "expected a rate from 0.001 to 1000000 Hz".into())
 }
 
 pub fn mains(text: &str) -> Result<f64, String> {
     match text {
         "50" => Ok(50.0),
         "60" => Ok(60.0),
-        _ => Err("the mains frequency is 50 or 60 Hz".into()),
+        _ => Err("expected a mains frequency of 50 or 60 Hz".into()),
     }
 }
 

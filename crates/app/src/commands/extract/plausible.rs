@@ -57,11 +57,13 @@ impl Plausible {
             ),
             Signal::Temperature if !(SKIN_DEG_C.0..=SKIN_DEG_C.1).contains(&usual) => (
                 format!("{usual} degC is not a skin temperature{counts}"),
-                "give --unit degF or K if they are that, --scale FACTOR to convert counts to degC, or --signal other for anything but skin",
+                "give --unit degF or K if that is their unit, --scale FACTOR to convert counts \
+                 to degC, or --signal other for anything but skin",
             ),
             Signal::Acceleration if usual > MOST_ACCELERATION_G => (
                 format!("{usual:.4} g is too large for a person's acceleration{counts}"),
-                "give --unit mg or m/s^2 if they are that, g/64 for an E4, or --scale FACTOR to convert counts to g: 0.000488281 for an Embrace Plus",
+                "give --unit mg or m/s^2 if that is their unit, g/64 for an E4, or --scale \
+                 FACTOR to convert counts to g: 0.000488281 for an Embrace Plus",
             ),
             _ => return Ok(()),
         };

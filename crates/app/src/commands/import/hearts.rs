@@ -19,7 +19,7 @@ pub(super) fn of_heart(device: &DeviceRecording, session: Kind) -> Result<Happen
             of(Signal::Interval).map(|intervals| (ends(intervals), interval_kind(&device.device)))
         });
     let Some((at_ns, kind)) = found else {
-        return Err(Failure::new(format!("{} has no signal of the heart", device.name))
+        return Err(Failure::new(format!("{} has no heart signal", device.name))
             .hint("join by a marker that both have, with --at"));
     };
     Ok(Happened::events(device.name.clone(), at_ns, kind))

@@ -342,7 +342,9 @@ fn words(
     let ms = 1e3 * found.uncertainty_secs(from).max(found.uncertainty_secs(to));
     let of_delay = if session.kind == Kind::Movement {
         let ms = 1e3 * delay.uncertainty_secs;
-        format!(", with ±{ms:.0} ms for the way of a movement from one sensor to the other")
+        format!(
+            ", with ±{ms:.0} ms for the time that a movement takes from one sensor to the other"
+        )
     } else if delay.secs == 0.0 {
         String::new()
     } else {

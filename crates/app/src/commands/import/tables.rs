@@ -114,7 +114,8 @@ impl Tables {
         let is_dated: Vec<bool> = each.iter().map(Reader::is_dated).collect();
         if is_dated.contains(&true) && is_dated.contains(&false) {
             let message = "some of the tables contain the date, and some do not";
-            let hint = "import those that began together, or name the column of times with --time";
+            let hint =
+                "import only tables that began together, or name the column of times with --time";
             return Err(Failure::new(message).hint(hint).exit(Exit::BadArguments));
         }
         Ok(Tables { each })

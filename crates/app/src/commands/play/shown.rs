@@ -83,7 +83,7 @@ impl Recording for Shows {
             Ok(record) => Some(record),
             Err(error) => {
                 if !self.has_warned.swap(true, Ordering::Relaxed) {
-                    tracing::warn!("failed to {error}: what can't be read is not shown");
+                    tracing::warn!("failed to {error}: unreadable parts are not shown");
                 }
                 None
             }

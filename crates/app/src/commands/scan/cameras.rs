@@ -48,7 +48,7 @@ pub fn show(cameras: &[Camera]) {
     output::line(format!("cameras: {}", cameras.len()));
     output::lines(cameras.iter().map(Camera::line));
     output::line(
-        "\nlines for a study, each with the person whom it shows, or `robot`, or neither:",
+        "\nlines for a study, each with the person that it shows, or `robot`, or neither:",
     );
     output::lines(cameras.iter().map(Camera::source));
 }

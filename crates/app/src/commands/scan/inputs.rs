@@ -50,7 +50,7 @@ pub fn show(inputs: &[Input]) {
         ));
     }
     output::line(
-        "\nlines for a study, with the person who uses them; what is pressed is never recorded:",
+        "\nlines for a study, with the person who uses them; which keys are pressed is never recorded:",
     );
     output::line(source());
 }

@@ -56,7 +56,7 @@ pub fn show(streams: &[LslStream]) {
     output::line(format!("LSL: {} streams", streams.len()));
     output::lines(streams.iter().map(LslStream::line));
     if !streams.is_empty() {
-        output::line("\nlines for a study, those of a person with the person:");
+        output::line("\nlines for a study; name the person if a stream is about one:");
     }
     output::lines(streams.iter().map(LslStream::source));
 }

@@ -41,7 +41,7 @@ pub fn show(microphones: &[Microphone]) {
     output::line(format!("microphones: {}", microphones.len()));
     output::lines(microphones.iter().map(Microphone::line));
     output::line(
-        "\nlines for a study, each with the person who speaks there; how they speak is recorded, and not what:",
+        "\nlines for a study, each with the person who speaks into it; how they speak is recorded, not what they say:",
     );
     output::lines(microphones.iter().map(Microphone::source));
 }

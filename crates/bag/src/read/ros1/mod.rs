@@ -159,7 +159,7 @@ impl Conversion {
                 self.item(fields, &data)?;
             }
             Some(op::BAG_HEADER | op::INDEX | op::CHUNK_INFO) => records.pass(head)?,
-            _ => return Err(io::Error::other("a record is of no known kind").into()),
+            _ => return Err(io::Error::other("a record is of an unknown kind").into()),
         }
         Ok(())
     }
@@ -179,7 +179,7 @@ impl Conversion {
         let is_whole = self.items(&contents)?;
         match reason {
             _ if is_cut => {
-                self.note("it was cut off: its last chunk is read as far as it goes".to_owned());
+                self.note("it was cut off: its last chunk is read as far as possible".to_owned());
             }
             Some(reason) => {
                 self.note(format!("the chunk at byte {at} can't be unpacked: {reason}"));
@@ -261,7 +261,7 @@ impl Conversion {
         let mut damage = self.damage;
         damage.extend(self.connections.damage());
         if self.unknown_count > 0 {
-            damage.push(format!("{} messages are of no known connection", self.unknown_count));
+            damage.push(format!("{} messages belong to no known connection", self.unknown_count));
         }
         if self.unlisted_count > 0 {
             damage.push(format!("{} other places are damaged", self.unlisted_count));

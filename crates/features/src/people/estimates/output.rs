@@ -31,8 +31,8 @@ pub(super) fn estimates(
              the phase; workload: both by inverse variance, less sure where they contradict each other"
         ),
         doc: format!(
-            "An estimate of how hard {id} works and how excited {id} is, no measurement: it is made to be \
-             doubted. Whoever sees it in an experiment is no longer blind."
+            "An estimate of the workload and the arousal of {id}, not a measurement: treat it \
+             with doubt. An experimenter who sees it is no longer blind."
         ),
         ..stream.with_channels(&[
             ("workload", "1"),

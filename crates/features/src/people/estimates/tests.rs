@@ -318,7 +318,7 @@ fn every_estimate_names_all_of_its_inputs() {
         *inputs,
         [states(Window::of_secs(30.0)).name, reports("p1").name, session_events().name]
     );
-    assert!(drive.outputs()[0].doc.contains("no measurement"));
+    assert!(drive.outputs()[0].doc.contains("not a measurement"));
 }
 
 proptest! {

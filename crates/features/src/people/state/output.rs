@@ -25,7 +25,7 @@ pub(super) fn windows<'a>(
     inputs: impl Iterator<Item = &'a str>,
     method: String,
 ) -> Stream {
-    let doc = format!("The difference of {} from the own baseline, each second.", person.id);
+    let doc = format!("The difference of {} from their own baseline, every second.", person.id);
     Stream { rate_hz: 1.0, ..state(person, Window::of_secs(length_secs), inputs, method, doc) }
 }
 
@@ -35,7 +35,7 @@ pub(super) fn phases<'a>(
     inputs: impl Iterator<Item = &'a str>,
     method: String,
 ) -> Stream {
-    let doc = format!("The difference of {} from the own baseline in each phase.", person.id);
+    let doc = format!("The difference of {} from their own baseline in each phase.", person.id);
     state(person, Window::Phases, inputs, method, doc)
 }
 

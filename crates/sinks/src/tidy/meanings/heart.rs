@@ -18,7 +18,7 @@ pub(super) const SIGNALS: &[Meaning] = &[
     ("ECG_Flat", "Share of an ECG that stays the same: a fallen electrode."),
     ("ECG_Saturated", "Share of an ECG at an end of its range."),
     ("ECG_Motion", "Share of an ECG in which motion overwhelms beats."),
-    ("ECG_LeadOff", "Share of the window without a beat for longer than a heart can wait."),
+    ("ECG_LeadOff", "Share of the window without a beat for implausibly long."),
     ("PPG_Rate_Mean", "Mean pulse rate."),
     ("PPG_Rate_SD", "Standard deviation of the pulse rate from pulse to pulse."),
     ("PPG_PP_Mean", "Mean interval from one systolic peak to the next."),

@@ -33,7 +33,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
     ("robots_per_person", "Robots online for each person."),
     ("robots_in_need", "Number of robots that need someone."),
     ("unanswered_secs", "How long the oldest alert has waited for an answer."),
-    ("interventions_per_min", "Commands with which people stepped in, a minute."),
+    ("interventions_per_min", "Interventions of people per minute."),
     ("robots_commanded", "Number of robots that people commanded."),
     ("since_last_secs", "Time since the last intervention."),
     ("mean", "Mean of the raw signal."),

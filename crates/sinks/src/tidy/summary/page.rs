@@ -170,7 +170,7 @@ impl Page<'_> {
             lines.insert(0, format!("- The bag that was replayed is damaged: {damage}."));
         }
         if let Some(more @ 1..) = faults.len().checked_sub(FAULTS) {
-            lines.push(format!("- and {more} faults more: see {}", events::NAME));
+            lines.push(format!("- and {more} more faults: see {}", events::NAME));
         }
         lines.extend(bad);
         if lines.is_empty() {
@@ -184,12 +184,12 @@ impl Page<'_> {
         writeln!(
             f,
             "## Where the rest is\n\n\
-             - {events}: phases, markers, reports, faults and all else that happened, as BIDS writes \
-             it; beats are in\n  the intervals' files.\n\
+             - {events}: phases, markers, reports, faults and all other events, in BIDS \
+             format; beats are in\n  the intervals' files.\n\
              - {phases}: a row for each phase of each subject, a column for each measure; begin here.\n\
-             - {features}: each value with its unit, or the reason why there is none; of windows that \
-             do not overlap,\n  and of each phase as a whole.\n\
-             - The .json beside a table says what its columns and measures are, and how they are \
+             - {features}: each value with its unit, or the reason why there is none; for windows \
+             that do not overlap,\n  and for each phase as a whole.\n\
+             - The .json beside a table describes its columns and measures, and how they are \
              computed. Times are\n  seconds since {}.",
             self.timeline.began()
         )?;
@@ -203,15 +203,15 @@ impl Page<'_> {
                 f,
                 "- {name}.csv: {count} intervals between heart beats of {person} ({signal} of \
                  {device}) with their times and\n  phases, as detected; the {corrected} that the \
-                 features correct are marked{missing}.\n- {name}.txt: the same as Kubios HRV reads \
-                 it: time of the beat and interval [s], nothing corrected."
+                 features correct are marked{missing}.\n- {name}.txt: the same for Kubios HRV: \
+                 time of the beat and interval [s], nothing corrected."
             )?;
         }
         let bag = self.folder.file_name().unwrap_or_default().to_string_lossy();
         writeln!(
             f,
             "- Everything, every sample and the windows of each second: in the bag, which is this \
-             folder.\n  `teampulse info` shows what is in it, `teampulse export` exports it as tables, `teampulse replay`\n  writes these files again. It is {bag}."
+             folder.\n  `teampulse info` lists its contents, `teampulse export` exports it as tables, `teampulse replay`\n  writes these files again. It is {bag}."
         )
     }
 

@@ -42,7 +42,7 @@ pub enum BluetoothError {
         reason: String,
     },
     /// The link was lost.
-    #[error("go on: the Bluetooth link is lost")]
+    #[error("continue: the Bluetooth link is lost")]
     Lost,
 }
 

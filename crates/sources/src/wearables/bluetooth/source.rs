@@ -258,7 +258,7 @@ impl<S: Wearable> Source for Wireless<S> {
 /// An error of a session after which the device is retried.
 fn gone(error: Error) -> SourceError {
     let hint = "is the device on, worn and near?".into();
-    SourceError::Gone { message: format!("go on: {error}"), hint }
+    SourceError::Gone { message: format!("continue: {error}"), hint }
 }
 
 fn check_address(address: &str) -> Result<(), SettingsError> {

@@ -135,9 +135,8 @@ impl Clock {
         let counts = rate_hz(UNITS[0].1).is_some_and(|rate_hz| (rate_hz - 1.0).abs() < 1e-9);
         let unit = UNITS.iter().find(fits).filter(|(unit, _)| *unit == "s" || !counts);
         let (unit, ns) = unit.copied().unwrap_or(UNITS[0]);
-        let note = format!(
-            "the times in column {name} are read as {unit}, because of the rate that results"
-        );
+        let note =
+            format!("the times in column {name} are read as {unit}, because of the resulting rate");
         Some(Clock::new(Form::Number(ns), if unit == "s" { String::new() } else { note }))
     }
 
@@ -168,7 +167,7 @@ impl Clock {
     fn of_spreadsheet(name: &str, cells: &[&str], least_hz: f64) -> Option<Clock> {
         let is_day = |cell: &&str| number(cell).is_some_and(|days| EXCEL_DAYS.contains(&days));
         let note =
-            format!("the times in column {name} are days since 1900, as of Excel, taken as UTC");
+            format!("the times in column {name} are days since 1900, as in Excel, taken as UTC");
         let excel = Clock::excel(note);
         let rate_hz = cells.iter().all(is_day).then(|| excel.rate_hz(cells)).flatten()?;
         (EXCEL_HZ.contains(&rate_hz) && rate_hz >= least_hz).then_some(excel)

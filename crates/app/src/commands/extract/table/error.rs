@@ -133,7 +133,7 @@ impl TableError {
         match self {
             TableError::Open { .. } | TableError::Read { .. } => String::new(),
             TableError::Empty | TableError::NoTable { .. } => {
-                "a table has a number a line, or several between commas, semicolons, bars, tabs or spaces"
+                "a table has one number per line, or several separated by commas, semicolons, bars, tabs or spaces"
                     .into()
             }
             TableError::Text { .. } => {
