@@ -114,12 +114,12 @@ def test_files_that_cannot_be_used_are_refused_with_a_remedy_before_anything_sta
     subprocess.run(lock, check=True, capture_output=True)
     wrong = {
         (nothing, key): ("nothing.pem: No such file", "relative to the folder"),
-        (text, key): ("there is no certificate in it", "BEGIN CERTIFICATE"),
+        (text, key): ("it contains no certificate", "BEGIN CERTIFICATE"),
         (broken, key): ("broken.pem: invalid peer certificate", "BEGIN CERTIFICATE"),
-        (made, text): ("there is no private key without a passphrase", "openssl pkey"),
-        (made, locked): ("there is no private key without a passphrase", "openssl pkey"),
+        (made, text): ("it contains no private key without a passphrase", "openssl pkey"),
+        (made, locked): ("it contains no private key without a passphrase", "openssl pkey"),
         (made, other_key): ("it is the key of another certificate", "a certificate comes first"),
-        (key, made): ("there is no certificate in it", "BEGIN CERTIFICATE"),
+        (key, made): ("it contains no certificate", "BEGIN CERTIFICATE"),
     }
     for (one, two), (reason, remedy) in wrong.items():
         ran = stage.ask("run", stage.study(settings(one, two)))

@@ -11,7 +11,7 @@ import harness
 
 BEAT_SECS = [0.4 + 0.8 * k + 0.03 * math.sin(k) for k in range(150)]
 RATE_HZ = 130
-# Intervals between heart beats [ms].
+# Intervals between heartbeats [ms].
 BEATS_MS = [round(800 + 40 * math.sin(k / 3) + 25 * math.sin(k / 7.3), 3) for k in range(140)]
 
 

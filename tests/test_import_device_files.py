@@ -28,7 +28,7 @@ ARRIVAL_SECS = 0.25
 
 
 def beats() -> list[float]:
-    """Heart beats with breathing and chance in them [s]."""
+    """Heartbeats with breathing and chance in them [s]."""
     chance = random.Random(3)
     at, found = 0.7, []
     while at < SECS - 1:
@@ -100,7 +100,7 @@ def test_a_wristband_is_joined_by_heart_beats(stage, session, heart, figure):
     bag = Path(answer.stdout.splitlines()[-1])
     off_ms = 1e3 * first_secs(bag, "/empatica_e4/bvp")
     [within] = re.findall(r"times are within (\d+) ms \(95 %\)", answer.stdout)
-    figure(f"import: an E4 joined by heart beats, {off_ms:+.1f} ms off, stated ± {within} ms")
+    figure(f"import: an E4 joined by heartbeats, {off_ms:+.1f} ms off, stated ± {within} ms")
     assert abs(off_ms) <= 20 <= int(within) <= 80
     assert "its clock was 37." in answer.stdout and "behind" in answer.stdout
     assert f"within {within} ms" in tables.described(bag)["/humans/persons/p001/empatica_e4/eda"].doc
@@ -222,7 +222,7 @@ def test_a_table_of_a_device_s_program_is_joined(stage, session, heart, figure, 
     assert answer.returncode == 0, answer.stderr
     assert "its clock was 37." in answer.stdout and "behind" in answer.stdout
     off_ms = 1e3 * first_secs(Path(answer.stdout.splitlines()[-1]), topic)
-    figure(f"import: {table.__name__}, joined by heart beats, {off_ms:+.1f} ms off")
+    figure(f"import: {table.__name__}, joined by heartbeats, {off_ms:+.1f} ms off")
     assert abs(off_ms) <= within_ms
 
 

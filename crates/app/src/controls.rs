@@ -17,7 +17,7 @@ const STOP: &str = "stop the recording? the session goes on  y stops it, any oth
 
 /// The message when nothing can be started or kept.
 const NOT_PAUSED: &str =
-    "nothing is paused: Ctrl-P pauses a recording, Ctrl-K keeps what came before it";
+    "nothing is paused: Ctrl-P pauses a recording, Ctrl-K saves what came before it";
 
 /// The message when no phase can begin.
 const NO_PHASE: &str = "no phase follows: the study has no more [[phases]]";

@@ -34,7 +34,7 @@ pub fn of_study(study: &Study) -> Vec<String> {
 
 /// The remark that nothing is recorded until a command.
 fn of_pause(bag: &Bag) -> Option<String> {
-    let how = "Ctrl-P, the dashboard or the command `start_recording` begins it";
+    let how = "Ctrl-P, the dashboard or the command `start_recording` starts it";
     bag.start_paused.then(|| format!("the recording is paused: {how}"))
 }
 

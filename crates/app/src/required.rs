@@ -44,12 +44,12 @@ impl Requirements {
         })
     }
 
-    /// The sources of robots none of which was received.
+    /// The sources of robots from which nothing was received.
     pub fn absent_robots(&self, received: &Received) -> Vec<&Robots> {
         self.robots.iter().filter(|wanted| !is_there(wanted, received)).collect()
     }
 
-    /// The sources of people none of whom was received.
+    /// The sources of people from which nothing was received.
     pub fn absent_people(&self, received: &Received) -> Vec<&RosPeople> {
         self.people.iter().filter(|wanted| !are_there(wanted, received)).collect()
     }
@@ -134,7 +134,7 @@ fn unworn(kinds: &[String], received: &Received) -> Vec<Unmet> {
             let what = format!("{device}: {present} of {wanted} in the study send samples");
             lacking(
                 what,
-                "Switch it on, put it on, and end other programs that are connected to it.",
+                "Switch it on, put it on, and close other programs that are connected to it.",
             )
         })
     });

@@ -128,7 +128,7 @@ fn hint_of(error: &io::Error) -> &'static str {
             "the disk can't be written: look at `dmesg`, or record to another with --out"
         }
         _ if matches!(error.raw_os_error(), Some(EMFILE | ENFILE)) => {
-            "too many files are open: raise the limit (`ulimit -n`), or end other programs"
+            "too many files are open: raise the limit (`ulimit -n`), or close other programs"
         }
         _ => "",
     }

@@ -131,7 +131,7 @@ pub fn monotonic() -> Duration {
     Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
 }
 
-/// A moment of the machine's monotonic clock, which goes on while the machine sleeps: a laptop's closed lid
+/// A moment of the machine's monotonic clock, which continues while the machine sleeps: a laptop's closed lid
 /// appears as a silence, not as a step of the wall clock.
 #[derive(Clone, Copy, Debug)]
 struct Moment(Duration);

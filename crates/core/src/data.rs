@@ -191,7 +191,7 @@ words! {
         Marker = "marker",
         /// A self-report.
         Report = "report",
-        /// A heart beat.
+        /// A heartbeat.
         Beat = "beat",
         /// A skin conductance response.
         Response = "response",

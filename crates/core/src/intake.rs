@@ -1,8 +1,8 @@
 //! Limits what features compute: one publisher must not hold up the session.
 //!
 //! A stream of waves says how fast its samples come; one whose waves overlap gives many times as many. The
-//! excess is recorded like all else, but left out of features, and counted. All of it is a function of log
-//! times, so that a replay leaves out the same samples.
+//! excess is recorded like everything else, but not passed to features, and counted. All of it is a function of log
+//! times, so that a replay skips the same samples.
 
 use crate::data::Data;
 use crate::stream::Stream;

@@ -142,7 +142,7 @@ impl Life {
         self.disbelieved_ahead_secs = self.ahead_secs;
     }
 
-    /// Counts samples lost on the way; NaN when the number can't be known.
+    /// Counts samples lost in transit; NaN when the number can't be known.
     pub(crate) fn lost_on_the_way(&mut self, count: f64) {
         if count.is_nan() {
             self.lost_source = None;

@@ -118,7 +118,7 @@ impl Outlet {
         Ok(())
     }
 
-    /// States that a recording goes on until a time, though nothing more of it is handed over.
+    /// States that a recording continues until a time, though nothing more of it is handed over.
     pub fn pass(&self, until: Time) {
         self.queue.push(|| Item::Passed { until });
     }
@@ -128,7 +128,7 @@ impl Outlet {
         self.queue.push(|| Item::Paused { until });
     }
 
-    /// Reports that `count` samples of a stream were lost on the way here; NaN means that losses of this stream can't
+    /// Reports that `count` samples of a stream were lost in transit; NaN means that losses of this stream can't
     /// be known, and 0 that they are known from now on. Report the sum of each burst once.
     pub fn lost(&self, stream: StreamId, count: f64) {
         let event = Loss::OnTheWay.event(&self.streams.get(stream).name, count);

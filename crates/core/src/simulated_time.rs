@@ -50,7 +50,7 @@ impl fmt::Display for Break {
     }
 }
 
-/// Whether an event of the session reports that simulated time jumped, stopped or goes on.
+/// Whether an event of the session reports that simulated time jumped, stopped or resumed.
 pub(crate) fn breaks_simulated_time(data: &Data) -> bool {
     let of_clock = |label: &str| label.split(' ').next() == Some(SIMULATED_CLOCK);
     matches!(data, Data::Event(event) if event.kind == EventKind::Clock && of_clock(&event.label))

@@ -19,7 +19,7 @@ pub struct StreamStatus {
     pub age_secs: f64,
     /// The number of samples taken, duplicates included.
     pub received: u64,
-    /// The number of samples lost on the way here; `None` where that can't be known.
+    /// The number of samples lost in transit; `None` where that can't be known.
     pub lost_source: Option<u64>,
     /// The number of samples lost in our own queue.
     pub lost_queue: u64,

@@ -69,7 +69,7 @@ impl Client {
         !self.is_unblinded.load(Ordering::Acquire)
     }
 
-    /// No longer hides anything from it.
+    /// Stops hiding anything from it.
     pub fn unblind(&self) {
         self.is_unblinded.store(true, Ordering::Release);
     }

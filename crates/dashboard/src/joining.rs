@@ -10,7 +10,7 @@ use crate::wire::{FromServer, Hello, Mode, PROTOCOL, Right, Timeline, Viewer};
 
 /// Sends a client everything known so far, and from then on whatever is new; returns whether there was room for it.
 pub fn welcome(hub: &Hub, client: &Arc<Client>) -> bool {
-    // Nothing is taken in meanwhile, so that nothing comes twice or is left out.
+    // Nothing is taken in meanwhile, so that nothing is sent twice or skipped.
     let known = hub.known();
     if !hub.join(client, MOST_CLIENTS) {
         return false;

@@ -120,7 +120,7 @@ pub fn show(
     };
     let failed = |message: String| SinkError::Failed {
         message,
-        hint: "end other programs, or allow more threads (`ulimit -u`)".to_owned(),
+        hint: "close other programs, or allow more threads (`ulimit -u`)".to_owned(),
     };
     let thread = std::thread::Builder::new().name("replay".into()).spawn(serving);
     let thread = thread.map_err(|error| failed(format!("start a thread: {error}")))?;

@@ -152,7 +152,7 @@ fn refused(denied: Denied) -> Response {
 
 async fn page(State(shared): State<Shared>, request: Request) -> Response {
     let found = shared.assets.answer(request.uri().path(), request.headers());
-    found.unwrap_or_else(|| (StatusCode::NOT_FOUND, "there is no such page\n").into_response())
+    found.unwrap_or_else(|| (StatusCode::NOT_FOUND, "page not found\n").into_response())
 }
 
 async fn socket(

@@ -82,7 +82,7 @@ impl TlsError {
                 "a certificate comes first in its file, before those that sign it; its key was made with it"
             }
             (TlsError::Unreadable { .. }, _) => {
-                "paths are relative to the folder in which teampulse is started, and the file must be readable to you"
+                "paths are relative to the folder in which teampulse is started, and the file must be readable by you"
             }
             (_, TlsFile::Certificate) => {
                 "a certificate in PEM has a line `-----BEGIN CERTIFICATE-----`; `mkcert` or your network's administrators make one"
@@ -107,14 +107,14 @@ impl Tls {
         let chain = chain
             .map_err(|error| malformed(TlsFile::Certificate, certificate, error.to_string()))?;
         if chain.is_empty() {
-            let why = "there is no certificate in it".to_owned();
+            let why = "it contains no certificate".to_owned();
             return Err(malformed(TlsFile::Certificate, certificate, why));
         }
         let private = PrivateKeyDer::from_pem_slice(&read(TlsFile::Key, key)?);
         let private = private.map_err(|error| {
             let why = match error {
                 pem::Error::NoItemsFound => {
-                    "there is no private key without a passphrase in it".to_owned()
+                    "it contains no private key without a passphrase".to_owned()
                 }
                 error => error.to_string(),
             };

@@ -18,7 +18,7 @@ pub enum Output<R> {
     Done(Result<(), Error>),
 }
 
-/// What a session reports besides samples.
+/// Events that a session reports, in addition to samples.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Event {
@@ -47,7 +47,7 @@ pub enum Event {
     Stalled {
         /// The stream.
         stream: &'static str,
-        /// For how long.
+        /// How long it was silent.
         quiet: Duration,
     },
     /// The device refused a stream, or has none with this name; the other streams go on.

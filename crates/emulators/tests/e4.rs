@@ -1,4 +1,4 @@
-//! The decoders of `teampulse-devices` with an emulated Empatica E4: what was measured is what is read, whatever fails.
+//! The decoders of `teampulse-devices` against an emulated Empatica E4: they read what was measured, whatever fails.
 
 #![expect(clippy::float_cmp, reason = "these are exact")]
 

@@ -1,5 +1,5 @@
 //! Recordings of a wristband that was worn during a session, joined to it afterwards: how close they come to the truth
-//! by heart beats alone and by presses of the button, and how often the truth is within the stated error.
+//! by heartbeats alone and by presses of the button, and how often the truth is within the stated error.
 //!
 //! 100 simulated people for nine minutes with changing workload, which makes their pulses arrive up to 20 ms earlier.
 //! The session has the R waves of a strap, each up to 4 ms off. The wristband samples the pulse wave at 64 Hz by a
@@ -129,14 +129,14 @@ fn a_wristband_is_joined_as_nearly_as_stated() {
         cases.iter().map(|case| case.error(&joined(case))).collect()
     };
     let of_anybody = errors(|case| case.by_heart(ANYBODY));
-    let (p95_ms, within) = judged("heart beats, pulse arrival of anybody", &of_anybody);
+    let (p95_ms, within) = judged("heartbeats, pulse arrival of anybody", &of_anybody);
     assert!(p95_ms <= 50.0 && within >= 95, "{p95_ms} ms, {within}");
     let unknown_ms = p95(cases.iter().map(|case| 1e3 * (case.own.secs - ANYBODY.secs).abs()));
     eprintln!(
         "of which the person's own pulse arrival, which no beat shows: p95 {unknown_ms:.1} ms"
     );
     let (p95_ms, within) =
-        judged("heart beats, pulse arrival known", &errors(|case| case.by_heart(case.own)));
+        judged("heartbeats, pulse arrival known", &errors(|case| case.by_heart(case.own)));
     assert!(p95_ms <= 20.0 && within >= 95, "{p95_ms} ms, {within}");
     let (p95_ms, within) = judged("a button pressed six times", &errors(Case::by_presses));
     assert!(p95_ms <= 5.0 && within >= 95, "{p95_ms} ms, {within}");

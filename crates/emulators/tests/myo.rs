@@ -1,4 +1,4 @@
-//! The decoders of `teampulse-devices` with an emulated Myo: what was measured is what is read, whatever fails.
+//! The decoders of `teampulse-devices` against an emulated Myo: they read what was measured, whatever fails.
 
 use std::time::Duration;
 

@@ -1,5 +1,4 @@
-//! The decoders of `teampulse-devices` with an emulated Shimmer3 GSR+: what was measured is what is read, whatever
-//! fails.
+//! The decoders of `teampulse-devices` against an emulated Shimmer3 GSR+: they read what was measured, whatever fails.
 
 #![expect(clippy::float_cmp, reason = "these are exact")]
 

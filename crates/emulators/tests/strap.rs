@@ -1,4 +1,4 @@
-//! The decoders of `teampulse-devices` with an emulated strap of any maker: what was measured is what is read.
+//! The decoders of `teampulse-devices` against an emulated strap of any maker: they read what was measured.
 
 use teampulse_devices::heart_rate::{self, HeartRateMeasurement};
 use teampulse_emulators::devices::{

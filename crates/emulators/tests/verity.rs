@@ -1,4 +1,4 @@
-//! The decoders of `teampulse-devices` with an emulated Polar Verity Sense and OH1: what was measured is what is read,
+//! The decoders of `teampulse-devices` against an emulated Polar Verity Sense and OH1: they read what was measured,
 //! whatever fails.
 
 #![expect(clippy::float_cmp, reason = "these are exact")]

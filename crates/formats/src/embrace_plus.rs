@@ -23,7 +23,7 @@ const SAMPLED: [(&str, Quantity, &str, &str); 3] = [
     ("eda", Quantity::Eda, "eda", "uS"),
     ("temperature", Quantity::Temperature, "temperature", "degC"),
 ];
-/// The longest interval between two heart beats [ns]: after a longer one a beat was missed.
+/// The longest interval between two heartbeats [ns]: after a longer one a beat was missed.
 const LONGEST_INTERVAL_NS: i64 = 2_500_000_000;
 
 /// Reads a raw data file.

@@ -63,7 +63,7 @@ pub enum Quantity {
     Temperature,
     /// Acceleration.
     Acceleration,
-    /// Intervals between heart beats; a sample's time is the end of its interval.
+    /// Intervals between heartbeats; a sample's time is the end of its interval.
     Interval,
     /// Marks, such as the presses of a button.
     Mark,

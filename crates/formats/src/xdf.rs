@@ -38,7 +38,7 @@ pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
         }
     }
     if chunks.is_cut_off() {
-        notes.push("the file ends within a chunk, which was left out".into());
+        notes.push("the file ends within a chunk, which was skipped".into());
     }
     let (signals, left_out) = streams.finish();
     notes.extend(left_out);

@@ -145,7 +145,7 @@ impl SampleFormat {
     /// Signed 16 bits, little-endian: used by most microphones.
     pub const S16LE: SampleFormat = SampleFormat { kind: Kind::Signed16, is_big_endian: false };
 
-    /// Floats of 32 bits, little-endian: used by sound servers.
+    /// 32-bit floats, little-endian: used by sound servers.
     pub const F32LE: SampleFormat = SampleFormat { kind: Kind::Float32, is_big_endian: false };
 
     /// The format with a name such as `S16LE`.
@@ -181,7 +181,7 @@ impl SampleFormat {
     fn sample(self, bytes: &[u8]) -> f64 {
         let mut word = [0; 4];
         let Some(bytes) = bytes.get(..self.bytes()) else { return f64::NAN };
-        // Aligned at the high end, so that the sign is where an integer of 32 bits has it.
+        // Aligned at the high end, so that the sign is at the same position as in a 32-bit integer.
         let places = word[4 - bytes.len()..].iter_mut();
         if self.is_big_endian {
             places.zip(bytes.iter().rev()).for_each(|(to, byte)| *to = *byte);

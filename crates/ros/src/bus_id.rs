@@ -87,7 +87,7 @@ impl fmt::Display for BusId {
     }
 }
 
-/// As in a study.
+/// Serializes it as in a study.
 impl Serialize for BusId {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self.domain() {

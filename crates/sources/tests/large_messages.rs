@@ -1,4 +1,4 @@
-//! A large message, such as an image, is not copied on its way to sinks and workers.
+//! A large message, such as an image, reaches sinks and workers without being copied.
 
 mod keeper;
 

@@ -51,7 +51,7 @@ const MOST_ASTRAY: f64 = 0.005;
 
 /// Finds events, and computes features of windows, in any table of samples.
 ///
-/// A table has one number a line, or columns separated by commas, semicolons, bars, tabs or spaces, with
+/// A table has one number per line, or columns separated by commas, semicolons, bars, tabs or spaces, with
 /// decimal points or commas, with or without a header. Files of Empatica (E4, Embrace Plus), Shimmer
 /// (Consensys) and Polar Sensor Logger are supported, as are comments that state the sampling rate, units
 /// below or beside names, and times in s, ms, us, ns, as dates (also Excel's), or as minutes and seconds.
@@ -76,7 +76,7 @@ pub struct Extract {
     /// Time between the starts of successive windows; by default a window's length
     #[arg(long, value_name = "SECS", value_parser = seconds, requires = "window")]
     hop: Option<f64>,
-    /// Causal analysis, as live, or analysis with the whole recording in view
+    /// Causal analysis, as in a live session, or analysis of the whole recording at once
     #[arg(long, default_value = "whole")]
     method: Method,
     /// How to split skin conductance into tonic and phasic components in whole recordings; by default
@@ -103,9 +103,9 @@ pub struct Extract {
 /// The method of analysis of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
-    /// Each sample with those before it, as live
+    /// Each result uses only earlier samples, as in a live session
     Causal,
-    /// Each sample with those before and after it
+    /// Each result uses earlier and later samples
     Whole,
 }
 

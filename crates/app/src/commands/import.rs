@@ -58,7 +58,7 @@ const JOINED: &str = "teampulse.joined";
 /// EDF and BDF are imported, too. The imported files are not changed.
 ///
 /// With --into they join a session that was recorded at the same time: their bag is on its clock. Their place is found
-/// from heart beats that both recorded, or from a marker with --at; its accuracy is printed and kept in the bag.
+/// from heartbeats that both recorded, or from a marker with --at; its accuracy is printed and kept in the bag.
 #[derive(Debug, Args)]
 pub struct Import {
     /// The recordings, or the tables

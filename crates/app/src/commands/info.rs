@@ -55,7 +55,7 @@ struct Row {
     messages: u64,
     /// Null where a single message, no message or no time leaves it unknown.
     rate_hz: Option<f64>,
-    /// Messages lost on the way and in our own queue; null where unknown, as in a damaged bag.
+    /// Messages lost in transit and in our own queue; null where unknown, as in a damaged bag.
     lost: Option<u64>,
 }
 

@@ -81,7 +81,7 @@ pub async fn watch(
     let (clock, ended) = (setup.clock.clone(), setup.bag_ended.clone());
     let exit = conclude(stop.run(setup.session(parts), clock, duration_secs).await);
     for later in ended.folders() {
-        // They were left out during the session.
+        // They were omitted during the session.
         if let Err(failure) = write_tidy_files(&later).await {
             failure.show();
         }

@@ -68,7 +68,7 @@ impl Pump {
         }
     }
 
-    /// No stream counts as silent while this process did not run.
+    /// Keeps streams from counting as silent while this process was not running.
     fn take_standstill(&mut self, lasted: Duration, log_time: Time) {
         let until = log_time + lasted;
         for track in self.tracks.iter_mut().flatten() {

@@ -103,7 +103,7 @@ impl Running {
 
     fn never_ran(&mut self) -> SinkError {
         let why = self.unstarted.take().map_or_else(String::new, |error| format!(": {error}"));
-        let hint = "end other programs, or raise the limit of threads (`ulimit -u`)".to_owned();
+        let hint = "close other programs, or raise the limit of threads (`ulimit -u`)".to_owned();
         SinkError::Failed { message: format!("start a thread of its own{why}"), hint }
     }
 }

@@ -100,7 +100,7 @@ impl Running {
     pub(super) async fn ended(&mut self) -> WorkerEnd {
         let no_thread = |_| {
             let message = "start a thread of its own".to_owned();
-            let hint = "end other programs, or allow more threads (`ulimit -u`)".to_owned();
+            let hint = "close other programs, or allow more threads (`ulimit -u`)".to_owned();
             Some(WorkerError { message, hint })
         };
         let error = (&mut self.ended).await.unwrap_or_else(no_thread);

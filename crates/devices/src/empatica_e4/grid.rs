@@ -15,7 +15,7 @@ pub(super) enum Before {
 }
 
 impl Grid {
-    /// The number of the sample, and what lies before it. Without a rate, losses can't be detected.
+    /// The number of the sample, and what precedes it. Without a rate, losses can't be detected.
     pub fn place(&mut self, time_ns: i64, rate_hz: Option<f64>) -> (u64, Before) {
         let before = match (self.last_ns.replace(time_ns), rate_hz) {
             (Some(last_ns), _) if time_ns < last_ns => Before::StepBack,

@@ -31,7 +31,7 @@
 //! - Lines are cut anywhere, several arrive at once, and samples arrive before an answer.
 //! - Where Windows writes a decimal comma, so does the server.
 //! - `device_subscribe` is answered with `OK` or with an echo of `ON`.
-//! - Subscriptions outlast a lost radio link; times after it may lie before earlier ones.
+//! - Subscriptions outlast a lost radio link; times after it may precede earlier ones.
 //! - If there are no samples despite subscriptions, the driver subscribes again, then gives up; restart the server as
 //!   administrator.
 //! - A conductance that stays 0 means that the E4 is not worn. It is passed on unchanged.

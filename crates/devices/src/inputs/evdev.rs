@@ -19,7 +19,7 @@ const FIRST_BUTTON: u16 = 0x100;
 const MOUSE_BUTTONS: std::ops::RangeInclusive<u16> = 0x110..=0x117;
 const BTN_LEFT: u16 = 0x110;
 const BTN_TOUCH: u16 = 0x14a;
-/// `BTN_TRIGGER` up to `BTN_THUMBR`, and the four of a direction pad.
+/// `BTN_TRIGGER` up to `BTN_THUMBR`, and the four buttons of a D-pad.
 const CONTROLS: std::ops::RangeInclusive<u16> = 0x120..=0x13f;
 const DIRECTIONS: std::ops::RangeInclusive<u16> = 0x220..=0x223;
 /// `BTN_TRIGGER` and `BTN_SOUTH`, one of which every joystick and gamepad has.

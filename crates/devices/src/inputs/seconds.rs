@@ -5,7 +5,7 @@ use super::{Act, Kind};
 
 /// The length of a summary \[ns\].
 pub(super) const SECOND_NS: i64 = 1_000_000_000;
-/// A longer pause means that the reader did not run: nothing is known about the time in between \[ns\].
+/// A longer pause means that the reader was not running: nothing is known about the time in between \[ns\].
 const LONGEST_NS: i64 = 60 * SECOND_NS;
 
 /// The activity at the devices of one kind within one second.

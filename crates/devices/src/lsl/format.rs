@@ -3,19 +3,19 @@
 /// The format of a stream's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Numbers of 32 bits.
+    /// 32-bit floats.
     Float32,
-    /// Numbers of 64 bits.
+    /// 64-bit floats.
     Double64,
     /// Texts.
     String,
-    /// Integers of 32 bits.
+    /// 32-bit integers.
     Int32,
-    /// Integers of 16 bits.
+    /// 16-bit integers.
     Int16,
-    /// Integers of 8 bits.
+    /// 8-bit integers.
     Int8,
-    /// Integers of 64 bits; those beyond 2⁵³ are rounded.
+    /// 64-bit integers; those beyond 2⁵³ are rounded.
     Int64,
 }
 

@@ -88,7 +88,7 @@ impl FeedReply {
         let mut words = status.split_ascii_whitespace();
         let is_lsl = words.next().is_some_and(|word| word.starts_with("LSL/"));
         if !is_lsl {
-            return Err(LslError::Headers("the reply is not LSL's"));
+            return Err(LslError::Headers("the reply is not that of an LSL outlet"));
         }
         if words.next() != Some("200") {
             return Err(LslError::Refused(status.chars().take(100).collect()));
@@ -149,7 +149,7 @@ impl RequestReader {
             return Ok(Some(Request::Short(text(rest.get(..end))?.trim().to_owned())));
         }
         if !method.starts_with("LSL:streamfeed/") {
-            return Err(LslError::Headers("the request is not LSL's"));
+            return Err(LslError::Headers("the request is not that of an LSL inlet"));
         }
         // The line's own end may be the first half of the empty line.
         let Some(end) = find(&self.0, END) else { return Ok(None) };

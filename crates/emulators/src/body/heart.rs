@@ -31,7 +31,7 @@ pub enum Origin {
     Ventricle,
 }
 
-/// A beat of the heart.
+/// A heartbeat.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beat {
     /// When the R wave peaks, after the start [s].

@@ -1,4 +1,4 @@
-//! The recording of a body, and the truth behind it.
+//! The recording of a body, and the ground truth.
 
 use super::breath::Breath;
 use super::eyes::Blink;

@@ -48,7 +48,7 @@ pub struct StrapSettings {
     pub clock_fast: f64,
     /// The charge of its battery when it is switched on.
     pub battery_percent: f64,
-    /// How fast that falls.
+    /// How fast the battery drains.
     pub drain_percent_per_hour: f64,
     /// Faults, in order of time.
     #[serde(rename = "faults")]

@@ -34,7 +34,7 @@ pub enum Change {
     Dead,
     /// Its values stay unchanged while its stamps continue.
     Stuck,
-    /// Its messages are lost on the way while the robot continues.
+    /// Its messages are lost in transit while the robot continues.
     Outage,
     /// Every message arrives twice.
     Duplicate,

@@ -44,7 +44,7 @@ pub(super) const VIDEO: Analysis = Analysis {
             the pulse.",
         windows: "",
         reference: "Wang et al. (2017), doi:10.1109/TBME.2016.2609282.",
-        limits: "a pulse needs 15 s of a face that keeps its place, at 12 frames a second or more, and steady light; \
+        limits: "a pulse needs 15 s of a face that stays in place, at 12 or more frames per second, and steady light; \
             measured on synthetic faces only. Presence means somebody with bare skin who moves at least once in 20 s.",
     }),
     events: &[],

@@ -7,7 +7,7 @@ use teampulse_signal::{ecg, hrv, ppg};
 use super::{Analysis, Chosen, Documented, Happening, Tabled};
 
 /// The remark on the windows of analyses of beats.
-const SLOW: &str = ", nonlinear and geometric values anew every 10 s";
+const SLOW: &str = ", nonlinear and geometric values every 10 s";
 const OF_VARIABILITY: &str = "Task Force (1996), doi:10.1161/01.CIR.93.5.1043; Lipponen & Tarvainen (2019), \
      doi:10.1080/03091902.2019.1640306.";
 
@@ -16,7 +16,7 @@ pub(super) const ECG: Analysis = Analysis {
     feature: Some(Documented {
         name: "heart",
         doc: "Heart rate, its variability, and the quality of the ECG.",
-        summary: "Heart beats, their rate and its variability, from an ECG.",
+        summary: "Heartbeats, their rate and its variability, from an ECG.",
         measures: "each beat (as an event with its interval [ms]), and for each window the heart rate, the \
             variability of corrected intervals in time, frequency and geometry, breathing as it shows in \
             the heart, and the quality of the ECG.",
@@ -77,7 +77,7 @@ pub(super) const INTERVAL: Analysis = Analysis {
     feature: Some(Documented {
         name: "intervals",
         doc: "Heart rate variability of intervals.",
-        summary: "Variability of heart beat intervals that a strap reports.",
+        summary: "Variability of heartbeat intervals that a strap reports.",
         measures: "each beat (as an event with its interval [ms]), and for each window the variability of \
             corrected intervals in time, frequency and geometry.",
         windows: SLOW,
@@ -92,7 +92,7 @@ pub(super) const INTERVAL: Analysis = Analysis {
         duration: "",
     }],
     table: Tabled {
-        help: "Intervals between heart beats [ms], one a line",
+        help: "Intervals between heartbeats [ms], one per line",
         columns: &["rr", "rri", "ibi", "interval", "nn", "pp", "ppi"],
         files: &["ibi", "rr", "rri", "ppi"],
         channels: Some(1),

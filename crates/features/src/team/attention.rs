@@ -322,7 +322,7 @@ fn state_stream(inputs: &[String], settings: &Attention) -> Stream {
         inputs: inputs.to_vec(),
         rate_hz: 1.0,
         method: format!(
-            "people of whom something came in {} s; robots online per person; {}",
+            "people with data in the last {} s; robots online per person; {}",
             settings.present_secs,
             settings.limits()
         ),

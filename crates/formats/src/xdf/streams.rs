@@ -80,7 +80,7 @@ impl Streams {
         let mut notes = Vec::new();
         if self.unknown > 0 {
             notes.push(format!(
-                "{} chunks of samples have no stream and were left out",
+                "{} chunks of samples have no stream and were skipped",
                 self.unknown
             ));
         }

@@ -21,7 +21,7 @@ use crate::graph::Gid;
 pub(super) enum Met {
     /// A reader was matched or unmatched.
     Matched,
-    /// The policy of which a subscription requests more than is offered.
+    /// A subscription requests more of this policy than is offered.
     Incompatible(String),
 }
 

@@ -190,7 +190,7 @@ impl Course {
                 self.bag.ended.goes_on_in(folder);
             }
             Err(error) => {
-                self.inbox.report(format!("bag: failed to {error}; there is no snapshot"));
+                self.inbox.report(format!("bag: failed to {error}; no snapshot was written"));
                 self.fail(error);
             }
         }

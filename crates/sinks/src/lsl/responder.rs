@@ -43,7 +43,7 @@ pub(super) fn open() -> io::Result<UdpSocket> {
     socket.bind(&SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, MULTICAST_PORT).into())?;
     for group in GROUPS.map(Ipv4Addr::from).into_iter().filter(Ipv4Addr::is_multicast) {
         for address in teampulse_devices::lsl::addresses(&table_of_routes()) {
-            // An interface without multicast is left out.
+            // An interface without multicast is skipped.
             socket.join_multicast_v4(&group, &address).ok();
         }
     }

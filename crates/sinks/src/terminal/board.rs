@@ -118,7 +118,7 @@ impl Board {
         lines
     }
 
-    /// Takes a phase; reports to whom the session's phases no longer apply.
+    /// Takes a phase; reports for which person the session's phases no longer apply.
     fn take_phase(&mut self, stream: &Stream, sample: &Sample, event: &Event) -> Option<String> {
         self.phases.join(sample.stream, stream);
         self.phases.push(sample);

@@ -25,7 +25,7 @@ pub(super) fn minutes(secs: f64) -> String {
     if minutes < 600.0 { format!("{minutes:.0} min") } else { format!("{:.0} h", minutes / 60.0) }
 }
 
-/// A size of files: `48.2 MB`, `212 GB`.
+/// A file size: `48.2 MB`, `212 GB`.
 pub(super) fn size(bytes: u64) -> String {
     let bytes = bytes as f64;
     let (value, unit) = match bytes {

@@ -50,12 +50,12 @@ pub(super) struct Need<'a> {
     pub tier: Option<Tier>,
     /// Why, in words.
     pub why: String,
-    /// Since when.
+    /// The time from which this holds.
     pub since: Time,
 }
 
 impl Team {
-    /// Takes the state of the team from such a record.
+    /// Takes the state of the team from a record of its stream.
     pub fn take(&mut self, stream: &Stream, values: &FeatureValues) {
         if stream.about == About::Team && stream.name == "/team/state" {
             let named = stream.channels.iter().map(|channel| channel.name.clone());

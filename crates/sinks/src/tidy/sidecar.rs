@@ -114,7 +114,7 @@ fn meaning(kind: EventKind) -> &'static str {
         EventKind::Report => {
             "a person reported; isa: value is the workload from 1 (idle) to 5 (too much)"
         }
-        EventKind::Beat => "the heart beat; value: interval since the previous beat [ms]",
+        EventKind::Beat => "the heartbeat; value: interval since the previous beat [ms]",
         EventKind::Response => "the skin responded; value: its height [uS]",
         EventKind::Breath => "a breath began; value: its depth, in the unit of the sensor",
         EventKind::Burst => {

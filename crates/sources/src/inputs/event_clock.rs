@@ -1,7 +1,7 @@
 /// A step larger than this is one of the clock, not a delay \[ns\].
 const STEP_NS: i64 = 1_000_000_000;
 
-/// Places the times of a device's events on the session's clock: by the least delay on their way.
+/// Places the times of a device's events on the session's clock: by their smallest delay.
 #[derive(Debug, Default)]
 pub(super) struct EventClock {
     /// The session's time minus that of the event \[ns\].

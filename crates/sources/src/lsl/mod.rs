@@ -73,10 +73,10 @@ impl Lsl {
             let Some(value) = value else { continue };
             let quote = if value.contains('\'') { '"' } else { '\'' };
             if value.contains(quote) || value.chars().any(char::is_control) {
-                let error = SettingsError::new(format!("`{value}` can't be asked for"));
+                let error = SettingsError::new(format!("`{value}` can't be queried"));
                 return Err(error
                     .at(setting)
-                    .with_hint("it has both kinds of quotes, or a line's end"));
+                    .with_hint("it contains both kinds of quotes, or a control character"));
             }
             query.push(format!("{field}={quote}{value}{quote}"));
         }

@@ -96,7 +96,7 @@ fn listener(ours: &[Ipv4Addr]) -> std::io::Result<UdpSocket> {
     socket.set_nonblocking(true)?;
     socket.bind(&SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, MULTICAST_PORT).into())?;
     for address in ours {
-        // An interface without multicast is left out.
+        // An interface without multicast is skipped.
         drop(socket.join_multicast_v4(&SITE, address));
     }
     UdpSocket::from_std(socket.into())

@@ -71,7 +71,7 @@ impl FoundMicrophone {
             }),
             several => Err(SourceError::Fatal {
                 message: format!("choose among {}", listed(&mut several.iter().copied())),
-                hint: "set `device` to more of the name of one".to_owned(),
+                hint: "set `device` to a longer part of one of these names".to_owned(),
             }),
         }
     }

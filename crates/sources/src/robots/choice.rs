@@ -83,7 +83,7 @@ impl Choice {
                 return Some(commands());
             }
             tracing::warn!(
-                "{relative} is not counted as commands: its type {type_name} is the robot's state"
+                "{relative} does not count as a command: its type {type_name} is one of the robot's state"
             );
         }
         if self.images.iter().any(|image| image == relative) {

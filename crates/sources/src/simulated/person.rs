@@ -37,7 +37,7 @@ impl SimulatedPerson {
         SimulatedPerson::wearing(team, &[])
     }
 
-    /// The same people, without the sensors of the wearables that they wear besides.
+    /// The same people, without the sensors of the wearables that they also wear.
     pub fn wearing(
         team: &SimulatedTeam,
         wearables: &[EmulatedWearable],

@@ -109,7 +109,7 @@ pub(in crate::commands) fn record(
                     "read all of {}: it has too many numbers",
                     each.stream.name
                 ))
-                .hint("choose the part with the events by --from and --to"));
+                .hint("choose the part with the events with --from and --to"));
             }
         }
         if bag.streams()[message.stream].stream.shape == Shape::Status {

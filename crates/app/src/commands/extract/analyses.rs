@@ -50,7 +50,7 @@ impl From<Artefacts> for hrv::Treatment {
     }
 }
 
-/// Reads the word for a signal, as the table of analyses has it.
+/// Parses the name of a signal, as listed in the table of analyses.
 pub fn signal() -> impl TypedValueParser<Value = &'static Analysis> {
     let value = |each: &Analysis| PossibleValue::new(each.word()).help(each.table.help);
     let words = PossibleValuesParser::new(ANALYSES.iter().map(value));
@@ -93,7 +93,7 @@ pub fn failure(analysis: &Analysis, error: SignalError) -> Failure {
     let (exit, hint) = match error {
         SignalError::Rate { .. } | SignalError::Setting { .. } | SignalError::Frequency { .. } => (
             Exit::BadArguments,
-            "check --rate (samples a second), or the unit of --time, as in --time timer:ms",
+            "check --rate (samples per second), or the unit of --time, as in --time timer:ms",
         ),
         SignalError::TooShort { .. } => (Exit::Failed, "a longer recording is needed"),
         SignalError::NothingFinite => {

@@ -84,7 +84,7 @@ impl AroundArgs {
         if is_causal {
             return wrong(
                 "--around needs the signal after each event".to_owned(),
-                "leave out --method causal",
+                "omit --method causal",
             );
         }
         let after_secs = self.after.unwrap_or(1.0);

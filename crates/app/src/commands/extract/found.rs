@@ -14,7 +14,7 @@ pub enum Purpose {
     Kept,
     /// Windows are printed.
     Windows,
-    /// Events are printed, one a line.
+    /// Events are printed, one per line.
     Events,
 }
 

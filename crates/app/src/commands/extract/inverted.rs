@@ -25,7 +25,7 @@ pub fn note(
     let is_fine = inverted.windows.measure(span).quality >= LEAST_QUALITY
         && matches!(rate(&inverted, span), Some(Ok(_)));
     is_fine.then(|| {
-        "the pulses look upside down, and are good when inverted: --scale -1 does that".to_owned()
+        "the pulses look upside down, and are good when inverted: use --scale -1".to_owned()
     })
 }
 

@@ -1,4 +1,4 @@
-//! The heart beats in a recording of a device.
+//! The heartbeats in a recording of a device.
 
 use teampulse_core::stream::Signal;
 use teampulse_formats::{Content, Run};
@@ -9,7 +9,7 @@ use super::imported::{DeviceRecording, Imported};
 use super::joining::{Happened, Kind};
 use crate::failure::Failure;
 
-/// The heart beats in a recording: from its ECG, else its pulse wave, else its intervals.
+/// The heartbeats in a recording: from its ECG, else its pulse wave, else its intervals.
 pub(super) fn of_heart(device: &DeviceRecording, session: Kind) -> Result<Happened, Failure> {
     let of = |signal: Signal| device.signals.iter().find(move |each| each.stream.signal == signal);
     let found = of(Signal::Ecg)

@@ -25,7 +25,7 @@ const DATED_OFFSET_SECS: f64 = 600.0;
 const PULSE_ARRIVAL: Latency = Latency::new(0.250, 0.050);
 /// From there to the systolic peak, which devices use for their own intervals, plus the delay of their filters.
 const PULSE_RISE: Latency = Latency::new(0.140, 0.100);
-/// Between two places on the body whose pulses are compared.
+/// The latency between two places on the body whose pulses are compared.
 const BETWEEN_PLACES: Latency = Latency::new(0.0, 0.060);
 /// A detector's systematic difference between two kinds of ECG.
 const BETWEEN_ECGS: Latency = Latency::new(0.0, 0.005);
@@ -43,10 +43,10 @@ pub struct Into {
     #[arg(id = "into", long = "into", value_name = "BAG")]
     session: Option<PathBuf>,
     /// Joins by an event that both recorded: the label of markers in the session, and after `=` that of those
-    /// in the file (by default all in the file). Without this, heart beats are matched, or else movement
+    /// in the file (by default all in the file). Without this, heartbeats are matched, or else movement
     #[arg(long, value_name = "LABEL[=LABEL]", requires = "into", conflicts_with = "against")]
     at: Option<String>,
-    /// The stream of the session whose heart beats, or whose acceleration, is matched; by default the person's beats
+    /// The stream of the session whose heartbeats, or whose acceleration, is matched; by default the person's beats
     /// from an ECG, else from intervals, else pulses; else, or where the file has none, the person's acceleration
     #[arg(long, value_name = "STREAM", requires = "into")]
     against: Option<Wanted>,
@@ -80,7 +80,7 @@ fn pulse_arrival(text: &str) -> Result<Latency, String> {
 pub struct Joined {
     /// Converts times of the device.
     pub session_from_device: SessionFromDevice,
-    /// For example "placed by 612 heart beats …: within 41 ms (95 %)".
+    /// For example "placed by 612 heartbeats …: within 41 ms (95 %)".
     pub words: String,
 }
 
@@ -202,7 +202,7 @@ impl Into {
         }
     }
 
-    /// The movement in both, where it is requested or their heart beats can't be compared; `None` where they can.
+    /// The movement in both, where it is requested or their heartbeats can't be compared; `None` where they can.
     fn of_movement(
         &self,
         bag: &Bag,
@@ -223,7 +223,7 @@ impl Into {
                 return Ok(None);
             }
             return Err(Failure::new(format!("{} has no acceleration", device.name))
-                .hint("match heart beats, or join by a marker that both have, with --at"));
+                .hint("match heartbeats, or join by a marker that both have, with --at"));
         };
         let ours = movement::of_session(bag, &name)?;
         let theirs = Happened::movement(device.name.clone(), theirs);
@@ -262,7 +262,7 @@ impl Into {
             };
             let whose =
                 self.against.as_ref().map_or_else(|| format!("of {person}"), ToString::to_string);
-            return Err(Failure::new(format!("the session has no heart beats {whose}"))
+            return Err(Failure::new(format!("the session has no heartbeats {whose}"))
                 .hint(hint)
                 .exit(Exit::BadArguments));
         };
@@ -301,7 +301,7 @@ fn of_marks(
         marks.flatten().filter(|mark| is_meant(&mark.label)).map(|mark| mark.at_ns).collect();
     let missing = |which: &str, label: &str| {
         Failure::new(format!("{which} has no mark {label:?}"))
-            .hint("`teampulse export` lists the events of a session; without --at heart beats or movement are matched")
+            .hint("`teampulse export` lists the events of a session; without --at heartbeats or movement are matched")
             .exit(Exit::BadArguments)
     };
     if session.at_ns.is_empty() {
@@ -324,7 +324,7 @@ fn words(
     let (what, name) = match session.kind {
         Kind::Marks => ("events", &session.name),
         Kind::Movement => ("stretches of 30 s with the same movement", &session.name),
-        _ => ("heart beats", &session.name),
+        _ => ("heartbeats", &session.name),
     };
     let share = 100.0 * found.share;
     let clock = if is_dated {

@@ -346,7 +346,7 @@ impl Source for Tables {
     }
 }
 
-/// A run as it arrived: when its last sample was measured.
+/// A run as a reading and its arrival: the time of its last sample.
 fn reading(stream: StreamId, reader: &Reader, run: Run) -> (Reading, Time) {
     let at = |nanos: i64| Time::from_nanos(nanos.saturating_add(reader.shift_ns));
     let data = if reader.stream.rate_hz > 0.0 {

@@ -144,7 +144,7 @@ impl Player {
     }
 
     /// Waits at the end as long as a browser shows the page, or, with nothing to publish, until it is asked to stop;
-    /// returns whether it goes on from another time.
+    /// returns whether it continues from another time.
     async fn is_moved(&self, asked: &mut Asked) -> bool {
         let Some(shown) = &self.shown else { return false };
         let is_only_shown = self.bus.is_none();

@@ -16,7 +16,7 @@ use teampulse_dashboard::{Context, Disk, Playhead, Recording, Settings, Shown};
 
 use crate::failure::Failure;
 
-/// Shows a bag in a browser; `None` where no port is free and none was asked for, which is a warning.
+/// Shows a bag in a browser; `None`, with a warning, if no port is free and none was requested.
 pub(super) fn show(
     bag: &Arc<Bag>,
     playhead: &Playhead,

@@ -23,7 +23,7 @@ pub struct H10Settings {
     pub serial: String,
     /// The charge of its battery when it is switched on.
     pub battery_percent: f64,
-    /// How fast that falls: the manufacturer states 400 hours.
+    /// How fast the battery drains: within 400 hours, as the manufacturer states.
     pub drain_percent_per_hour: f64,
 }
 

@@ -181,7 +181,7 @@ impl Verity {
         sent
     }
 
-    /// The next thing to happen, and when; the first of those at the same time.
+    /// The next thing to happen and its time; if several happen at the same time, the first of them.
     fn next(&self) -> Option<(f64, Next)> {
         let incident = self.settings.incidents.first().map(|one| (one.at_secs, Next::Incident));
         let answer = self.answers.first().map(|(at_secs, _)| (*at_secs, Next::Answer));

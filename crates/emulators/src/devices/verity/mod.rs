@@ -4,7 +4,7 @@
 //! Based on Polar's *Online measurement* specification 1.0 and its SDK's pages on both products, on PPI data and on
 //! known issues; bytes that real sensors sent are in issues 226 (PPG), 311 (intervals) and 331 (acceleration) of
 //! github.com/polarofficial/polar-ble-sdk. Where these are silent, the choice is documented at its constant. The Verity
-//! Sense's gyroscope, magnetometer and SDK mode are left out.
+//! Sense's gyroscope, magnetometer and SDK mode are not emulated.
 
 mod settings;
 mod control;

@@ -39,7 +39,7 @@ pub struct VeritySettings {
     pub reports_false_rate: bool,
     /// The charge of its battery when it is switched on.
     pub battery_percent: f64,
-    /// How fast that falls: by default 20 hours, as the manufacturer states for a Verity Sense.
+    /// How fast the battery drains: by default within 20 hours, as the manufacturer states for a Verity Sense.
     pub drain_percent_per_hour: f64,
     /// Faults, in order of time.
     #[serde(rename = "faults")]

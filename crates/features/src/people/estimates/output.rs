@@ -32,7 +32,7 @@ pub(super) fn estimates(
         ),
         doc: format!(
             "An estimate of the workload and the arousal of {id}, not a measurement: treat it \
-             with doubt. An experimenter who sees it is no longer blind."
+             with caution. An experimenter who sees it is no longer blind."
         ),
         ..stream.with_channels(&[
             ("workload", "1"),

@@ -67,7 +67,7 @@ impl Watching {
         let words = |(place, _)| {
             let number = place + 1;
             format!(
-                "alert {number} of the study watches nothing: no stream so far has its name and number"
+                "alert {number} of the study watches nothing: no stream so far matches its name and number"
             )
         };
         idle.map(words).collect()

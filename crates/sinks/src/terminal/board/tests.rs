@@ -1,4 +1,4 @@
-//! What the board knows, and reports when something changes.
+//! Tests of what the board shows, and of the changes that it reports.
 
 use std::sync::Arc;
 

@@ -201,7 +201,7 @@ impl Page<'_> {
             };
             writeln!(
                 f,
-                "- {name}.csv: {count} intervals between heart beats of {person} ({signal} of \
+                "- {name}.csv: {count} intervals between heartbeats of {person} ({signal} of \
                  {device}) with their times and\n  phases, as detected; the {corrected} that the \
                  features correct are marked{missing}.\n- {name}.txt: the same for Kubios HRV: \
                  time of the beat and interval [s], nothing corrected."

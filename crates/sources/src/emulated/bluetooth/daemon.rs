@@ -24,7 +24,7 @@ rm -f "$1"
 [ -z "$2" ] || rmdir "$2" 2>/dev/null"#;
 /// How long the daemon of an emulation that has ended may take to leave its socket.
 const LEAVING: Duration = Duration::from_secs(2);
-/// How often to check whether it has.
+/// How often to check whether it has left.
 const LOOK: Duration = Duration::from_millis(10);
 /// The shell's exit code when there is no such program.
 const NO_PROGRAM: i32 = 127;

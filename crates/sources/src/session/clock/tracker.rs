@@ -92,7 +92,7 @@ impl ClockTracker {
         }
     }
 
-    /// Reports once that a second node publishes a time besides the one that is followed.
+    /// Reports once that a second node, other than the followed one, publishes a time.
     fn say_other(&mut self) -> Option<Break> {
         let is_new = self.has_other && !self.has_said_other;
         self.has_said_other |= is_new;

@@ -1,4 +1,4 @@
-//! Tables of heart beats without names: the time of each beat, and the interval before it, as Kubios HRV
+//! Tables of heartbeats without names: the time of each beat, and the interval before it, as Kubios HRV
 //! reads them and as in our `intervals.txt`.
 
 use super::line::number;

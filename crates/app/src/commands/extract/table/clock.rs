@@ -140,7 +140,7 @@ impl Clock {
         Some(Clock::new(Form::Number(ns), if unit == "s" { String::new() } else { note }))
     }
 
-    /// Times of day, or minutes and seconds where a signal needs more than one row a minute. Where it does
+    /// Times of day, or minutes and seconds where a signal needs more than one row per minute. Where it does
     /// not, times that begin at zero are those of a stopwatch.
     fn of_day_or_minutes(name: &str, cells: &[&str], least_hz: f64) -> Clock {
         let note = format!("the times in column {name} are times of day");

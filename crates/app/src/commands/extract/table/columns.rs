@@ -7,7 +7,7 @@ use super::error::TableError;
 use super::head::{Head, is_count_like, is_time_like};
 use super::units::{self, unit};
 
-/// The names of times in our own tables [s].
+/// The names of the time columns in our own tables [s].
 const OWN_TIMES: [&str; 3] = ["measured_secs", "unix_secs", "time_secs"];
 /// Rates that differ by less count as equal, as far as a few stamps in whole milliseconds can show.
 const LIKE_RATES: f64 = 0.05;
@@ -62,7 +62,7 @@ pub struct Time {
 
 impl Columns {
     /// Selects the columns. A rate that the user gave [Hz], or that the table states, takes precedence over
-    /// times that were not asked for.
+    /// times that were not requested.
     pub fn choose(
         head: &Head,
         wanted: &Wanted,

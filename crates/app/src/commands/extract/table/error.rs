@@ -147,7 +147,7 @@ impl TableError {
                 "name it with --column NAME, or by its number from 1".into()
             }
             TableError::WhichComma { .. } => {
-                "give --decimal comma for one number a line, or --decimal point for two columns"
+                "give --decimal comma for one number per line, or --decimal point for two columns"
                     .into()
             }
             TableError::Ragged { .. } => {
