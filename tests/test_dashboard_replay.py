@@ -84,7 +84,7 @@ def test_a_jump_shows_what_was_known_then_and_nothing_later(stage, demo_bag):
         assert (await moved_to(browser, 3.0, within_secs=12))[0]["t"] < length
 
     watching(address, act)
-    player.wait_for("the end is reached; go to another time")
+    player.wait_for("the bag has ended; choose another time")
     assert post(address, {"kind": "marker", "label": "x"})[0] == 422
     player.signal(signal.SIGINT)
     assert player.ended() == 0

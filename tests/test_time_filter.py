@@ -143,7 +143,7 @@ def test_times_made_afterwards_keep_the_raw_content_and_are_marked(demo_bag, sta
         (("--grid", "nan"), "rate"),
         (("--grid", "10", "--policy", "spline:1s"), "expected"),
         (("--grid", "10", "--policy", "odom=hold:1s"), "pattern"),
-        (("--grid", "10", "--stream", "/nobody/**"), "no such streams"),
+        (("--grid", "10", "--stream", "/nobody/**"), "no matching streams"),
         (("--pivot", "/nobody/odom"), "/nobody/odom"),
     ],
 )

@@ -45,7 +45,8 @@ impl Drop for Claimed {
 
 fn unmade(folder: &Path) -> impl FnOnce(std::io::Error) -> Failure {
     move |error| {
-        let hint = "look at the disk's free space and at the permissions, or give another --out";
+        let hint =
+            "check the free disk space and the permissions, or choose another folder with --out";
         Failure::to(format!("create {}: {error}", folder.display())).hint(hint)
     }
 }

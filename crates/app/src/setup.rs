@@ -448,7 +448,7 @@ pub fn conclude(outcome: Outcome) -> Exit {
     }
     for WorkerEnd { name, counts: WorkerCounts { taken, skipped }, error } in outcome.workers {
         if taken + skipped == 0 {
-            say(format!("{name}: no sample came on its streams"));
+            say(format!("{name}: no samples arrived on its streams"));
         } else if skipped > 0 {
             say(format!("{name}: processed {taken} of {} samples", taken + skipped));
         }

@@ -242,7 +242,7 @@ impl Study {
         let near = nearest(unknown, &settings).map(|near| format!("did you mean `{near}`?"));
         let hint = near.unwrap_or_else(|| "expected keys, ros or the `type` of a component".into());
         let name = label(unknown.clone(), LONGEST_NAME);
-        let error = SettingsError::new(format!("nothing called `{name}` sends commands"));
+        let error = SettingsError::new(format!("no component called `{name}` sends commands"));
         Err(self.misplaced(error.with_hint(hint).at(format!("commands.{unknown}"))))
     }
 

@@ -189,7 +189,7 @@ struct Found {
     /// When it was measured and when it arrived, since the devices were switched on [s].
     secs: f64,
     arrived_secs: f64,
-    /// By the device's own clock [ns].
+    /// The time on the device's own clock [ns].
     device_ns: Option<i64>,
     index: Option<u64>,
     data: Data,
@@ -242,7 +242,7 @@ impl Recorded {
     }
 }
 
-/// From each time to the nearest true one [s].
+/// The difference from each time to the nearest true one [s].
 fn errors(secs: impl IntoIterator<Item = f64>, truth: &[f64]) -> Vec<f64> {
     let error = |secs: f64| {
         let errors = truth.iter().map(|truth_secs| secs - truth_secs);

@@ -76,10 +76,10 @@ pub enum Found {
     /// A file of rosbag2, or a ROS 1 bag, that can be read, but not repaired.
     #[error("a ROS 1 bag, a recording in SQLite or a compressed file")]
     Foreign,
-    /// A bag of ROS 1 that is damaged at its start, or of a version before 2.0.
+    /// A ROS 1 bag that is damaged at its start, or of a version before 2.0.
     #[error("a ROS 1 bag that is damaged at its start or older than version 2.0")]
     Ros1,
-    /// An encrypted bag of ROS 1.
+    /// An encrypted ROS 1 bag.
     #[error("an encrypted ROS 1 bag")]
     Encrypted,
     /// A recording compressed with something other than Zstandard, or a file that can't be decompressed.
@@ -123,9 +123,9 @@ fn hint_of(error: &io::Error) -> &'static str {
             "this account may not write larger files (`ulimit -f`): raise the limit, or set split_mib"
         }
         NotFound => "its folder was deleted or moved",
-        PermissionDenied => "record to a folder that you may write into, with --out",
+        PermissionDenied => "use --out to choose a folder that you can write to",
         ReadOnlyFilesystem => {
-            "the disk can't be written: look at `dmesg`, or record to another with --out"
+            "the disk can't be written: look at `dmesg`, or record to another disk with --out"
         }
         _ if matches!(error.raw_os_error(), Some(EMFILE | ENFILE)) => {
             "too many files are open: raise the limit (`ulimit -n`), or close other programs"

@@ -68,7 +68,7 @@ pub struct Opening {
 pub enum Complete {
     /// With its session.
     WithSession,
-    /// By command, while the session goes on.
+    /// By command, while the session continues.
     ByCommand {
         /// Records of the same batch that follow the command.
         after: Vec<Record>,

@@ -15,7 +15,7 @@ use tempfile::{TempDir, tempdir};
 const TOPIC: &str = "/robot1/battery_state";
 const COUNT: i64 = 50;
 
-/// Tables as the distributions of ROS 2 create them.
+/// Tables as the ROS 2 distributions create them.
 const DASHING: &str = "
     CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
         serialization_format TEXT NOT NULL);

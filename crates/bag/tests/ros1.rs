@@ -1,4 +1,4 @@
-//! Bags of ROS 1, written byte by byte from their documents: as `rosbag` leaves them, cut off, and damaged.
+//! ROS 1 bags, written byte by byte from their documentation: as `rosbag` leaves them, cut off, and damaged.
 #![expect(clippy::unwrap_used, reason = "a test fails by it")]
 
 use std::fs;
@@ -159,7 +159,7 @@ fn a_recording_that_was_not_closed_is_read_as_far_as_it_goes() {
         let bag = opened(&[b"#ROSBAG V2.0\n", &bag_header(0)[..], &open].concat()).unwrap();
         let expected = if packing == Packing::None { 1 } else { 2 };
         assert_eq!(bag.messages_count(), expected, "{packing:?}");
-        assert_eq!(damage(&bag), "it was cut off: its last chunk is read as far as possible");
+        assert_eq!(damage(&bag), "it was truncated: its last chunk is read as far as possible");
     }
 }
 

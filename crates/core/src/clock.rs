@@ -103,7 +103,7 @@ impl Clock {
         (0..3).map(reading).min().map_or(0, |(_, ahead)| ahead)
     }
 
-    /// By how much the machine's wall clock was stepped and slewed since this clock began [ns]. Zero for a
+    /// How much the machine's wall clock was stepped and slewed since this clock began [ns]. Zero for a
     /// settable clock.
     pub fn wall_offset_nanos(&self) -> i64 {
         match &*self.0 {

@@ -29,7 +29,7 @@ pub enum Command {
     Split,
     /// `start_recording`: begins a bag, with the seconds before it that were kept.
     StartRecording,
-    /// `stop_recording`: ends the bag; the session goes on.
+    /// `stop_recording`: ends the bag; the session continues.
     StopRecording,
     /// `snapshot`: writes the last seconds, which are kept while nothing is recorded, into a bag.
     Snapshot,
@@ -41,11 +41,11 @@ pub enum Command {
     AbortPhase,
     /// `mark LABEL`: sets a marker.
     Mark(String),
-    /// `vibrate SUBJECT [SECS]`: makes a device that a person wears vibrate.
+    /// `vibrate SUBJECT [SECS]`: vibrates a device that a person wears.
     Vibrate {
         /// Who wears it: `p001`.
         subject: String,
-        /// For how long [s].
+        /// How long it vibrates [s].
         secs: f64,
     },
     /// `do COMPONENT REQUEST`: sends a component of the session a request of its own, `do nback start 2`.
@@ -62,13 +62,13 @@ pub const VERBS: [(&str, &str, &str); 11] = [
     ("stop", "", "ends the session"),
     ("split", "", "begins the next file of the bag"),
     ("start_recording", "", "begins a bag, with the seconds before it that were kept"),
-    ("stop_recording", "", "ends the bag; the session goes on"),
+    ("stop_recording", "", "ends the bag; the session continues"),
     ("snapshot", "", "writes the seconds that are kept while nothing is recorded into a bag"),
     ("next_phase", "", "begins the next phase of the study"),
     ("repeat_phase", "", "restarts the current phase"),
     ("abort_phase", "", "ends the current phase"),
     ("mark", "LABEL", "sets a marker"),
-    ("vibrate", "SUBJECT [SECS]", "makes a device that a person wears vibrate"),
+    ("vibrate", "SUBJECT [SECS]", "vibrates a device that a person wears"),
     ("do", "COMPONENT REQUEST", "sends a request to a component"),
 ];
 

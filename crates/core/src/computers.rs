@@ -35,7 +35,7 @@ pub(crate) fn is_far(offset_secs: f64) -> bool {
 
 /// The note about simulated stamps in a session on another clock.
 pub const SIMULATED: &str =
-    "stamps by simulated time: set clock = \"/clock\" below [session] to follow it";
+    "stamps in simulated time: set clock = \"/clock\" below [session] to follow it";
 
 /// A report on another computer's clock.
 #[derive(Clone, Debug, PartialEq)]

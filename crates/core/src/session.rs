@@ -225,7 +225,7 @@ async fn end_sinks(
     for sink in running {
         let late = || SinkError::Lost {
             message: "end in time: it is still writing, and was abandoned".into(),
-            hint: "look at the disk; `teampulse recover` repairs a bag".into(),
+            hint: "check the disk; `teampulse recover` repairs a bag".into(),
         };
         let ended = loop {
             let Some(hurried) = &deadline else {

@@ -40,7 +40,7 @@ const FIGURES: [(&str, &str, &str, Figure); 8] = [
         |health| health.uncertainty_secs,
     ),
     ("stream_received_total", "counter", "Samples taken", |health| Some(health.received as f64)),
-    ("stream_lost_on_the_way_total", "counter", "Samples lost on the way here", |health| {
+    ("stream_lost_on_the_way_total", "counter", "Samples lost in transit", |health| {
         health.lost_source.map(|lost| lost as f64)
     }),
     ("stream_lost_in_queue_total", "counter", "Samples lost in our own queue", |health| {

@@ -95,7 +95,7 @@ pub(crate) fn start(hub: &Arc<Hub>) -> Result<(Runtime, String), SinkError> {
     let mut builder = Builder::new_multi_thread();
     let runtime = builder.worker_threads(1).thread_name("dashboard").enable_all().build();
     let runtime = runtime.map_err(|error| failed(format!("start its threads: {error}"), ""))?;
-    let hint = "give another `port`, or leave the dashboard out with `dashboard = false`";
+    let hint = "choose another `port`, or disable the dashboard with `dashboard = false`";
     let bound = runtime.block_on(server::bind(settings));
     let listener =
         bound.map_err(|error| failed(format!("listen on {}: {error}", settings.listen), hint))?;

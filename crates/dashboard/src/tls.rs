@@ -85,7 +85,8 @@ impl TlsError {
                 "paths are relative to the folder in which teampulse is started, and the file must be readable by you"
             }
             (_, TlsFile::Certificate) => {
-                "a certificate in PEM has a line `-----BEGIN CERTIFICATE-----`; `mkcert` or your network's administrators make one"
+                "a certificate in PEM has a line `-----BEGIN CERTIFICATE-----`; `mkcert` or your network's \
+                 administrators can make one"
             }
             (_, TlsFile::Key) => {
                 "a key in PEM has a line `-----BEGIN PRIVATE KEY-----`; `openssl pkey -in KEY -out NEW` takes the passphrase from one that has it"

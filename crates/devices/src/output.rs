@@ -71,7 +71,7 @@ pub enum Event {
     },
     /// The link between a base station and its wearable: lost, or up again.
     Wearable {
-        /// Whether it is up.
+        /// Whether the link is up.
         connected: bool,
     },
 }

@@ -25,7 +25,7 @@ pub struct Threshold {
     pub above: Option<f64>,
     /// The alert begins below this number, in the stream's own unit.
     pub below: Option<f64>,
-    /// For how long the number must be beyond the limit before the alert begins [s]. Default: 0, at once.
+    /// How long the number must be beyond the limit before the alert begins [s]. Default: 0, at once.
     #[serde(default)]
     pub for_secs: f64,
     /// The alert is over when the number is back at this one, so that a number close to the limit does not raise and

@@ -149,7 +149,7 @@ fn a_path_that_leads_nowhere_is_answered_with_the_nearest() {
     says(
         &battery,
         "cell_voltage[one]",
-        "read the path \"cell_voltage[one]\": expected names with dots between, as in `status[0].level`",
+        "read the path \"cell_voltage[one]\": expected names separated by dots, as in `status[0].level`",
     );
 }
 

@@ -12,7 +12,7 @@ use tokio::sync::{broadcast, watch};
 
 use crate::graph::{Gid, Graph};
 
-/// A transport of ROS messages: DDS in one domain, or memory.
+/// A transport for ROS messages: DDS in one domain, or memory.
 ///
 /// Topic and type names are ROS's own (`/robot1/odom`, `nav_msgs/msg/Odometry`); the mapping to names on
 /// the wire is internal.

@@ -14,7 +14,7 @@ pub const HIGHEST_DOMAIN: u32 = 232;
 /// The values of `ROS_AUTOMATIC_DISCOVERY_RANGE`.
 const RANGES: [&str; 4] = ["SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT"];
 
-/// The environment variables of ROS. An empty variable counts as unset.
+/// The ROS environment variables. An empty variable counts as unset.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Environment {
     /// `ROS_DOMAIN_ID`.
@@ -78,7 +78,7 @@ impl Environment {
         })
     }
 
-    /// The width of GIDs on the wire in the configured release of ROS 2; `None` if there is none.
+    /// The width of GIDs on the wire in the configured ROS 2 release; `None` if there is none.
     pub fn gid_width(&self) -> Option<GidWidth> {
         match self.distro.as_str() {
             "" => None,

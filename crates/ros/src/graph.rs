@@ -15,7 +15,7 @@ use shared_map::SharedMap;
 /// Clones share unchanged entries, so that the cost of a change does not depend on the number of endpoints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Graph {
-    /// By topic and id.
+    /// The endpoints, by topic and id.
     endpoints: SharedMap<(Arc<str>, Gid), Arc<Endpoint>>,
     /// The number of nodes with each full name.
     nodes: SharedMap<Arc<str>, u32>,

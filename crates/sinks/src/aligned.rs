@@ -96,7 +96,7 @@ impl Sink for Aligned {
         let path = self.path.clone();
         let lost = |error: &io::Error| SinkError::Lost {
             message: format!("write {}: {error}", path.display()),
-            hint: "look at the disk's free space and at the folder's permissions".into(),
+            hint: "check the free disk space and the folder's permissions".into(),
         };
         let mut table = AlignedTable::open(*self).map_err(|error| lost(&error))?;
         loop {
@@ -223,7 +223,10 @@ impl AlignedTable {
             }
         }
         if self.aligner.skipped() > 0 {
-            tracing::warn!("{} rows were skipped where no stream has data", self.aligner.skipped());
+            tracing::warn!(
+                "{} rows without data in any stream were skipped",
+                self.aligner.skipped()
+            );
         }
         let table = &mut self.table;
         self.aligner.finish(|output| table.take(output));

@@ -104,7 +104,7 @@ split_mib   = 4096"#;
         let is_claimed = is_vacant(&context.bag);
         if context.bag.exists() && !is_claimed {
             let message = format!("the bag's folder {} already exists", context.bag.display());
-            return Err(SettingsError::new(message).with_hint("give another --out"));
+            return Err(SettingsError::new(message).with_hint("give another folder with --out"));
         }
         let metadata_version = match self.metadata_version {
             9 => Version::V9,

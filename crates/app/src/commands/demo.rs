@@ -74,11 +74,11 @@ impl Demo {
             Failure::new(format!(
                 "demos are already running on all ROS domains from {DOMAIN} to {LAST_DOMAIN}"
             ))
-            .hint("end one of them")
+            .hint("stop one of them")
         })?;
         let domain = taken.domain;
         if domain != DOMAIN {
-            say(format!("another demo runs on ROS domain {DOMAIN} of this machine"));
+            say(format!("another demo is running on ROS domain {DOMAIN} of this machine"));
         }
         let (folder, places) = (worn.folder(), worn.places());
         let simulation = Simulation { seed: self.seed, domain, study: text, folder, places };
@@ -157,7 +157,7 @@ fn hold(_: &str) -> std::io::Result<UnixListener> {
     Err(ErrorKind::Unsupported.into())
 }
 
-/// The command that lists the topics of a local domain with the tools of ROS 2. Without the daemon, which keeps the
+/// The command that lists the topics of a local domain with the ROS 2 tools. Without the daemon, which keeps the
 /// domain of the user who started it.
 fn topics_command(domain: u32) -> String {
     format!(
@@ -197,7 +197,7 @@ impl Source for Simulator {
 async fn end(simulator: Option<Child>) {
     let Some(mut simulator) = simulator else { return };
     if let Err(error) = simulator.kill().await {
-        tracing::warn!("failed to end the simulator: {error}");
+        tracing::warn!("failed to stop the simulator: {error}");
     }
 }
 

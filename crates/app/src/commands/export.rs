@@ -134,7 +134,7 @@ impl Export {
             streams[..=place].rotate_right(1);
         }
         if streams.is_empty() {
-            return Err(Failure::new("the bag has no such streams with numbers")
+            return Err(Failure::new("the bag has no matching streams with numbers")
                 .hint("`teampulse info` lists its streams"));
         }
         self.each_rule_names_some(&streams)?;
@@ -144,7 +144,8 @@ impl Export {
         });
         let aligned = Aligned::new(&folder.join(TABLE), onto, streams);
         Ok(Box::new(
-            aligned.map_err(|error| Failure::new(format!("the table can't be made: {error}")))?,
+            aligned
+                .map_err(|error| Failure::new(format!("the table can't be created: {error}")))?,
         ))
     }
 
@@ -156,7 +157,7 @@ impl Export {
             None => Ok(()),
             Some(pattern) => {
                 let message =
-                    format!("a policy names {}: no such stream has numbers", pattern.text());
+                    format!("a policy names {}: no matching stream has numbers", pattern.text());
                 Err(Failure::new(message).hint("`teampulse info` lists the streams of a bag"))
             }
         }
@@ -207,7 +208,7 @@ fn with_numbers(stream: &Stream) -> Option<Stream> {
 fn rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(hz) if (1e-4..=1e5).contains(&hz) => Ok(hz),
-        _ => Err(format!("`{text}` is not a rate: expected 0.0001 to 100000 rows a second")),
+        _ => Err(format!("`{text}` is not a rate: expected 0.0001 to 100000 rows per second")),
     }
 }
 

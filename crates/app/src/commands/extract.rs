@@ -164,7 +164,7 @@ impl Extract {
         };
         let (word, count) = (self.signal.word(), table.names().len());
         if let Some(channels) = self.signal.table.channels.filter(|&channels| channels != count) {
-            let message = format!("{word} has {channels} column(s), and {count} were found");
+            let message = format!("{word} needs {channels} column(s), but {count} were found");
             return wrong(message, "name them with --column NAME,NAME");
         }
         if self.phasic.is_some()

@@ -54,7 +54,7 @@ async fn tidied(folder: &Path) -> Exit {
     match write_tidy_files(folder).await {
         Ok(exit) => exit,
         Err(failure) => {
-            say("the bag is whole, but its tidy files could not be written:");
+            say("the bag is intact, but its tidy files could not be written:");
             failure.show();
             Exit::Fine
         }

@@ -42,7 +42,7 @@ impl Retime {
         bag.check();
         let bag = Arc::new(bag);
         if bag.notes().contains_key(RETIMED) {
-            return Err(Failure::new(format!("{} was retimed already", self.bag.display()))
+            return Err(Failure::new(format!("{} has already been retimed", self.bag.display()))
                 .hint("retime the bag that it was computed from"));
         }
         warn_of_damage(&bag);
@@ -67,7 +67,7 @@ impl Retime {
         }
         if hindsight.is_empty() {
             output::note(
-                "warning: no device with a clock is in the bag: its times stay as they are",
+                "warning: no device with a clock is in the bag: its times remain unchanged",
             );
         }
 

@@ -60,7 +60,7 @@ pub struct Scan {
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 enum Place {
-    /// On a domain of ROS.
+    /// On a ROS domain.
     Domain(Domain),
     /// Over Bluetooth.
     Bluetooth {
@@ -122,7 +122,7 @@ impl Scan {
         let streams: Vec<LslStream> = match streams {
             Ok(found) => found.iter().map(LslStream::of).collect(),
             Err(error) => {
-                say(format!("no LSL: failed to ask for streams: {error}"));
+                say(format!("no LSL: failed to search for streams: {error}"));
                 Vec::new()
             }
         };

@@ -279,6 +279,6 @@ fn an_unknown_command_is_shown_at_its_place() {
     "#);
     assert!(read("[commands]\nkeys = []\nros = [\"*\"]\nprogram = [\"do nback\"]\n").is_ok());
     let unknown = shown("[commands]\nkees = [\"mark\"]\n");
-    assert!(unknown.contains("nothing called `kees` sends commands"), "{unknown}");
+    assert!(unknown.contains("no component called `kees` sends commands"), "{unknown}");
     assert!(unknown.contains("did you mean `keys`?"), "{unknown}");
 }

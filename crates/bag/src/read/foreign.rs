@@ -1,4 +1,4 @@
-//! Recordings that are not plain MCAP: those of rosbag2 in `SQLite`, compressed files and messages, bags of ROS 1.
+//! Recordings that are not plain MCAP: those of rosbag2 in `SQLite`, compressed files and messages, ROS 1 bags.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -114,7 +114,7 @@ pub(crate) struct Opened {
 }
 
 /// Opens a file. One that is not MCAP is converted to an unnamed file, which is deleted when it is closed:
-/// it is decompressed, and a database or a bag of ROS 1 is copied message by message.
+/// it is decompressed, and a database or a ROS 1 bag is copied message by message.
 pub(crate) fn open(path: &Path) -> Result<Opened, BagError> {
     let file = File::open(path).map_err(BagError::io("open", path))?;
     if !begins_with(&file, ZSTD) {

@@ -14,9 +14,9 @@ const KEPT_UP_SECS: usize = 13;
 /// The rate that a stream is compared with.
 #[derive(Clone, Debug)]
 pub(super) enum UsualRate {
-    /// It was declared [Hz].
+    /// The rate that was declared [Hz].
     Declared(f64),
-    /// It is learned, or was.
+    /// A rate that is being learned, or was.
     Learned {
         /// The rate learned so far [Hz].
         expected_hz: Option<f64>,

@@ -79,7 +79,7 @@ pub struct Translator {
 }
 
 impl Translator {
-    /// For a device with these abilities, as the kinds that are of interest.
+    /// Creates a translator for a device with these abilities, limited to `kinds`.
     pub fn new(abilities: &Abilities, kinds: &[Kind]) -> Translator {
         let is_wanted = |kind: &Kind| kinds.contains(kind);
         let kinds = abilities.kinds().into_iter().filter(is_wanted).collect();

@@ -15,7 +15,7 @@ use crate::{Error, Event, GattSession, Output, Session};
 const ANSWER_PATIENCE: Duration = Duration::from_secs(5);
 const MOST_ATTEMPTS: u32 = 3;
 
-/// Between the stop and the start of a stream that was already on.
+/// The pause between the stop and the start of a stream that was already on.
 const PAUSE: Duration = Duration::from_secs(1);
 
 /// How long stopping may take at most.

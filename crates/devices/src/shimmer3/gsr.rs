@@ -66,7 +66,7 @@ impl Gsr {
         resistance.clamp(least, most)
     }
 
-    /// The skin's conductance \[µS\].
+    /// The skin conductance \[µS\].
     pub fn conductance_us(self, range: GsrRange) -> f64 {
         1000.0 / self.resistance_kohm(range)
     }

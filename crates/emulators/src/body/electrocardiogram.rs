@@ -17,7 +17,7 @@ struct Wave {
     moves: Moves,
 }
 
-/// With √(heart rate / 60 per minute), or with the root of that.
+/// Proportionally to √(heart rate / 60 per minute), or to the root of that.
 #[derive(Clone, Copy, Debug)]
 enum Moves {
     Near,

@@ -53,7 +53,7 @@ struct CycleStep {
 /// The position in the cardiac cycle at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
-    /// From 0 at one beat to 2π at the next.
+    /// The phase of the cycle: 0 at one beat, 2π at the next.
     pub angle: f64,
     /// The heart rate at this time [Hz].
     pub rate_hz: f64,

@@ -10,23 +10,23 @@ use super::sensor::Sensor;
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rates {
-    /// Of the electrocardiogram [Hz]. Default: 130, a Polar H10's.
+    /// The rate of the electrocardiogram [Hz]. Default: 130, a Polar H10's.
     pub ecg_hz: f64,
-    /// Of the photoplethysmogram [Hz]. Default: 64, an Empatica E4's.
+    /// The rate of the photoplethysmogram [Hz]. Default: 64, an Empatica E4's.
     pub ppg_hz: f64,
-    /// Of skin conductance at the wrist [Hz]. Default: 4, an Empatica E4's.
+    /// The rate of skin conductance at the wrist [Hz]. Default: 4, an Empatica E4's.
     pub eda_wrist_hz: f64,
-    /// Of skin conductance at the fingers [Hz]. Default: 128, a Shimmer3's.
+    /// The rate of skin conductance at the fingers [Hz]. Default: 128, a Shimmer3's.
     pub eda_fingers_hz: f64,
-    /// Of the eight electromyograms [Hz]. Default: 200, a Myo's.
+    /// The rate of the eight electromyograms [Hz]. Default: 200, a Myo's.
     pub emg_hz: f64,
-    /// Of the four electroencephalograms [Hz]. Default: 256, a Muse's.
+    /// The rate of the four electroencephalograms [Hz]. Default: 256, a Muse's.
     pub eeg_hz: f64,
-    /// Of the width of the chest [Hz]. Default: 50.
+    /// The rate of the width of the chest [Hz]. Default: 50.
     pub respiration_hz: f64,
-    /// Of the skin's temperature [Hz]. Default: 4, an Empatica E4's.
+    /// The rate of the skin's temperature [Hz]. Default: 4, an Empatica E4's.
     pub temperature_hz: f64,
-    /// Of the wrist's acceleration [Hz]. Default: 32, an Empatica E4's.
+    /// The rate of the wrist's acceleration [Hz]. Default: 32, an Empatica E4's.
     pub acceleration_hz: f64,
 }
 

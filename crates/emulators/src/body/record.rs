@@ -58,7 +58,7 @@ pub struct Moment {
     pub temperature_c: f64,
 }
 
-/// What truly happened, each in the order of its times.
+/// What actually happened, each list in order of time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
     /// The body once a second.
@@ -83,7 +83,7 @@ pub struct Truth {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     pub(super) waves: [Wave; Sensor::ALL.len()],
-    /// What truly happened.
+    /// The ground truth.
     pub truth: Truth,
 }
 

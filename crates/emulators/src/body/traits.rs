@@ -23,7 +23,7 @@ pub struct Traits {
     pub ectopic_share: f64,
     /// Height of the R wave [mV].
     pub r_wave_mv: f64,
-    /// From the R wave to the foot of the pulse at the finger [s].
+    /// The time from the R wave to the foot of the pulse at the finger [s].
     pub pulse_arrival_secs: f64,
     /// Height of the pulse [1].
     pub pulse_amplitude: f64,

@@ -20,7 +20,7 @@ const ARRIVAL_SIGMA_SECS: f64 = 0.002;
 const HEIGHT_SIGMA: f64 = 0.02;
 /// An early beat pumps less.
 const ECTOPIC_HEIGHT: f64 = 0.55;
-/// From the foot to the two peaks of a pulse, and their widths [s].
+/// The times from the foot to the two peaks of a pulse, and their widths [s].
 const SYSTOLE_SECS: f64 = 0.14;
 const SYSTOLE_WIDTH_SECS: f64 = 0.055;
 const DIASTOLE_SECS: f64 = 0.36;

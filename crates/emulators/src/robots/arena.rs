@@ -16,9 +16,9 @@ const TRIES: usize = 1000;
 /// A place on the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// To the right of the lower left corner [m].
+    /// The distance to the right of the lower left corner [m].
     pub x_m: f64,
-    /// Above the lower left corner [m].
+    /// The distance above the lower left corner [m].
     pub y_m: f64,
 }
 

@@ -135,7 +135,7 @@ pub(super) const EXPRESSION: Analysis = Analysis {
     }),
     events: &[],
     table: Tabled {
-        help: "Estimates of expressions, a column each, as the worker `model` offers them",
+        help: "Estimates of expressions, one column each, as the worker `model` offers them",
         columns: &["happy", "happiness", "valence"],
         files: &["expression"],
         channels: None,
@@ -156,8 +156,8 @@ pub(super) const AUDIO: Analysis = Analysis {
             and the quality.",
         windows: "",
         reference: "Boersma (1993), Proc. IFA 17:97; de Jong & Wempe (2009), doi:10.3758/BRM.41.2.385.",
-        limits: "samples at 8 to 96 kHz, with 1 as full scale; one person per microphone: of two \
-            voices the pitch is that of the louder one; a loud steady hum looks like a voice.",
+        limits: "samples at 8 to 96 kHz, with 1 as full scale; one person per microphone: with \
+            two voices, the pitch is that of the louder one; a loud steady hum looks like a voice.",
     }),
     events: &[],
     table: Tabled {

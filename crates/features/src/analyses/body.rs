@@ -10,8 +10,8 @@ pub(super) const EDA: Analysis = Analysis {
     signal: Signal::Eda,
     feature: Some(Documented {
         name: "skin",
-        doc: "Level and responses of the skin's conductance, and its quality.",
-        summary: "Level and responses of the skin's conductance.",
+        doc: "Level and responses of skin conductance, and its quality.",
+        summary: "Level and responses of skin conductance.",
         measures: "each response (as an event with its amplitude [µS]), and for each window the level, its \
             slope, how many responses there were and how large, and the quality.",
         windows: "",
@@ -56,7 +56,7 @@ pub(super) const EMG: Analysis = Analysis {
         duration: "duration_secs",
     }],
     table: Tabled {
-        help: "Electromyogram, one column a channel",
+        help: "Electromyogram, one column per channel",
         columns: &["emg"],
         files: &["emg"],
         channels: None,
@@ -87,7 +87,7 @@ pub(super) const EEG: Analysis = Analysis {
         duration: "duration_secs",
     }],
     table: Tabled {
-        help: "Electroencephalogram [µV], one column a channel",
+        help: "Electroencephalogram [µV], one column per channel",
         columns: &["eeg", "exg", "raw_"],
         files: &["eeg"],
         channels: None,

@@ -15,7 +15,7 @@ pub enum AssembleError {
     #[error("find the text of {0}")]
     Missing(String),
     /// It refers to more types than is reasonable.
-    #[error("put {0} together: it is made of more than {MOST_PARTS} types")]
+    #[error("assemble {0}: it consists of more than {MOST_PARTS} types")]
     Endless(String),
 }
 

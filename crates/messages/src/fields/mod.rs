@@ -66,7 +66,7 @@ impl Fields {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum FieldError {
     /// This is not a valid path.
-    #[error("read the path {0:?}: expected names with dots between, as in `status[0].level`")]
+    #[error("read the path {0:?}: expected names separated by dots, as in `status[0].level`")]
     Path(String),
     /// There is no such field.
     #[error("find `{path}` in {type_name}{}", suggestion(nearest.as_deref()))]

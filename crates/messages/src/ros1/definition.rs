@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::definition::{AssembleError, Definition, DefinitionError, assemble};
 
-/// A definition of ROS 1 in the form of ROS 2.
+/// A ROS 1 definition in ROS 2 form.
 pub(super) struct Translated {
     /// The name of the type: `package/msg/Type`.
     pub name: String,
@@ -18,10 +18,10 @@ const BUILTIN: [(&str, &str); 2] = [
 
 const HEADER: &str = "std_msgs/msg/Header";
 const HEADER_TEXT: &str = "builtin_interfaces/Time stamp\nstring frame_id\n";
-/// The fields of a header of ROS 1.
+/// The fields of a ROS 1 header.
 const HEADER_FIELDS: [&str; 3] = ["uint32 seq", "time stamp", "string frame_id"];
 
-/// The most fields whose names become equal under the rules of ROS 2.
+/// The most fields whose names become equal under ROS 2 rules.
 const MOST_ALIKE: usize = 20;
 
 /// The text of a type without fields: readers take an empty one for a missing definition.
@@ -72,7 +72,7 @@ fn translated(text: &str) -> String {
     if lines.trim().is_empty() { NO_FIELDS.to_owned() } else { lines }
 }
 
-/// A line with a declaration in the form of ROS 2; `None` if it is unchanged.
+/// A line with a declaration in ROS 2 form; `None` if it is unchanged.
 fn translated_line(line: &str, names: &mut BTreeSet<String>) -> Option<String> {
     let (code, comment) = line.split_at(line.find('#').unwrap_or(line.len()));
     let (kind, rest) = code.trim().split_once(char::is_whitespace)?;
@@ -106,7 +106,7 @@ fn kind_of(written: &str) -> String {
     format!("{kind}{count}")
 }
 
-/// A field's name by the rules of ROS 2: lower case, words separated by one underscore, none at the ends.
+/// A field's name by ROS 2 rules: lower case, words separated by one underscore, none at the ends.
 fn field_name(name: &str) -> String {
     let mut words = String::new();
     let mut was_lower = false;

@@ -1,4 +1,4 @@
-//! Messages of ROS 1 as messages of ROS 2: their definitions, and their bytes as CDR.
+//! ROS 1 messages as ROS 2 messages: their definitions, and their bytes as CDR.
 //!
 //! ROS 1 serialises fields in order, little-endian, without padding; strings and sequences begin with a 32-bit count.
 //! Source: <http://wiki.ros.org/msg>, and `genmsg` for how definitions are read.
@@ -24,7 +24,7 @@ pub struct Ros1Type {
     has_sequence_numbers: bool,
 }
 
-/// Why a message of ROS 1 could not be converted. Fits after "failed to".
+/// Why a ROS 1 message could not be converted. Fits after "failed to".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Ros1Error {
     /// A value extends beyond the end of the message.
@@ -66,7 +66,7 @@ impl Ros1Type {
         Ok(Ros1Type { schema, definition, has_sequence_numbers })
     }
 
-    /// The type in ROS 2: its name with `/msg/`, fields and constants named by the rules of ROS 2.
+    /// The type in ROS 2: its name with `/msg/`, fields and constants named by ROS 2 rules.
     pub fn schema(&self) -> &Schema {
         &self.schema
     }

@@ -10,7 +10,7 @@ const MOST_MORE: usize = 1024;
 /// The only type whose fields are not those of ROS 1.
 const HEADER: &str = "std_msgs/msg/Header";
 
-/// The rest of a message of ROS 1.
+/// The rest of a ROS 1 message.
 pub(super) struct Serialized<'a> {
     message: &'a [u8],
     at: usize,
@@ -67,7 +67,7 @@ impl<'a> Serialized<'a> {
         Ok(())
     }
 
-    /// Strings of ROS 1 don't end with a zero.
+    /// ROS 1 strings don't end with a zero.
     fn text(&mut self, to: &mut Writer) -> Result<(), Ros1Error> {
         let length = self.number()?;
         let text = self.take(length as usize)?;

@@ -32,7 +32,7 @@ struct Known {
     value: fn(&FollowsClock) -> bool,
 }
 
-/// In alphabetical order.
+/// The known parameters, in alphabetical order.
 const PARAMETERS: [Known; 2] = [
     Known {
         name: "start_type_description_service",

@@ -110,7 +110,7 @@ impl Sink for Files {
         let lost = |error: &Unwritten| SinkError::Lost {
             message: error.to_string(),
             hint: format!(
-                "the bag continues without its tidy files; look at the disk's free space and at the \
+                "the bag continues without its tidy files; check the free disk space and the \
                  permissions; `teampulse replay {}` writes them again",
                 folder.display()
             ),

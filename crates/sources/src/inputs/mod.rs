@@ -104,7 +104,7 @@ impl Component<dyn Source, SourceContext> for Inputs {
     fn build(self, _: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         check_person(&self.person)?;
         if self.kinds.is_empty() {
-            let error = SettingsError::new("it has no kinds").at("kinds");
+            let error = SettingsError::new("no kinds are listed").at("kinds");
             return Err(error.with_hint("name some, such as [\"keyboard\", \"mouse\"]"));
         }
         Ok(Box::new(InputReader { settings: self }))

@@ -73,7 +73,7 @@ impl Nodes {
         match self.closed.len() {
             0 => SourceError::Gone {
                 message: format!(
-                    "read inputs: /dev/input has no requested device, and failed to {display}"
+                    "read inputs: /dev/input has none of the requested devices, and failed to {display}"
                 ),
                 hint: "plug a keyboard, mouse or gamepad in, or set `display`, such as \":0\"; `teampulse scan` lists \
                        the devices"

@@ -9,7 +9,7 @@ fn without_a_device_and_a_display_the_error_says_what_to_do() {
     };
     assert_eq!(
         message,
-        "read inputs: /dev/input has no requested device, and failed to open the X11 display :9: refused"
+        "read inputs: /dev/input has none of the requested devices, and failed to open the X11 display :9: refused"
     );
     assert!(hint.contains("teampulse scan"), "{hint}");
 }

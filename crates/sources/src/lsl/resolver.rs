@@ -71,7 +71,7 @@ impl Resolver {
         for address in local_addresses() {
             for group in groups() {
                 if let Err(error) = send(&self.socket, address, group, datagram).await {
-                    tracing::debug!(%address, %group, "failed to ask for LSL streams: {error}");
+                    tracing::debug!(%address, %group, "failed to search for LSL streams: {error}");
                 }
             }
         }

@@ -75,7 +75,7 @@ impl Inlets {
     pub async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         let opened = Resolver::open(self.query.clone(), self.peers.clone());
         let mut resolver = opened.map_err(|error| SourceError::Gone {
-            message: format!("ask for LSL streams: {error}"),
+            message: format!("search for LSL streams: {error}"),
             hint: "is this computer on a network?".into(),
         })?;
         let mut running: JoinSet<Ended> = JoinSet::new();

@@ -181,7 +181,7 @@ fn check_units(settings: &Robots) -> Result<(), SettingsError> {
         if !units.is_empty() && !units.contains(&spelt(unit).as_str()) {
             let message = format!("`{parameter}` can't be judged by a number in `{unit}`");
             let hint = format!(
-                "one of {} can; `scale` is the factor to it, such as 3600 from Wh to J",
+                "use one of {}; `scale` is the conversion factor, such as 3600 from Wh to J",
                 units.join(", ")
             );
             return Err(SettingsError::new(message)

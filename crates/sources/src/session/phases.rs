@@ -23,7 +23,7 @@ const LOOK: Duration = Duration::from_millis(20);
 pub struct Phase {
     /// Its name.
     pub name: String,
-    /// When it begins, after the start of the session [s]. By default it begins by hand: with Ctrl-N, or with a phase
+    /// When it begins, after the start of the session [s]. By default it begins manually: with Ctrl-N, or with a phase
     /// of its name on `/session/events`.
     pub from_secs: Option<f64>,
     /// When it ends [s]; by default at the start of the next phase, or with the session.
@@ -69,7 +69,7 @@ pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
         match (phase.from_secs, phase.to_secs) {
             (None, Some(_)) => {
                 let message = format!(
-                    "the phase `{}` begins by hand, so it is not known when it ends",
+                    "the phase `{}` begins manually, so it is not known when it ends",
                     phase.name
                 );
                 return wrong("to_secs", &message, "give `lasts_secs`, or `from_secs`");
@@ -79,7 +79,7 @@ pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
                     "the phase `{}` ends at {to_secs} s, but begins at {from_secs} s",
                     phase.name
                 );
-                let hint = "both count from the start of the session: `to_secs` is the later";
+                let hint = "both count from the start of the session: `to_secs` must be later";
                 return wrong("to_secs", &message, hint);
             }
             _ => {}

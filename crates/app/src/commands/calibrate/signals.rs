@@ -109,7 +109,7 @@ pub(in crate::commands) fn record(
                     "read all of {}: it has too many numbers",
                     each.stream.name
                 ))
-                .hint("choose the part with the events with --from and --to"));
+                .hint("use --from and --to to select the part with the events"));
             }
         }
         if bag.streams()[message.stream].stream.shape == Shape::Status {

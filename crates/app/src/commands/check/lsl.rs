@@ -50,7 +50,7 @@ impl Wanted {
             match resolve(&query, &lsl.peers, PATIENCE).await {
                 Ok(found) => take(&mut findings, &query, &found),
                 Err(error) => {
-                    findings.missing.push(format!("LSL: failed to ask for streams: {error}"));
+                    findings.missing.push(format!("LSL: failed to search for streams: {error}"));
                 }
             }
         }

@@ -73,7 +73,7 @@ impl Found {
         } else {
             self.lines.push(format!("contact  none  {device} of {person}"));
             self.missing.push(format!(
-                "contact of {device} of {person} with the skin: is it worn tightly, with moist electrodes?"
+                "contact of {device} of {person} with the skin: is it worn tightly, with moistened electrodes?"
             ));
         }
     }

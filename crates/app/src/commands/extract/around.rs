@@ -18,7 +18,7 @@ use crate::failure::Failure;
 
 /// A longer interval is a hole between beats, over which nothing is corrected [s].
 const LONGEST_INTERVAL_SECS: f64 = 2.5;
-/// With less of the span around an event than this, its values are missing.
+/// The least share of the span around an event that must have data; with less, its values are missing.
 const LEAST_COVERAGE: f64 = 0.95;
 
 /// Around which events values are computed, and over which spans.

@@ -4,8 +4,8 @@ use teampulse_core::stream::Signal;
 use teampulse_features::analyses::{Analysis, Chosen};
 use teampulse_signal::analysis::{Reason, Recording, Span, Whole};
 
-/// From this quality of the inverted signal on, a signal whose own quality is too poor counts as upside down: pulses
-/// reach it, noise does not.
+/// The least quality of the inverted signal at which a signal whose own quality is too poor counts as upside down:
+/// pulses reach it, noise does not.
 const LEAST_QUALITY: f64 = 0.7;
 
 /// The note on a signal whose quality is poor as recorded and good when inverted; `None` for any other.

@@ -21,15 +21,18 @@ use crate::failure::Failure;
 
 /// How far the clock of a device that knows the date may be off, by default [s].
 const DATED_OFFSET_SECS: f64 = 600.0;
-/// From the R wave to the foot of the pulse at the wrist or finger: 200 to 300 ms in 95 % of adults at rest.
+/// The latency from the R wave to the foot of the pulse at the wrist or finger: 200 to 300 ms in 95 % of adults at
+/// rest.
 const PULSE_ARRIVAL: Latency = Latency::new(0.250, 0.050);
-/// From there to the systolic peak, which devices use for their own intervals, plus the delay of their filters.
+/// The latency from there to the systolic peak, which devices use for their own intervals, plus the delay of their
+/// filters.
 const PULSE_RISE: Latency = Latency::new(0.140, 0.100);
 /// The latency between two places on the body whose pulses are compared.
 const BETWEEN_PLACES: Latency = Latency::new(0.0, 0.060);
 /// A detector's systematic difference between two kinds of ECG.
 const BETWEEN_ECGS: Latency = Latency::new(0.0, 0.005);
-/// Between two places on the body that a movement reaches: a step takes tens of milliseconds from the foot to the head.
+/// The latency between two places on the body that a movement reaches: a step takes tens of milliseconds from the foot
+/// to the head.
 const BETWEEN_SENSORS: Latency = Latency::new(0.0, 0.025);
 /// Half of the step in which devices stamp the presses of their button [s].
 const MARK_SECS: f64 = 0.005;
@@ -50,8 +53,8 @@ pub struct Into {
     /// from an ECG, else from intervals, else pulses; else, or where the file has none, the person's acceleration
     #[arg(long, value_name = "STREAM", requires = "into")]
     against: Option<Wanted>,
-    /// From the R wave of an ECG to the foot of the pulse where the device was worn, and its uncertainty (95 %)
-    /// after a colon [ms]. Differs between people; measure it in a recording with a tap
+    /// The time from the R wave of an ECG to the foot of the pulse where the device was worn, and its uncertainty (95
+    /// %) after a colon [ms]. Differs between people; measure it in a recording with a tap
     #[arg(long, value_name = "MS[:MS]", requires = "into", value_parser = pulse_arrival)]
     pulse_arrival: Option<Latency>,
     /// The largest distance between the clocks of session and device [s]; by default 600 where the file has
@@ -300,7 +303,7 @@ fn of_marks(
     let at_ns: Vec<i64> =
         marks.flatten().filter(|mark| is_meant(&mark.label)).map(|mark| mark.at_ns).collect();
     let missing = |which: &str, label: &str| {
-        Failure::new(format!("{which} has no mark {label:?}"))
+        Failure::new(format!("{which} has no marker {label:?}"))
             .hint("`teampulse export` lists the events of a session; without --at heartbeats or movement are matched")
             .exit(Exit::BadArguments)
     };

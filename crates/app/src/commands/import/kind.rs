@@ -11,7 +11,7 @@ use crate::failure::Failure;
 /// What to import.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A recording of ROS.
+    /// A ROS recording.
     Bag,
     /// A table of samples.
     Table,

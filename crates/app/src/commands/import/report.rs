@@ -9,7 +9,7 @@ use crate::commands::info::damage;
 /// The number of topics that are named; those with most messages.
 const MOST_TOPICS: usize = 16;
 
-/// The contents of a recording of ROS.
+/// The contents of a ROS recording.
 pub fn of_bag(bag: &Bag) -> Vec<String> {
     let (first, last) = bag.bounds().unwrap_or_default();
     let (messages, topics) = (bag.messages_count(), bag.streams().len());

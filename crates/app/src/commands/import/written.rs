@@ -22,7 +22,7 @@ pub type SessionFromDevice = Box<dyn Fn(i64) -> i64 + Send + Sync>;
 /// Signals that are placed on the session's clock.
 pub struct Placed {
     streams: Vec<Stream>,
-    /// In the order of their last samples.
+    /// Pieces of the signals, in the order of their last samples.
     pieces: Vec<Piece>,
 }
 

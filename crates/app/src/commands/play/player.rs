@@ -149,7 +149,7 @@ impl Player {
         let Some(shown) = &self.shown else { return false };
         let is_only_shown = self.bus.is_none();
         if is_only_shown || shown.viewers() > 0 {
-            say("the end is reached; go to another time on the page, or press Ctrl-C");
+            say("the bag has ended; choose another time on the page, or press Ctrl-C");
         }
         let jumps = self.playhead.position().jumps;
         let mut alone = if shown.viewers() > 0 { 0 } else { PATIENCE };

@@ -1,4 +1,4 @@
-//! Bags of ROS 1 (format 2.0, of `rosbag` since 2010) as MCAP, their messages as those of ROS 2.
+//! ROS 1 bags (format 2.0, of `rosbag` since 2010) as MCAP, their messages as those of ROS 2.
 //!
 //! | record | its header | its data |
 //! |---|---|---|
@@ -28,7 +28,7 @@ use crate::read::records::LIMIT_BYTES;
 use connections::{Connections, Out};
 use records::{Fields, Head, Records, op};
 
-/// The first bytes of a bag of ROS 1, of any version, and of the one that is read.
+/// The first bytes of a ROS 1 bag, of any version, and of the one that is read.
 pub(crate) const MAGIC: &[u8] = b"#ROSBAG V";
 const VERSION: &[u8] = b"#ROSBAG V2.0\n";
 /// The most places of damage that are listed.
@@ -36,7 +36,7 @@ const MOST_NOTES: usize = 10;
 /// The values that mean "not encrypted".
 const NOT_ENCRYPTED: [&[u8]; 2] = [b"", b"rosbag/NoEncryptor"];
 
-/// Converts the messages of a bag of ROS 1 to an MCAP file.
+/// Converts the messages of a ROS 1 bag to an MCAP file.
 pub(crate) fn into_mcap(path: &Path, file: &File) -> Result<Opened, BagError> {
     let read = BagError::io("read", path);
     let not_a_bag = |found| BagError::NotABag { path: path.to_owned(), found };
@@ -179,7 +179,7 @@ impl Conversion {
         let is_whole = self.items(&contents)?;
         match reason {
             _ if is_cut => {
-                self.note("it was cut off: its last chunk is read as far as possible".to_owned());
+                self.note("it was truncated: its last chunk is read as far as possible".to_owned());
             }
             Some(reason) => {
                 self.note(format!("the chunk at byte {at} can't be unpacked: {reason}"));

@@ -5,7 +5,7 @@ use crate::devices::Wearer;
 /// pages on the Verity Sense and OH1; issue 535).
 const SPAN_SECS: f64 = 5.0;
 const FIRST_SECS: f64 = 25.0;
-/// From a beat of the heart to its pulse at the arm.
+/// The delay from a heartbeat to its pulse at the arm.
 const ARRIVAL_SECS: f64 = 0.2;
 /// The longest interval between pulses.
 const LONGEST_SECS: f64 = 2.5;

@@ -54,13 +54,15 @@ impl BluetoothError {
             Self::Daemon(_) => "start it: `sudo systemctl start bluetooth`".into(),
             Self::Adapter => "plug one in; `rfkill list` and `bluetoothctl list` show them".into(),
             Self::Off(_) => "`bluetoothctl power on`, or `rfkill unblock bluetooth`".into(),
-            Self::NotInRange(_) => "is it worn, charged and near, and no phone connected to it? \
+            Self::NotInRange(_) => {
+                "is it worn, charged and in range, with no phone connected to it? \
                 `teampulse scan` lists the devices in range"
-                .into(),
+                    .into()
+            }
             Self::Several { setting, .. } => setting.clone(),
             Self::Taken(_) => "give each source the address of its own device".into(),
-            Self::Connect { .. } => "bring it nearer, or take it off and put it on again".into(),
-            Self::Lost => "is the device on, and near?".into(),
+            Self::Connect { .. } => "bring it closer, or take it off and put it on again".into(),
+            Self::Lost => "is the device on, and in range?".into(),
         }
     }
 }

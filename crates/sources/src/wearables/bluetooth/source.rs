@@ -257,7 +257,7 @@ impl<S: Wearable> Source for Wireless<S> {
 
 /// An error of a session after which the device is retried.
 fn gone(error: Error) -> SourceError {
-    let hint = "is the device on, worn and near?".into();
+    let hint = "is the device on, worn and in range?".into();
     SourceError::Gone { message: format!("continue: {error}"), hint }
 }
 

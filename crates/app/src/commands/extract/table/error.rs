@@ -160,11 +160,11 @@ impl TableError {
             }
             TableError::NoRate { time: None } => "give --rate HZ".into(),
             TableError::Bursts { column, .. } => format!(
-                "these are times of arrival: give the device's rate with --rate HZ, or --time \"{column}\" \
+                "these are arrival times: give the device's rate with --rate HZ, or --time \"{column}\" \
                  if nothing was measured between the bursts"
             ),
             TableError::Coarse { whole_hz, .. } => {
-                format!("give the device's rate with --rate HZ: there are {whole_hz:.1} rows a second")
+                format!("give the device's rate with --rate HZ: there are {whole_hz:.1} rows per second")
             }
             TableError::Jump { .. } => {
                 "correct that time, or split the table there; give another unit as in --time timer:ms"
