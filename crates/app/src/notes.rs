@@ -113,7 +113,7 @@ fn names_something(pattern: &Pattern, heard: &[&str]) -> bool {
     of_team || heard.iter().any(|name| pattern.may_match_below(name))
 }
 
-/// The remark that phases must be started by hand.
+/// The remark that phases must be started manually.
 fn of_hand(phases: &[Phase]) -> Option<String> {
     let first = phases.iter().find(|phase| phase.from_secs.is_none())?;
     Some(format!(

@@ -21,7 +21,7 @@ pub struct General {
     pub features: FeatureSettings,
     /// Properties of the devices' clocks, by the device's name; `teampulse calibrate` measures them.
     pub clocks: BTreeMap<String, ClockSettings>,
-    /// The phases of the study, at set times or started by hand; `baseline` is the reference.
+    /// The phases of the study, at set times or started manually; `baseline` is the reference.
     pub phases: Vec<Phase>,
     /// Limits on any numbers of people, robots and the team, beyond which someone is needed.
     pub alerts: Vec<Threshold>,

@@ -43,7 +43,7 @@ pub trait Wearer {
         0.0
     }
 
-    /// Conductance of the skin \[µS\].
+    /// Skin conductance \[µS\].
     fn conductance_us(&mut self, _secs: f64) -> f64 {
         0.0
     }

@@ -109,7 +109,7 @@ impl Choice {
 
 /// The stream of a topic on which people command a robot.
 fn commands() -> Stream {
-    let doc = "commands of people to the robot".into();
+    let doc = "people's commands to the robot".into();
     Stream { signal: Signal::Input, doc, ..blank() }
 }
 

@@ -79,7 +79,7 @@ fn describe(path: &str, error: &io::Error) -> SerialError {
                 .to_owned(),
         ),
         Some(Errno::BUSY) => (
-            "another program uses it".to_owned(),
+            "another program is using it".to_owned(),
             format!("`fuser {path}` shows which; close that"),
         ),
         Some(Errno::NOTTY | Errno::ISDIR | Errno::INVAL) => {

@@ -53,8 +53,8 @@ pub struct Into {
     /// from an ECG, else from intervals, else pulses; else, or where the file has none, the person's acceleration
     #[arg(long, value_name = "STREAM", requires = "into")]
     against: Option<Wanted>,
-    /// The time from the R wave of an ECG to the foot of the pulse where the device was worn, and its uncertainty (95
-    /// %) after a colon [ms]. Differs between people; measure it in a recording with a tap
+    /// The time from the R wave of an ECG to the foot of the pulse where the device was worn, and its uncertainty
+    /// (95 %) after a colon [ms]. Differs between people; measure it in a recording with a tap
     #[arg(long, value_name = "MS[:MS]", requires = "into", value_parser = pulse_arrival)]
     pulse_arrival: Option<Latency>,
     /// The largest distance between the clocks of session and device [s]; by default 600 where the file has
