@@ -139,3 +139,33 @@ def test_a_bag_of_ros_1_is_exported_as_it_is(stage):
     assert done.returncode == 0, done.stderr
     tables = list((stage.folder / "tables").rglob("*.csv"))
     assert any("battery" in table.name for table in tables), tables
+
+
+def test_a_recording_of_a_realsense_is_imported_with_its_pictures(stage):
+    """As librealsense writes it: its times begin at 0, its topics have capitals, and its packages are its own."""
+    stream = "realsense_msgs/msg/StreamInfo"
+    STORE.register(get_types_from_msg("uint32 fps\nstring encoding\nbool is_recommended", stream))
+    path, topics = stage.folder / "realsense.bag", [f"/device_0/sensor_{n}/{name}" for n, name in enumerate(["Depth_0", "Color_0"])]
+    kinds = {"16UC1": numpy.uint16, "rgb8": numpy.uint8}
+    rows = {encoding: numpy.arange(64 * 48 * (3 if encoding == "rgb8" else 1)).astype(kinds[encoding]) for encoding in kinds}
+    recording = Writer(path)
+    recording.set_compression(Writer.CompressionFormat.LZ4)
+    with recording as writer:
+        for topic, encoding in zip(topics, kinds):
+            info = writer.add_connection(f"{topic}/info", stream, typestore=STORE)
+            writer.write(info, 1, STORE.serialize_ros1(of(stream, 30, encoding, True), stream))
+            kind = "sensor_msgs/msg/Image"
+            connection = writer.add_connection(f"{topic}/image/data", kind, typestore=STORE)
+            for k in range(30):
+                at_ns, bytes_of = 1 + k * 33_333_333, rows[encoding].view(numpy.uint8)
+                image = of(kind, header(k, BEGIN_NS + at_ns), 48, 64, encoding, 0, len(bytes_of) // 48, bytes_of)
+                writer.write(connection, at_ns, STORE.serialize_ros1(image, kind))
+    done = stage.ask("import", path, "--out", stage.folder / "sessions")
+    assert done.returncode == 0, done.stderr
+    bag = done.stdout.splitlines()[-1]
+    with AnyReader([Path(bag)]) as reader:
+        images = [(each.topic, reader.deserialize(raw, each.msgtype)) for each, _, raw in reader.messages() if "Image" in each.msgtype]
+    for topic, encoding in zip(topics, kinds):
+        own = [image for name, image in images if name == f"{topic}/image/data"]
+        assert len(own) == 30 and all(image.encoding == encoding for image in own)
+        assert all((image.data.view(kinds[encoding]) == rows[encoding]).all() for image in own)
