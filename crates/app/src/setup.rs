@@ -82,6 +82,7 @@ impl Setup {
         study.check_phases()?;
         study.check_commands()?;
         study.check_alerts()?;
+        study.check_faces()?;
         let growth = Growth::default();
         let (clock, bag_ended) = (Clock::host(), Ended::default());
         let (view, phases, follows) = (View::default(), ScheduleHandle::default(), None);
@@ -368,6 +369,7 @@ pub fn try_out(study: &Study) -> Result<(), Failure> {
     study.check_phases()?;
     study.check_commands()?;
     study.check_alerts()?;
+    study.check_faces()?;
     team(study)?;
     let (clock, buses) = (Clock::settable(), Arc::new(Buses::apart()));
     let context = SourceContext {

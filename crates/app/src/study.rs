@@ -220,6 +220,32 @@ impl Study {
         Ok(())
     }
 
+    /// Fails where faces are to be hidden and nothing hides them, or where nothing says whose.
+    pub fn check_faces(&self) -> Result<(), StudyError> {
+        let hides = self.kinds("workers").iter().any(|kind| kind == "blur");
+        let mut asked = None;
+        for source in self.entries("sources")? {
+            let DeValue::Table(table) = source.into_inner() else { continue };
+            let faces = table.get("faces").filter(|faces| faces.get_ref().as_str() == Some("blur"));
+            asked = asked.or(faces.map(Spanned::span));
+        }
+        match (hides, asked) {
+            (false, Some(span)) => {
+                let error = SettingsError::new(
+                    "nothing hides these faces, so no picture would be recorded",
+                );
+                let hint = "add [[workers]] of the type `blur`, with a model that finds faces";
+                Err(self.wrong(error.with_hint(hint), Some(span)))
+            }
+            (true, None) => {
+                let error = SettingsError::new("no source has faces to hide for the worker `blur`");
+                let hint = "write `faces = \"blur\"` below the cameras, robots or topics whose faces are to be hidden";
+                Err(self.misplaced(error.with_hint(hint).at("workers")))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Fails where an unknown command is allowed, or one to an unknown component.
     pub fn check_commands(&self) -> Result<(), StudyError> {
         self.check_commanders()?;

@@ -289,13 +289,14 @@ impl Clocks {
             (_, Some(computer)) => return Owner::Computer(computer.to_owned()),
             (_, None) => {}
         }
+        let is_by_worker = stream.device.is_empty() && is_concluded(stream);
         match &stream.shape {
+            Shape::Event if is_kept(stream) => Owner::Kept(id),
+            _ if is_by_worker => Owner::Worker,
             Shape::Message(_) if stream.about == About::Session => {
                 Owner::Computer(stream.name.clone())
             }
             Shape::Message(_) => Owner::Computer(stream.id.clone()),
-            Shape::Event if is_kept(stream) => Owner::Kept(id),
-            _ if stream.device.is_empty() && is_concluded(stream) => Owner::Worker,
             _ if stream.device.is_empty() => Owner::Host,
             _ if stamps.device.is_some() => Owner::Device(stream.subject(), device()),
             Shape::Sample | Shape::Wave if stream.rate_hz > 0.0 => Owner::Counted(id, device()),

@@ -58,9 +58,8 @@ pub struct Stream {
     pub publisher: String,
     /// The quality of service that its publishers offer, or that it is published with.
     pub qos: Vec<Qos>,
-    /// Whether it is only for live display and for workers: it is neither recorded nor published, and no message
-    /// mentions this.
-    pub is_live_only: bool,
+    /// Which components receive it. No message mentions this.
+    pub audience: Audience,
 }
 
 impl Stream {
@@ -84,7 +83,7 @@ impl Stream {
             doc: String::new(),
             publisher: String::new(),
             qos: Vec::new(),
-            is_live_only: false,
+            audience: Audience::Everybody,
         }
     }
 
@@ -257,6 +256,18 @@ impl fmt::Display for Window {
             Window::Phases => f.pad("phases"),
         }
     }
+}
+
+/// Who receives a stream, besides features and workers. In order: who is let in later is let in by all before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Audience {
+    /// Nobody else: what is worked on before anything of it is seen, such as pictures whose faces are still to be hidden.
+    Workers,
+    /// What [shows it live](crate::sink::Sink::shows_live), too: it is neither recorded nor published.
+    Live,
+    /// Every sink.
+    #[default]
+    Everybody,
 }
 
 /// Whether a stream came from outside or was computed here. A replay reads raw streams and computes

@@ -1,4 +1,4 @@
-//! Live-only streams reach the sinks that show them, and no others.
+//! Streams with an audience of their own reach the sinks that may show them, and no others.
 
 mod session;
 
@@ -16,25 +16,28 @@ use teampulse_core::sample::Record;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::{Delivery, Inbox, Sink, SinkError};
 use teampulse_core::source::{Reading, Source, SourceError};
-use teampulse_core::stream::{Shape, Stream, Subject};
+use teampulse_core::stream::{Audience, Shape, Stream, Subject};
 use teampulse_core::streams::Streams;
 
 use session::{Keeper, Recording, derived, encode};
 
 const SECRET: &str = "/cameras/door/image_raw/compressed";
+const HIDDEN: &str = "/cameras/yard/image_raw/compressed";
 const OPEN: &str = "/r1/number";
 
 type Kept = Arc<Mutex<Vec<Record>>>;
 
-/// Numbers of two streams in turn, one of which is live only.
-struct Both;
+/// Numbers of three streams in turn, one of which is live only and one for workers only.
+struct Three;
 
 #[async_trait]
-impl Source for Both {
+impl Source for Three {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         let open = Stream::raw(OPEN, Subject::robot("r1"), Shape::Sample);
         let secret = Stream::raw(SECRET, Subject::team(), Shape::Sample);
-        let streams = [open, Stream { is_live_only: true, ..secret }];
+        let hidden = Stream::raw(HIDDEN, Subject::team(), Shape::Sample);
+        let secret = Stream { audience: Audience::Live, ..secret };
+        let streams = [open, secret, Stream { audience: Audience::Workers, ..hidden }];
         let streams = streams.map(|stream| outlet.declare(stream));
         for number in 0..100 {
             for stream in streams {
@@ -81,7 +84,7 @@ fn count(kept: &Kept, name: &str) -> usize {
 }
 
 #[tokio::test]
-async fn what_is_live_only_is_shown_and_not_kept() {
+async fn what_is_not_for_everybody_is_shown_at_most_and_not_kept() {
     let (kept, shown) = (Kept::default(), Kept::default());
     let keeper = |kept: &Kept| Keeper { kept: Arc::clone(kept), pause: Duration::ZERO };
     let session = |source: Box<dyn Source>, sinks: Vec<Box<dyn Sink>>| Session {
@@ -89,7 +92,7 @@ async fn what_is_live_only_is_shown_and_not_kept() {
         pace: Pace::Recorded,
         clocks: Clocks::default(),
         streams: Streams::default(),
-        sources: vec![("both".to_owned(), source)],
+        sources: vec![("three".to_owned(), source)],
         features: Vec::new(),
         sinks,
         workers: Vec::new(),
@@ -97,10 +100,11 @@ async fn what_is_live_only_is_shown_and_not_kept() {
         commands: Commands::default(),
     };
     let sinks: Vec<Box<dyn Sink>> = vec![Box::new(keeper(&kept)), Box::new(Screen(keeper(&shown)))];
-    let outcome = session(Box::new(Both), sinks).run(pending()).await;
+    let outcome = session(Box::new(Three), sinks).run(pending()).await;
     assert!(outcome.sources.is_empty() && outcome.sinks.is_empty(), "{outcome:?}");
-    assert_eq!((count(&shown, OPEN), count(&shown, SECRET)), (100, 100));
-    assert_eq!((count(&kept, OPEN), count(&kept, SECRET)), (100, 0));
+    let counts = |kept| [OPEN, SECRET, HIDDEN].map(|name| count(kept, name));
+    assert_eq!(counts(&shown), [100, 100, 0]);
+    assert_eq!(counts(&kept), [100, 0, 0]);
 
     // What was recorded is shown again.
     let (recorded, again) = (std::mem::take(&mut *kept.lock().unwrap()), Kept::default());

@@ -17,6 +17,7 @@ pub mod emulated;
 pub mod session;
 pub mod claims;
 mod core_files;
+mod faces;
 mod hearing;
 mod follow;
 

@@ -13,6 +13,7 @@ use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 
 use crate::claims::{Claimed, HAPPENINGS, Rank, is_of_sessions};
+use crate::faces::Faces;
 use crate::follow::follow;
 use crate::{SourceContext, join};
 use teampulse_core::pattern::Pattern;
@@ -24,6 +25,9 @@ use teampulse_core::pattern::Pattern;
 pub struct Topics {
     /// The names of the topics; a `*` stands for any part of a token, and `/**` for everything.
     pub names: Vec<Pattern>,
+    /// `"blur"`: pictures are recorded with hidden faces only, by the worker of the type `blur`.
+    #[serde(default)]
+    pub faces: Faces,
     /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0.
     pub domain: Option<BusId>,
 }
@@ -37,7 +41,7 @@ impl Component<dyn Source, SourceContext> for Topics {
         let wanted = Arc::clone(&names);
         let claimed =
             context.claims.lay(&bus, Rank::Named, move |each| wants(&wanted, &each.topic));
-        Ok(Box::new(TopicsSource { bus, names, claimed }))
+        Ok(Box::new(TopicsSource { bus, names, faces: self.faces, claimed }))
     }
 }
 
@@ -45,6 +49,7 @@ impl Component<dyn Source, SourceContext> for Topics {
 struct TopicsSource {
     bus: Arc<dyn Bus>,
     names: Arc<Vec<Pattern>>,
+    faces: Faces,
     claimed: Claimed,
 }
 
@@ -53,7 +58,8 @@ impl Source for TopicsSource {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         follow(Arc::clone(&self.bus), outlet, |endpoint| {
             let is_wanted = wants(&self.names, &endpoint.topic) && self.claimed.is_ours(endpoint);
-            is_wanted.then(|| Stream::raw(&endpoint.topic, Subject::session(), Shape::Sample))
+            let stream = || Stream::raw(&endpoint.topic, Subject::session(), Shape::Sample);
+            is_wanted.then(|| self.faces.hidden_in_any(stream(), &endpoint.type_name))
         })
         .await
     }

@@ -121,7 +121,7 @@ fn both_engines_give_the_same_numbers() {
         let path = described(folder.path(), file, rest);
         let seen = [&Library::Pure, &library].map(|library| {
             let mut chain = Chain::new(vec![Model::load(&path, library).unwrap()]);
-            chain.look(&picture).unwrap().concat()
+            chain.look(&picture).unwrap().numbers.concat()
         });
         assert!(!seen[0].is_empty() && seen[0].len() == seen[1].len());
         for (a, b) in seen[0].iter().zip(&seen[1]) {
@@ -178,6 +178,6 @@ fn a_model_of_faces_needs_one_that_finds_them_before_it() {
     let wrong = missing(std::slice::from_ref(&model.descriptor)).unwrap();
     assert!(wrong.contains("`model` looks at a face"), "{wrong}");
     assert_eq!(model.look(&drawn(1).0, None).unwrap(), None);
-    let values = Chain::new(vec![model]).look(&drawn(1).0).unwrap();
+    let values = Chain::new(vec![model]).look(&drawn(1).0).unwrap().numbers;
     assert!(values[0].len() == 7 && values[0].iter().all(|value| value.is_nan()));
 }

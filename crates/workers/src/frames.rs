@@ -38,7 +38,8 @@ const CHANNELS: &[(&str, &str)] = &[
     ("blue", "1"),
 ];
 /// Last tokens of the names of topics that do not name a camera.
-const OF_TRANSPORTS: &[&str] = &["compressed", "image", "image_raw", "image_rect", "image_color"];
+pub(crate) const OF_TRANSPORTS: &[&str] =
+    &["compressed", "image", "image_raw", "image_rect", "image_color"];
 
 /// What cameras show without any model, in numbers: of each frame how bright and how sharp it is, how much of it moves,
 /// whether somebody is in view, and the mean colour of skin. Pictures themselves go nowhere.
@@ -132,7 +133,7 @@ pub(crate) fn named(topic: &str) -> String {
 }
 
 /// The type of a stream's messages, where these are pictures.
-pub(crate) fn type_of(stream: &Stream) -> Option<&str> {
+pub(crate) fn type_of(stream: &Stream) -> Option<&'static str> {
     let Shape::Message(schema) = &stream.shape else { return None };
     [COMPRESSED_IMAGE, IMAGE].into_iter().find(|name| *name == schema.name)
 }

@@ -3,6 +3,7 @@
 mod program;
 mod frames;
 pub mod model;
+mod blur;
 mod child;
 mod guard;
 
@@ -10,6 +11,7 @@ use teampulse_core::clock::Clock;
 use teampulse_core::registry::Entry;
 use teampulse_core::worker::Worker;
 
+pub use blur::Blur;
 pub use frames::Frames;
 pub use model::Model;
 pub use program::Program;
@@ -19,6 +21,7 @@ pub const WORKERS: &[Entry<dyn Worker, WorkerContext>] = &[
     Entry::new::<program::Program>("program"),
     Entry::new::<frames::Frames>("frames"),
     Entry::new::<model::Model>("model"),
+    Entry::new::<blur::Blur>("blur"),
 ];
 
 /// The context that workers are built with.

@@ -1,6 +1,6 @@
 //! Models of the user's own, as ONNX files: what they find in pictures of cameras.
 
-mod process;
+pub(crate) mod process;
 pub mod serve;
 mod signal;
 mod wire;
@@ -28,7 +28,7 @@ use teampulse_vision::model::descriptor::Descriptor;
 
 use crate::WorkerContext;
 use crate::frames::{named, type_of};
-use process::{Process, Seen};
+use process::{Models, Process, Seen, memory_mib, patience_secs};
 use signal::signal_of;
 
 /// How often the end of the session, and that of the process, are checked for while no frame comes.
@@ -70,14 +70,6 @@ pub struct Model {
     pub memory_mib: u64,
 }
 
-fn patience_secs() -> f64 {
-    30.0
-}
-
-fn memory_mib() -> u64 {
-    4096
-}
-
 impl Component<dyn Worker, WorkerContext> for Model {
     const EXAMPLE: &'static str = r#"
 streams     = ["/robot1/front/compressed"]
@@ -93,20 +85,10 @@ max_hz      = 10
                 error.with_hint("name its stream, such as \"/robot1/front/compressed\"")
             });
         }
-        if self.descriptors.is_empty() {
-            return wrong("it has no model", "descriptors").map_err(|error| {
-                error.with_hint("`teampulse models list` has those that are ready")
-            });
-        }
         if self.max_hz.is_some_and(|rate| !rate.is_finite() || rate <= 0.0) {
             return wrong("it has to be above 0", "max_hz");
         }
-        if !(self.patience_secs > 0.0 && self.patience_secs <= 3600.0) {
-            return wrong("give seconds above 0, and an hour at most", "patience_secs");
-        }
-        if !(64..=1 << 20).contains(&self.memory_mib) {
-            return wrong("give 64 to 1048576 MiB", "memory_mib");
-        }
+        self.models().check()?;
         Ok(Box::new(self))
     }
 }
@@ -120,8 +102,8 @@ impl Worker for Model {
     }
 
     fn run(&mut self, feed: &Feed, outlet: &Outlet) -> Result<(), WorkerError> {
-        let descriptors = self.read()?;
-        let Some(mut process) = Process::start(self, feed)? else { return Ok(()) };
+        let descriptors = read(&self.descriptors)?;
+        let Some(mut process) = Process::start(&self.models(), feed)? else { return Ok(()) };
         let mut cameras = BTreeMap::<StreamId, Camera>::new();
         loop {
             let records = match feed.next(LOOK) {
@@ -144,25 +126,34 @@ impl Worker for Model {
     }
 }
 
+/// Descriptors of models that look at pictures in this order. They are read again at each start, so that a file can be
+/// mended while the session runs.
+pub(crate) fn read(descriptors: &[PathBuf]) -> Result<Vec<Descriptor>, WorkerError> {
+    let failed = |message: String| WorkerError {
+        message,
+        hint: "`teampulse models verify` says more".to_owned(),
+    };
+    let read: Result<Vec<_>, _> = descriptors
+        .iter()
+        .map(|path| {
+            let named = |error| failed(format!("{error} ({})", path.display()));
+            Descriptor::read(path).map_err(named)
+        })
+        .collect();
+    let read = read?;
+    match missing(&read) {
+        Some(missing) => Err(failed(format!("use these models: {missing}"))),
+        None => Ok(read),
+    }
+}
+
 impl Model {
-    /// The descriptors. They are read again at each start, so that a file can be mended while the session runs.
-    fn read(&self) -> Result<Vec<Descriptor>, WorkerError> {
-        let failed = |message: String| WorkerError {
-            message,
-            hint: "`teampulse models verify` says more".to_owned(),
-        };
-        let read: Result<Vec<_>, _> = self
-            .descriptors
-            .iter()
-            .map(|path| {
-                let named = |error| failed(format!("{error} ({})", path.display()));
-                Descriptor::read(path).map_err(named)
-            })
-            .collect();
-        let read = read?;
-        match missing(&read) {
-            Some(missing) => Err(failed(format!("use these models: {missing}"))),
-            None => Ok(read),
+    fn models(&self) -> Models<'_> {
+        Models {
+            descriptors: &self.descriptors,
+            onnx_runtime: self.onnx_runtime.as_deref(),
+            patience_secs: self.patience_secs,
+            memory_mib: self.memory_mib,
         }
     }
 
@@ -239,7 +230,7 @@ impl Camera {
         }
         self.last = Some(taken);
         match process.look(type_name, message)? {
-            Some(Seen::Numbers(numbers)) => {
+            Some(Seen::Found { numbers, .. }) => {
                 self.failing = None;
                 self.offer(numbers, taken, outlet)
             }

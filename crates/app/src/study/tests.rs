@@ -18,6 +18,7 @@ fn read(text: &str) -> Result<usize, StudyError> {
     study.check_phases()?;
     study.check_commands()?;
     study.check_alerts()?;
+    study.check_faces()?;
     let bus: Arc<dyn Bus> = MemoryBus::new("/test");
     let buses = Arc::new(Buses::holding([(0, bus)]));
     let context = SourceContext {
@@ -58,11 +59,21 @@ fn an_alert_that_could_never_be_right_is_shown_at_its_place() {
 }
 
 #[test]
+fn faces_that_nothing_hides_or_nobody_names_are_shown_at_their_place() {
+    let source = "[[sources]]\ntype = \"robots\"\nimages = [\"front\"]\n";
+    let hidden = format!("{source}faces = \"blur\"\n");
+    let worker = "[[workers]]\ntype = \"blur\"\ndescriptors = [\"yunet.toml\"]\n";
+    insta::assert_snapshot!(shown(&hidden));
+    insta::assert_snapshot!(shown(&format!("{source}{worker}")));
+    assert_eq!(read(&format!("{hidden}{worker}")).expect("a study"), 1);
+}
+
+#[test]
 fn a_misspelt_key_is_shown_at_its_place_with_the_right_one() {
     insta::assert_snapshot!(shown("[[sources]]\ntype = \"robots\"\nnamspace = \"/robot*\"\n"), @r#"
      × unknown field `namspace`, expected one of `namespace`, `domain`, `prefix`,
      │ `battery`, `link`, `odometry`, `diagnostics`, `temperature`, `numbers`, `images`,
-     │ `commands`, `topics`, `required`, `robots`
+     │ `faces`, `commands`, `topics`, `required`, `robots`
       ╭─[study.toml:3:1]
     2 │ type = "robots"
     3 │ namspace = "/robot*"

@@ -115,6 +115,20 @@ fn our_messages_are_corrected_by_the_clock_of_the_computer_that_stamps_them() {
 }
 
 #[test]
+fn messages_that_a_worker_made_of_others_keep_the_time_of_those_however_long_it_took() {
+    let mut clocks = Clocks::default();
+    let stream = Stream { inputs: vec!["/robot1/front".to_owned()], ..messages(1, &schema()) };
+    for k in 0..200 {
+        let at = NOW + k * 50_000_000;
+        let took = 500_000_000 + k % 7 * 10_000_000;
+        let stamps = Stamps { source: Some(at - took), ..Stamps::arrived(at) };
+        assert_eq!(clocks.correct(StreamId(1), &stream, &stamps).measured, at - took);
+        clocks.tick(at);
+    }
+    assert_eq!(clocks.state(StreamId(1)).unwrap().kind, ClockKind::Host);
+}
+
+#[test]
 fn each_message_of_a_topic_is_by_the_clock_of_its_own_computer() {
     let (mut clocks, schema) = (Clocks::default(), schema());
     let stream = messages(1, &schema);

@@ -12,6 +12,7 @@ use crate::sample::Record;
 use crate::session::Pace;
 use crate::sink::queue_within;
 use crate::sink::{Batch, Delivery, Gate, Limits, Post, Posted, Sink, SinkError, Wants};
+use crate::stream::Audience;
 use crate::streams::Streams;
 use crate::worker::FeedPost;
 
@@ -123,13 +124,10 @@ pub(super) fn deliver(
     for feed in feeds {
         feed.offer(&all);
     }
-    let to_keep: Batch = if all.iter().any(|record| record.stream.is_live_only) {
-        all.iter().filter(|record| !record.stream.is_live_only).cloned().collect()
-    } else {
-        Arc::clone(&all)
-    };
+    let to_show = for_audiences(&all, Audience::Live);
+    let to_keep = for_audiences(&to_show, Audience::Everybody);
     routes.retain(|route| {
-        let offered = if route.shows_live { &all } else { &to_keep };
+        let offered = if route.shows_live { &to_show } else { &to_keep };
         let batch = match &route.wants {
             Wants::Everything => Arc::clone(offered),
             Wants::Only(wanted) => {
@@ -144,6 +142,14 @@ pub(super) fn deliver(
         posted != Posted::Ended
     });
     faults
+}
+
+/// The records of streams whose audience is at least this one.
+fn for_audiences(records: &Batch, least: Audience) -> Batch {
+    if records.iter().all(|record| record.stream.audience >= least) {
+        return Arc::clone(records);
+    }
+    records.iter().filter(|record| record.stream.audience >= least).cloned().collect()
 }
 
 /// The events about a delivery.

@@ -1,6 +1,6 @@
 use std::iter::repeat;
 
-use teampulse_core::stream::{About, Channel, Origin, Signal, Stream, Window};
+use teampulse_core::stream::{About, Audience, Channel, Origin, Signal, Stream, Window};
 
 use super::DecodeError;
 use super::decode::{expect_length, unknown_word};
@@ -92,7 +92,7 @@ impl StreamDescription {
             beside: self.beside.clone(),
             publisher: String::new(),
             qos: Vec::new(),
-            is_live_only: false,
+            audience: Audience::Everybody,
         };
         Ok(stream.cleaned())
     }

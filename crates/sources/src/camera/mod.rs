@@ -20,13 +20,14 @@ use teampulse_core::panics::{at, watched};
 use teampulse_core::qos::Qos;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
-use teampulse_core::stream::{Shape, Signal, Stream, Subject};
+use teampulse_core::stream::{Audience, Shape, Signal, Stream, Subject};
 use teampulse_messages::catalogue::shipped_or_bare;
 use tokio::sync::oneshot;
 use tokio::time::sleep;
 
 use crate::SourceContext;
 use crate::core_files::leave_no_core_file;
+use crate::faces::Faces;
 use crate::wearables::check_person;
 
 use capture::{Ended, capture};
@@ -76,6 +77,9 @@ pub struct Camera {
     /// Whether its pictures are recorded in the bag, and published where the study publishes its stream.
     #[serde(default)]
     pub record: bool,
+    /// `"blur"`: its pictures are recorded with hidden faces only, by the worker of the type `blur`.
+    #[serde(default)]
+    pub faces: Faces,
 }
 
 /// What a camera is asked for.
@@ -161,14 +165,18 @@ impl Camera {
             (None, None) => (Subject::team(), "/cameras".to_owned()),
         };
         let Opened { name, format, width, height, rate_hz, .. } = opened;
-        let kept = if self.record { "" } else { "; shown live, not recorded" };
+        let (audience, kept) = match (self.faces, self.record) {
+            (Faces::Blur, _) => (Audience::Workers, "; recorded with hidden faces only"),
+            (Faces::Keep, true) => (Audience::Everybody, ""),
+            (Faces::Keep, false) => (Audience::Live, "; shown live, not recorded"),
+        };
         let schema = shipped_or_bare(format.type_name());
         Stream {
             signal: Signal::Image,
             rate_hz: *rate_hz,
             doc: format!("{name}: {width} × {height}, {}{kept}", format.doc()),
             qos: vec![Qos::best_effort(5)],
-            is_live_only: !self.record,
+            audience,
             ..Stream::raw(
                 format!("{above}/{}/{}", self.name, format.leaf()),
                 subject,
@@ -188,7 +196,7 @@ struct CameraReader {
 #[async_trait]
 impl Source for CameraReader {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        if !self.settings.record {
+        if !self.settings.record || self.settings.faces == Faces::Blur {
             leave_no_core_file();
         }
         loop {

@@ -40,8 +40,10 @@ fn streams_are_named_by_whom_they_show() {
 #[test]
 fn pictures_are_live_only_unless_the_study_records_them() {
     let stream = |text: &str| settings(text).unwrap().stream(&opened(Format::Jpeg));
-    assert!(stream("").is_live_only && stream("").doc.ends_with("; shown live, not recorded"));
-    assert!(!stream("record = true").is_live_only);
+    assert_eq!(stream("").audience, Audience::Live);
+    assert!(stream("").doc.ends_with("; shown live, not recorded"));
+    assert_eq!(stream("record = true").audience, Audience::Everybody);
+    assert_eq!(stream("record = true\nfaces = \"blur\"").audience, Audience::Workers);
     assert_eq!(stream("").signal, Signal::Image);
 }
 

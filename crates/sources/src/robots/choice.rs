@@ -5,6 +5,7 @@ use teampulse_core::stream::{Channel, Shape, Signal, Stream, Subject};
 use teampulse_core::units::spelt;
 
 use super::{Field, Robots, norm, norm_of_type};
+use crate::faces::Faces;
 use teampulse_core::pattern::Pattern;
 
 /// Which topics of which robots are watched, and as what.
@@ -15,6 +16,7 @@ pub struct Choice {
     mapped: Vec<(&'static str, Field)>,
     numbers: Vec<Field>,
     images: Vec<String>,
+    faces: Faces,
     commands: Vec<String>,
     topics: Vec<Pattern>,
 }
@@ -41,6 +43,7 @@ impl Choice {
                 .collect(),
             numbers: settings.numbers.clone(),
             images: settings.images.clone(),
+            faces: settings.faces,
             commands: settings.commands.clone(),
             topics: settings.topics.iter().map(relative).collect::<Result<_, _>>()?,
         })
@@ -62,7 +65,12 @@ impl Choice {
         stream.name = format!("{}{topic}", self.prefix);
         id.clone_into(&mut stream.id);
         relative.clone_into(&mut stream.device);
-        Some(stream)
+        let is_image = self.images.iter().any(|image| image == relative);
+        Some(if is_image {
+            self.faces.hidden_in(stream)
+        } else {
+            self.faces.hidden_in_any(stream, type_name)
+        })
     }
 
     /// The stream of a topic by its type, and the numbers that the study additionally reads from it.

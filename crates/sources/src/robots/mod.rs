@@ -19,6 +19,7 @@ use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 
 use crate::claims::{Claimed, Rank, is_of_sessions};
+use crate::faces::Faces;
 use crate::follow::follow;
 use crate::{SourceContext, join};
 use teampulse_core::pattern::Pattern;
@@ -58,6 +59,8 @@ pub struct Robots {
     pub numbers: Vec<Field>,
     /// Topics with images to record, relative to the robot: they are large, so none by default.
     pub images: Vec<String>,
+    /// `"blur"`: pictures are recorded with hidden faces only, by the worker of the type `blur`.
+    pub faces: Faces,
     /// Topics on which people command it, relative to the robot and each by its full name: `goal_pose`,
     /// `cmd_vel`. They are recorded unchanged, and their messages are counted as interventions; topics of
     /// the robot's state are never among them.
@@ -105,6 +108,7 @@ impl Default for Robots {
             temperature: None,
             numbers: Vec::new(),
             images: Vec::new(),
+            faces: Faces::Keep,
             commands: Vec::new(),
             topics: Vec::new(),
             required: Vec::new(),

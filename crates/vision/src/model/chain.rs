@@ -10,6 +10,15 @@ pub struct Chain {
     models: Vec<Model>,
 }
 
+/// What models have found in a picture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Looked {
+    /// For each model the numbers of its channels: NaN where it found nothing, or nothing to look at.
+    pub numbers: Vec<Vec<f64>>,
+    /// All faces that any of them found.
+    pub faces: Vec<Detection>,
+}
+
 /// What is wrong with a chain; it has a model that looks at what no model before it finds.
 pub fn missing(descriptors: &[Descriptor]) -> Option<String> {
     descriptors.iter().enumerate().find_map(|(place, descriptor)| {
@@ -40,11 +49,10 @@ impl Chain {
         &mut self.models
     }
 
-    /// Looks at a picture: for each model the numbers of its channels. They are NaN where it found nothing, or nothing to
-    /// look at.
-    pub fn look(&mut self, picture: &Picture) -> Result<Vec<Vec<f64>>, ModelError> {
+    /// Looks at a picture.
+    pub fn look(&mut self, picture: &Picture) -> Result<Looked, ModelError> {
         let mut parts: Vec<(Subject, Detection)> = Vec::new();
-        let mut all = Vec::with_capacity(self.models.len());
+        let mut looked = Looked::default();
         for model in &mut self.models {
             let wanted = subject(model.descriptor.input.source);
             let part =
@@ -54,9 +62,12 @@ impl Chain {
                 (model.descriptor.output.finds(), &found)
             {
                 parts.extend(found.first().map(|best| (subject, best.clone())));
+                if subject == Subject::Face {
+                    looked.faces.extend_from_slice(found);
+                }
             }
-            all.push(model.descriptor.output.values(found.as_ref()));
+            looked.numbers.push(model.descriptor.output.values(found.as_ref()));
         }
-        Ok(all)
+        Ok(looked)
     }
 }

@@ -1,14 +1,14 @@
 //! The session's end of the process that runs models.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bytes::Bytes;
 use teampulse_core::clock::Stopwatch;
+use teampulse_core::registry::SettingsError;
 use teampulse_core::text::{LONGEST_LABEL, label};
 use teampulse_core::worker::{Feed, WorkerError};
 
-use super::Model;
 use super::serve::COMMAND;
 use super::wire::{Announced, Reply};
 use crate::child::{Answer, Child, Ended};
@@ -20,8 +20,48 @@ const SHORT: (&str, &str) = ("RUST_BACKTRACE", "0");
 /// This program, also after its file was replaced.
 const ITSELF: &str = "/proc/self/exe";
 
+/// Which models a process runs, and how.
+pub(crate) struct Models<'a> {
+    /// Their descriptors, in the order in which they look at a picture.
+    pub(crate) descriptors: &'a [PathBuf],
+    /// The library of an ONNX Runtime.
+    pub(crate) onnx_runtime: Option<&'a Path>,
+    /// How long they may take to load, and to look at a picture [s].
+    pub(crate) patience_secs: f64,
+    /// The most memory that the process may have [MiB].
+    pub(crate) memory_mib: u64,
+}
+
+/// How long models may take where a study does not say it [s].
+pub(crate) fn patience_secs() -> f64 {
+    30.0
+}
+
+/// The memory that models may have where a study does not say it [MiB].
+pub(crate) fn memory_mib() -> u64 {
+    4096
+}
+
+impl Models<'_> {
+    /// Fails where there are none, or where they may have no time or memory.
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        if self.descriptors.is_empty() {
+            let error = SettingsError::new("it has no model").at("descriptors");
+            return Err(error.with_hint("`teampulse models list` has those that are ready"));
+        }
+        if !(self.patience_secs > 0.0 && self.patience_secs <= 3600.0) {
+            let error = SettingsError::new("give seconds above 0, and an hour at most");
+            return Err(error.at("patience_secs"));
+        }
+        if !(64..=1 << 20).contains(&self.memory_mib) {
+            return Err(SettingsError::new("give 64 to 1048576 MiB").at("memory_mib"));
+        }
+        Ok(())
+    }
+}
+
 /// A process that runs models. Dropping it ends it.
-pub(super) struct Process<'a> {
+pub(crate) struct Process<'a> {
     child: Child,
     feed: &'a Feed,
     patience: Duration,
@@ -29,23 +69,28 @@ pub(super) struct Process<'a> {
     engine: String,
 }
 
-/// What came of a picture.
-pub(super) enum Seen {
-    /// The numbers of each model.
-    Numbers(Vec<Vec<f64>>),
+/// The result of looking at a picture.
+pub(crate) enum Seen {
+    /// What was found in it.
+    Found {
+        /// The numbers of each model.
+        numbers: Vec<Vec<f64>>,
+        /// All faces: left, top, width and height [px].
+        faces: Vec<[f32; 4]>,
+    },
     /// Why it can't be decoded.
     Unreadable(String),
 }
 
 impl<'a> Process<'a> {
     /// Starts the process, and waits until its models are loaded; `None` if the session ends first.
-    pub(super) fn start(
-        settings: &Model,
+    pub(crate) fn start(
+        models: &Models<'_>,
         feed: &'a Feed,
     ) -> Result<Option<Process<'a>>, WorkerError> {
-        let child = Child::start(&command(settings), &[SHORT])?;
-        let patience = Duration::from_secs_f64(settings.patience_secs);
-        let (engine, memory_mib) = (String::new(), settings.memory_mib);
+        let child = Child::start(&command(models), &[SHORT])?;
+        let patience = Duration::from_secs_f64(models.patience_secs);
+        let (engine, memory_mib) = (String::new(), models.memory_mib);
         let mut process = Process { child, feed, patience, memory_mib, engine };
         match process.reply("load the models")? {
             None => Ok(None),
@@ -58,12 +103,12 @@ impl<'a> Process<'a> {
     }
 
     /// What runs the models.
-    pub(super) fn engine(&self) -> &str {
+    pub(crate) fn engine(&self) -> &str {
         &self.engine
     }
 
     /// Has the models look at the picture in a message; `None` if the session ends first.
-    pub(super) fn look(
+    pub(crate) fn look(
         &mut self,
         type_name: &str,
         message: &Bytes,
@@ -76,10 +121,10 @@ impl<'a> Process<'a> {
         let number = |number: Option<f64>| number.unwrap_or(f64::NAN);
         match self.reply("look at a frame")? {
             None => Ok(None),
-            Some(Reply::Seen(numbers)) => {
+            Some(Reply::Seen { numbers, faces }) => {
                 let numbers =
                     numbers.into_iter().map(|each| each.into_iter().map(number).collect());
-                Ok(Some(Seen::Numbers(numbers.collect())))
+                Ok(Some(Seen::Found { numbers: numbers.collect(), faces }))
             }
             Some(Reply::Unreadable(why)) => Ok(Some(Seen::Unreadable(why))),
             Some(other) => Err(unexpected(&other)),
@@ -87,12 +132,12 @@ impl<'a> Process<'a> {
     }
 
     /// Fails if the process has ended.
-    pub(super) fn check(&mut self) -> Result<(), WorkerError> {
+    pub(crate) fn check(&mut self) -> Result<(), WorkerError> {
         self.child.check().map_err(|ended| self.ended(&ended))
     }
 
     /// Ends the process.
-    pub(super) fn end(&mut self) {
+    pub(crate) fn end(&mut self) {
         self.child.end();
     }
 
@@ -146,15 +191,15 @@ fn failed(message: &str, hint: &str) -> WorkerError {
 }
 
 /// The command that runs models: this program itself.
-fn command(settings: &Model) -> Vec<String> {
+fn command(models: &Models<'_>) -> Vec<String> {
     let program = std::env::current_exe().ok().filter(|path| path.exists());
     let program = program.as_deref().unwrap_or(Path::new(ITSELF));
     let mut command = vec![program.display().to_string(), COMMAND.to_owned()];
-    command.extend(["--memory-mib".to_owned(), settings.memory_mib.to_string()]);
-    if let Some(library) = &settings.onnx_runtime {
+    command.extend(["--memory-mib".to_owned(), models.memory_mib.to_string()]);
+    if let Some(library) = models.onnx_runtime {
         command.extend(["--onnx-runtime".to_owned(), library.display().to_string()]);
     }
     command.push("--".to_owned());
-    command.extend(settings.descriptors.iter().map(|path| path.display().to_string()));
+    command.extend(models.descriptors.iter().map(|path| path.display().to_string()));
     command
 }

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 
 use bytes::Bytes;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-use teampulse_vision::model::chain::Chain;
+use teampulse_vision::model::chain::{Chain, Looked};
+use teampulse_vision::model::decode::Detection;
 use teampulse_vision::model::engine::Library;
 use teampulse_vision::model::{Model, ModelError};
 use teampulse_vision::picture::Picture;
@@ -20,6 +21,9 @@ pub const COMMAND: &str = "__model";
 const LONGEST_LINE: u64 = 4096;
 /// The largest message with a picture [bytes].
 const MOST_BYTES: usize = 256 << 20;
+
+/// The sides of a face that may be anywhere in a picture [px].
+const ANYWHERE: [f32; 4] = [0.0, 0.0, 1e6, 1e6];
 
 /// Bounds the memory of this process: what asks for more fails, or ends it.
 pub fn limit_memory(mib: u64) {
@@ -73,7 +77,7 @@ fn answer(
     said(&Reply::Ready { engine: engine.unwrap_or_default() }).map_err(gone)?;
     while let Some((type_name, message)) = next(pictures)? {
         let reply = match Picture::read(&type_name, &message) {
-            Ok(picture) => Reply::Seen(seen(&mut chain, &picture)?),
+            Ok(picture) => seen(&mut chain, &picture)?,
             Err(error) => Reply::Unreadable(error.to_string()),
         };
         said(&reply).map_err(gone)?;
@@ -81,10 +85,15 @@ fn answer(
     Ok(())
 }
 
-fn seen(chain: &mut Chain, picture: &Picture) -> Result<Vec<Vec<Option<f64>>>, String> {
-    let numbers = chain.look(picture).map_err(|error| error.to_string())?;
+fn seen(chain: &mut Chain, picture: &Picture) -> Result<Reply, String> {
+    let Looked { numbers, faces } = chain.look(picture).map_err(|error| error.to_string())?;
     let finite = |number: f64| Some(number).filter(|number| number.is_finite());
-    Ok(numbers.into_iter().map(|each| each.into_iter().map(finite).collect()).collect())
+    let numbers = numbers.into_iter().map(|each| each.into_iter().map(finite).collect()).collect();
+    let sides = |face: &Detection| [face.left, face.top, face.width, face.height];
+    // JSON has no other numbers; a face without a place is anywhere.
+    let known = |sides: [f32; 4]| sides.iter().all(|side| side.is_finite()).then_some(sides);
+    let faces = faces.iter().map(|face| known(sides(face)).unwrap_or(ANYWHERE)).collect();
+    Ok(Reply::Seen { numbers, faces })
 }
 
 /// The next message with a picture, and its type; `None` where there are no more.

@@ -22,8 +22,13 @@ pub(super) enum Reply {
         /// What runs them.
         engine: String,
     },
-    /// The numbers of a picture, for each model; null for NaN.
-    Seen(Vec<Vec<Option<f64>>>),
+    /// What was found in a picture.
+    Seen {
+        /// The numbers of each model; null for NaN.
+        numbers: Vec<Vec<Option<f64>>>,
+        /// All faces: left, top, width and height [px].
+        faces: Vec<[f32; 4]>,
+    },
     /// Why a picture can't be decoded.
     Unreadable(String),
     /// Why it ends.
