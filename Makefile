@@ -87,6 +87,7 @@ bench-timefilter: ## the time filter against message_filters: sets, speed, accur
 bench-people: ## 30 simulated operators over ROS for 6 minutes: what features find, cost, and how late they are
 bench-soak: ## eight accelerated hours, very many topics and robots, bad workers: memory, CPU and delays
 bench-wearables: ## everything that a person can wear, and 30 straps: CPU, losses, and how soon readings are recorded
+bench-cameras: ## two cameras, a microphone and all wearables, with and without a model: CPU, losses, delays; faces hidden in 10,000 pictures
 bench-dashboard: ## the dashboard in a browser without a GPU: frames, latency, CPU, cameras; many viewers, a slow link, a long replay
 bench-signal: .venv/signal-ready ## signals of people: accuracy on recorded ones, speed against NeuroKit2, voices against Praat and librosa
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import bags
 import harness
+from worn import OPERATOR, emulated
 
 # Until all devices stream and the shorter windows are full.
 SETTLED_SECS = float(os.environ.get("SETTLED_SECS", "75"))
@@ -19,7 +20,6 @@ COUNTED_SECS = float(os.environ.get("COUNTED_SECS", "60"))
 # `teampulse` with a sink that measures delays.
 MEASURED = os.environ["BENCH_WEARABLES"]
 PEOPLE = "/humans/persons/"
-OPERATOR = ["polar_h10", "myo", "shimmer3", "empatica_e4"]
 ROBOTS, STRAPS = 5, 30
 MOST_SHARE = {"operator": 0.05, "straps": 0.40}
 MOST_DELAY_MS = 20
@@ -40,16 +40,6 @@ class Run:
     lost: int
     # The intervals between beats that don't fill the time of their strap, by the seconds that they miss.
     gaps_secs: dict[str, float]
-
-
-def emulated(kinds: list[str], people: int) -> str:
-    """The part of a study that puts each kind of device on each person."""
-    tables = (
-        f'[[simulate.wearables]]\ntype = "{kind}"\nperson = "p{person:03}"\n'
-        for person in range(1, people + 1)
-        for kind in kinds
-    )
-    return '[session]\nname = "emulated"\n' + "".join(tables)
 
 
 def watch(kinds: list[str], people: int, robots: int, program: Path | str) -> Run:
