@@ -33,7 +33,7 @@ TOPICS = [f"/robot{robot}/front/compressed" for robot in (1, 2)]
 MODEL_HZ = 10
 SIZE = (640, 480)
 MOST_SHARE, MOST_MORE, MOST_CHANGE = 0.35, 0.35, 0.20
-HIDDEN_FRAMES, HIDDEN_HZ = int(os.environ.get("HIDDEN_FRAMES", "10000")), 80.0
+HIDDEN_FRAMES, HIDDEN_HZ = int(os.environ.get("HIDDEN_FRAMES", "10000")), 40.0
 SOURCES = """
 [[sources]]
 type = "robots"
