@@ -52,7 +52,7 @@ endif
 test-peers: build peers ## the binary, end to end (ARGS="-k replay" for a part)
 	tests/isolated $(python) -m pytest tests -n $(processes) --dist loadfile $(ARGS)
 
-test-vm: build .venv/ready .venv-vm/ready target/vm/kernel/ready ## straps through a real Bluetooth stack, and the kernel's test camera, under qemu (Debian on x86-64; 5 minutes)
+test-vm: build .venv/ready .venv-vm/ready target/vm/kernel/ready ## straps through a real Bluetooth stack, and the kernel's own camera, keyboard and mouse, under qemu (Debian on x86-64; 7 minutes)
 	$(python) -m pytest tests/vm $(ARGS)
 
 check: lint $(if $(shell command -v npm),check-web) ## format, lints and unit tests: before every commit
