@@ -52,7 +52,7 @@ endif
 test-peers: build peers ## the binary, end to end (ARGS="-k replay" for a part)
 	tests/isolated $(python) -m pytest tests -n $(processes) --dist loadfile $(ARGS)
 
-test-vm: build .venv/ready .venv-vm/ready target/vm/kernel/ready ## straps through a real Bluetooth stack, and the kernel's own camera, keyboard and mouse, under qemu (Debian on x86-64; 7 minutes)
+test-vm: build .venv/ready .venv-vm/ready target/vm/kernel/ready ## straps through a real Bluetooth stack, and the kernel's own camera, keyboard, mouse and sound card, under qemu (Debian on x86-64; 8 minutes)
 	$(python) -m pytest tests/vm $(ARGS)
 
 check: lint $(if $(shell command -v npm),check-web) ## format, lints and unit tests: before every commit
@@ -130,7 +130,7 @@ $(ready)-peers:
 	@touch $@
 
 target/vm/kernel/ready: tests/vm/get-kernel
-	@.ci/apt-install "to test with a Bluetooth stack and cameras in a virtual machine" qemu-system-x86 bluez dbus kmod v4l-utils
+	@.ci/apt-install "to test with a Bluetooth stack and devices of the kernel in a virtual machine" qemu-system-x86 bluez dbus kmod v4l-utils pulseaudio pulseaudio-utils
 	@tests/vm/get-kernel $(@D) && touch $@
 
 .venv/signal-ready: bench/signal/requirements.txt .venv/ready
