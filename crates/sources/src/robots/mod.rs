@@ -57,7 +57,7 @@ pub struct Robots {
     pub temperature: Option<Field>,
     /// Any other numbers to watch.
     pub numbers: Vec<Field>,
-    /// Topics with images to record, relative to the robot: they are large, so none by default.
+    /// Topics with images or video to record, relative to the robot: they are large, so none by default.
     pub images: Vec<String>,
     /// Topics on which people command it, relative to the robot and each by its full name: `goal_pose`,
     /// `cmd_vel`. They are recorded as they are, and their messages are counted as interventions; topics of
