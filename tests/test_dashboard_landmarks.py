@@ -1,5 +1,6 @@
 """Landmarks on the dashboard's cameras: each picture is shown with the points that were found in it, live and in a recording."""
 
+import contextlib
 import hashlib
 import json
 
@@ -74,7 +75,8 @@ def consistent(seen: dict) -> int | None:
     shown = max(range(len(seen["picture"])), key=seen["picture"].__getitem__)
     if seen["points"] is None or max(seen["points"]) == 0:
         return None
-    assert seen["points"][shown] >= 15, seen
+    if seen["points"][shown] < 15:
+        raise ValueError(f"points of another picture: {seen}")
     return shown
 
 
@@ -143,13 +145,15 @@ def test_each_picture_is_shown_with_its_own_landmarks_and_a_key_hides_them(stage
         is_there = picture.evaluate("(canvas) => canvas.width > 4")
         return consistent(figure.evaluate(SEEN, sets)) if is_there else None
 
-    # A second back each time, until both poses were seen; never with the points of the other.
+    # A second back each time, until both poses were seen; never with the points of the other. There are moments without
+    # pictures.
     poses_seen = set()
-    for _ in range(12):
+    for _ in range(25):
         page.keyboard.press("ArrowLeft")
-        harness.eventually(lambda: seen_now() is not None)
+        with contextlib.suppress(AssertionError):
+            harness.eventually(lambda: seen_now() is not None, 2)
         poses_seen.add(seen_now())
-        if poses_seen == {0, 1}:
+        if {0, 1} <= poses_seen:
             break
-    assert poses_seen == {0, 1}
+    assert {0, 1} <= poses_seen
     page.screenshot(path=SHOTS / "landmarks-replay.png")
