@@ -1,9 +1,10 @@
-//! Any bytes as a picture, alone and in messages: a picture or an error, never a panic.
+//! Any bytes as a picture or a frame of video, alone and in messages: a picture or an error, never a panic.
 #![no_main]
 
 use bytes::Bytes;
 use libfuzzer_sys::fuzz_target;
 use teampulse_devices::camera::whole_jpeg;
+use teampulse_messages::video::{COMPRESSED_VIDEO, FFMPEG_PACKET, VideoFrame};
 use teampulse_vision::picture::Picture;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -12,4 +13,7 @@ fuzz_target!(|bytes: &[u8]| {
     let message = Bytes::from([&[0, 1, 0, 0][..], bytes].concat());
     let _ = Picture::read("sensor_msgs/msg/CompressedImage", &message);
     let _ = Picture::read("sensor_msgs/msg/Image", &message);
+    for type_name in [COMPRESSED_VIDEO, FFMPEG_PACKET] {
+        let _ = VideoFrame::read(type_name, &message).map(|frame| frame.needs());
+    }
 });

@@ -1078,7 +1078,12 @@ stream: number,
  * How many points, or pictures, a second are drawn at most; a faster wave comes as pairs of its smallest and largest
  * samples, in their order. 0 for all of them.
  */
-points_per_sec: number, };
+points_per_sec: number, 
+/**
+ * Of a camera: whether the points found in its pictures are drawn on them. Then those pictures come that points were
+ * found in, as soon as these have come; all of them while there are none.
+ */
+with_points: boolean, };
 
 /**
  * What is asked for of what is stored of a stream.
@@ -1105,7 +1110,7 @@ to: number,
  */
 points: number, };
 
-export const PROTOCOL = 4;
+export const PROTOCOL = 5;
 export const MOST_WANTED = 256;
 /** The length of what precedes the samples of a binary frame [bytes]. */
 export const WAVE_HEAD_BYTES = 24;

@@ -49,9 +49,9 @@ test("of several that draw a stream the finest decides", () => {
   const wants = new Wants(() => undefined);
   const release = wants.want(3, 100);
   wants.want(3, 20);
-  expect(wants.all()).toEqual([{ stream: 3, points_per_sec: 100 }]);
-  wants.want(3, 0);
-  expect(wants.all()).toEqual([{ stream: 3, points_per_sec: 0 }]);
+  expect(wants.all()).toEqual([{ stream: 3, points_per_sec: 100, with_points: false }]);
+  wants.want(3, 0, true);
+  expect(wants.all()).toEqual([{ stream: 3, points_per_sec: 0, with_points: true }]);
   release();
   expect(wants.all()).toHaveLength(1);
 });
@@ -74,8 +74,8 @@ test("pictures are drawn in their order, and each is acknowledged", async () => 
   const acknowledged: number[] = [];
   const pictures = new Pictures((streams) => acknowledged.push(...streams), decode);
   const drawn: unknown[] = [];
-  pictures.watch(7, (bitmap, t) => drawn.push([t, bitmap !== undefined]));
-  const all = [1, 2, 3].map((size) => pictures.take({ stream: 7, t: size, file: new Blob([new Uint8Array(size)]) }));
+  pictures.watch(7, (shot, t) => drawn.push([t, shot !== undefined]));
+  const all = [1, 2, 3].map((size) => pictures.take({ stream: 7, t: size, bytes: new Uint8Array(size).fill(9) }));
   done[1]?.();
   await all[1];
   done[0]?.();
@@ -83,7 +83,7 @@ test("pictures are drawn in their order, and each is acknowledged", async () => 
   await Promise.all(all);
   expect(drawn).toEqual([[2, true], [3, false]]);
   expect(bitmaps).toEqual(["1", "2"]);
-  pictures.watch(7, (bitmap, t) => drawn.push([t, bitmap !== undefined]));
+  pictures.watch(7, (shot, t) => drawn.push([t, shot !== undefined]));
   expect(drawn).toHaveLength(3);
   await vi.waitUntil(() => acknowledged.length === 3);
 });
@@ -95,6 +95,6 @@ test("a frame without channels is a picture, and no wave", () => {
   head.setFloat64(8, 1.5, true);
   expect(readWave(frame)).toBeUndefined();
   const picture = readPicture(frame);
-  expect([picture?.stream, picture?.t, picture?.file.size]).toEqual([7, 1.5, 5]);
+  expect([picture?.stream, picture?.t, picture?.bytes.length]).toEqual([7, 1.5, 5]);
   expect(readPicture(frame.slice(0, 16))).toBeUndefined();
 });

@@ -3,7 +3,7 @@ import { Feed } from "../dev/feed";
 import { Model } from "../src/store/model";
 import { alertsOf, waiting } from "../src/view/alerts";
 import { checks } from "../src/view/checks";
-import { age, bytes, clock, decimal, lasts, listed, signed, significant } from "../src/view/format";
+import { age, bytes, clock, decimal, lasts, likeItsSd, listed, meanAndSd, signed, significant } from "../src/view/format";
 import { log } from "../src/view/log";
 import { knownBy, lostOn } from "../src/view/network";
 import { baselineOf, people } from "../src/view/people";
@@ -30,6 +30,11 @@ test("numbers have a true minus, and ages and lengths read as people write them"
   expect([clock(872), clock(3723)]).toEqual(["14:32", "1:02:03"]);
   expect([bytes(1.83e9), bytes(512), lasts(100_800), lasts(13_260)]).toEqual(["1.83 GB", "512 B", "28 h", "3:41 h"]);
   expect([significant(1234.5), significant(0.0123), listed(["a", "b", "c"])]).toEqual(["1235", "0.012", "a, b and c"]);
+});
+
+test("a mean has as many places as two digits of its SD need", () => {
+  expect([meanAndSd(95.71, 1.93), meanAndSd(-76.4, 12), meanAndSd(5.961, 0.174), meanAndSd(7, undefined), meanAndSd(3, 0)]).toEqual(["95.7 ± 1.9", "−76 ± 12", "5.96 ± 0.17", "7.00 ± ?", "3.00 ± 0.00"]);
+  expect([likeItsSd(95.66, 1.93), likeItsSd(0.0123, undefined)]).toEqual(["95.7", "0.012"]);
 });
 
 test("a person's numbers have source and age, or the reason why there is none", () => {

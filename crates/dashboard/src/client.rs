@@ -47,8 +47,17 @@ pub struct Client {
     pub outbox: Outbox,
     /// What it may do.
     pub grant: Grant,
-    wanted: Mutex<BTreeMap<u32, f64>>,
+    wanted: Mutex<BTreeMap<u32, Want>>,
     is_unblinded: AtomicBool,
+}
+
+/// How a stream is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Want {
+    /// The points, or pictures, a second; 0 for all of them.
+    pub per_sec: f64,
+    /// Whether points are drawn on the pictures that they were found in.
+    pub with_points: bool,
 }
 
 impl Client {
@@ -74,8 +83,8 @@ impl Client {
         self.is_unblinded.store(true, Ordering::Release);
     }
 
-    /// The streams that it draws, with the points per second that it needs.
-    pub fn wanted(&self) -> BTreeMap<u32, f64> {
+    /// The streams that it draws, and how.
+    pub fn wanted(&self) -> BTreeMap<u32, Want> {
         self.wanted.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
@@ -84,9 +93,14 @@ impl Client {
     pub fn want(&self, streams: &[Wanted], known: &Known) {
         let mut wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
         let before = std::mem::take(&mut *wanted);
-        *wanted = streams.iter().map(|each| (each.stream, each.points_per_sec)).collect();
-        let new = wanted.iter().filter(|(stream, _)| !before.contains_key(stream));
-        self.send_recent(new.map(|(stream, points)| (*stream, *points)).collect(), known);
+        let want =
+            |each: &Wanted| Want { per_sec: each.points_per_sec, with_points: each.with_points };
+        *wanted = streams.iter().map(|each| (each.stream, want(each))).collect();
+        let is_known = |stream: &u32, want: &Want| {
+            before.get(stream).is_some_and(|before| before.with_points == want.with_points)
+        };
+        let new = wanted.iter().filter(|(stream, want)| !is_known(stream, want));
+        self.send_recent(new.map(|(stream, want)| (*stream, *want)).collect(), known);
     }
 
     /// Shows another time of a recording: sends the streams that it draws.
@@ -99,20 +113,22 @@ impl Client {
     }
 
     /// Sends the last half minute of waves, and the newest pictures.
-    fn send_recent(&self, mut wanted: Vec<(u32, f64)>, known: &Known) {
+    fn send_recent(&self, mut wanted: Vec<(u32, Want)>, known: &Known) {
         let is_blind = self.is_blind();
         wanted.retain(|(stream, _)| known.shows(*stream, is_blind));
-        for (stream, most_per_sec) in &wanted {
-            match known.pictures.get(stream) {
-                Some(Ok(picture)) => self.outbox.picture(Arc::clone(picture), *most_per_sec),
-                Some(Err(unshown)) => self.unshown(*stream, unshown),
-                None => {}
+        for (stream, want) in &wanted {
+            if let Some(unshown) = known.cameras.unshown(*stream) {
+                self.unshown(*stream, unshown);
+                continue;
+            }
+            for picture in known.cameras.start(*stream, want.with_points) {
+                self.outbox.picture(picture, want.per_sec);
             }
         }
-        wanted.retain(|(stream, _)| !known.pictures.contains_key(stream));
+        wanted.retain(|(stream, _)| !known.cameras.has(*stream));
         let share = BACKLOG_BYTES / wanted.len().max(1);
-        for (stream, points_per_sec) in wanted {
-            for frame in known.recent.of(stream, points_per_sec, share) {
+        for (stream, want) in wanted {
+            for frame in known.recent.of(stream, want.per_sec, share) {
                 self.outbox.wave(frame.into());
             }
         }

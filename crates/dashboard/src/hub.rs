@@ -9,11 +9,11 @@ use teampulse_core::outlet::Outlet;
 use teampulse_core::stream::{Stream as Declared, StreamId};
 use teampulse_core::time::Time;
 
+use crate::cameras::Cameras;
 use crate::client::Client;
 use crate::context::{Context, Settings};
 use crate::history::Track;
 use crate::outbox::Fragment;
-use crate::pictures::Newest;
 use crate::playhead::Playhead;
 use crate::recent::Recent;
 use crate::wire::{self, FromServer, Playback, Recording, Timeline, Unmet};
@@ -81,8 +81,8 @@ pub struct Known {
     pub tracks: BTreeMap<u32, Track>,
     /// The last half minute of each wave.
     pub recent: Recent,
-    /// The newest picture of each stream.
-    pub pictures: Newest,
+    /// The newest pictures of each camera.
+    pub cameras: Cameras,
     /// The recording as it was last seen.
     pub recording: Option<Recording>,
     /// The unmet requirements of the study; `None` before they were checked.

@@ -8,6 +8,7 @@ mod convert;
 mod history;
 mod recent;
 mod pictures;
+mod cameras;
 mod recording;
 mod playhead;
 mod replay;

@@ -182,8 +182,8 @@ impl Outbox {
     /// Adds a picture of a stream that is shown at no more than this rate; 0 for no limit.
     pub fn picture(&self, picture: Arc<Picture>, most_per_sec: f64) {
         let mut state = self.lock();
-        let is_replaced = state.pictures.put(picture, most_per_sec);
-        state.missed.pictures += u64::from(is_replaced);
+        let skipped = state.pictures.put(picture, most_per_sec);
+        state.missed.pictures += skipped;
         self.wake.notify_one();
     }
 

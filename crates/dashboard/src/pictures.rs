@@ -1,15 +1,17 @@
 //! Pictures of cameras: from ROS messages to the formats that browsers show.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use axum::body::Bytes;
 use jpeg_encoder::{ColorType, Encoder};
+use teampulse_core::data::Data;
+use teampulse_core::sample::Record;
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_messages::pictures::{
     COMPRESSED_IMAGE, Encoding, IMAGE, PictureError, PictureFile, Pixels,
 };
+use teampulse_messages::video::{Needs, VideoFrame, is_video};
 use thiserror::Error;
 
 use crate::wire::pictures::head;
@@ -26,14 +28,27 @@ pub struct Picture {
     pub stream: u32,
     /// When it was taken [s].
     pub t: f64,
+    /// What it is among those of its stream.
+    pub place: Place,
     content: Content,
     encoded: OnceLock<Result<Bytes, Unshown>>,
 }
 
-/// The contents of a picture as received. Nothing is copied.
+/// What a picture is among those of its stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A picture of its own.
+    Alone,
+    /// A frame of video that needs none before.
+    First,
+    /// A frame of video that needs all since the first.
+    Next,
+}
+
+/// What a picture came as. Nothing is copied.
 #[derive(Debug, PartialEq)]
 enum Content {
-    /// A file that browsers can show.
+    /// A file that browsers can show, or a frame of H.264.
     File(Bytes),
     /// Pixels.
     Pixels(Pixels),
@@ -53,6 +68,14 @@ pub enum Unshown {
         "pixels of `{0}` can't be shown; rgb8, bgr8, rgba8, bgra8, mono8, mono16, 16UC1 and yuyv can be shown"
     )]
     Encoding(String),
+    /// Video of another kind.
+    #[error("video of `{0}` can't be shown; H.264 can be")]
+    Video(String),
+    /// H.264 in another form.
+    #[error(
+        "no picture of H.264 in a message; each needs one, in Annex B (a start code before each unit)"
+    )]
+    Units,
     /// Too large.
     #[error("a picture of {0} MiB is not shown; at most 8 MiB")]
     Large(usize),
@@ -66,6 +89,7 @@ pub enum Unshown {
 enum Kind {
     Compressed,
     Pixels,
+    Video,
 }
 
 impl Kind {
@@ -74,7 +98,7 @@ impl Kind {
         match &*schema.name {
             COMPRESSED_IMAGE => Some(Kind::Compressed),
             IMAGE => Some(Kind::Pixels),
-            _ => None,
+            name => is_video(name).then_some(Kind::Video),
         }
     }
 }
@@ -84,18 +108,30 @@ pub fn has_pictures(stream: &Stream) -> bool {
     Kind::of(stream).is_some()
 }
 
+/// Whether a stream holds frames of video, of which most need those before.
+pub fn has_video(stream: &Stream) -> bool {
+    Kind::of(stream) == Some(Kind::Video)
+}
+
+/// What a picture is among those of its stream, of a record of one that can be shown.
+pub fn place_of(record: &Record) -> Option<Place> {
+    let Data::Message(message) = &record.sample.data else { return None };
+    Some(Picture::read(&record.stream, 0, 0.0, message).ok()?.place)
+}
+
 impl Picture {
     /// Reads a message of a stream of pictures, taken at a time [s].
     pub fn read(stream: &Stream, id: u32, t: f64, message: &Bytes) -> Result<Picture, Unshown> {
         if message.len() > LARGEST_BYTES {
             return Err(Unshown::Large(message.len() >> 20));
         }
-        let content = match Kind::of(stream) {
-            Some(Kind::Compressed) => file(message)?,
-            Some(Kind::Pixels) => pixels(message)?,
+        let (content, place) = match Kind::of(stream) {
+            Some(Kind::Compressed) => (file(message)?, Place::Alone),
+            Some(Kind::Pixels) => (pixels(message)?, Place::Alone),
+            Some(Kind::Video) => frame(stream, message)?,
             None => return Err(Unshown::Format(stream.name.clone())),
         };
-        Ok(Picture { stream: id, t, content, encoded: OnceLock::new() })
+        Ok(Picture { stream: id, t, place, content, encoded: OnceLock::new() })
     }
 
     /// The frame to send; pixels are converted to JPEG once for all viewers, which takes milliseconds.
@@ -104,7 +140,15 @@ impl Picture {
         encoded.clone()
     }
 
-    /// Its approximate size when sent [bytes].
+    /// The memory of what it came as [bytes].
+    pub fn held_bytes(&self) -> usize {
+        match &self.content {
+            Content::File(file) => file.len(),
+            Content::Pixels(pixels) => pixels.size(),
+        }
+    }
+
+    /// About what it takes to send it [bytes].
     pub fn size(&self) -> usize {
         match (self.encoded.get(), &self.content) {
             (Some(Ok(encoded)), _) => encoded.len(),
@@ -121,6 +165,22 @@ fn file(message: &Bytes) -> Result<Content, Unshown> {
         || file.starts_with(b"\x89PNG\r\n\x1a\n")
         || (file.starts_with(b"RIFF") && file.get(8..12) == Some(b"WEBP"));
     if is_shown { Ok(Content::File(file)) } else { Err(Unshown::Format(format)) }
+}
+
+/// The frame in a message of video.
+fn frame(stream: &Stream, message: &Bytes) -> Result<(Content, Place), Unshown> {
+    let Shape::Message(schema) = &stream.shape else {
+        return Err(Unshown::Format(stream.name.clone()));
+    };
+    let frame = VideoFrame::read(&schema.name, message).map_err(PictureError::from)?;
+    if !frame.is_h264() {
+        return Err(Unshown::Video(frame.format));
+    }
+    let place = match frame.needs().ok_or(Unshown::Units)? {
+        Needs::Nothing => Place::First,
+        Needs::Before => Place::Next,
+    };
+    Ok((Content::File(frame.bytes), place))
 }
 
 /// The pixels in a `sensor_msgs/Image`.
@@ -189,9 +249,6 @@ fn greys(pixels: &Pixels, is_big_endian: bool) -> Vec<u8> {
     numbers.iter().map(|number| (u32::from(*number) * 255 / largest) as u8).collect()
 }
 
-/// The newest picture of each stream, or why it can't be shown.
-pub type Newest = BTreeMap<u32, Result<Arc<Picture>, Unshown>>;
-
 #[cfg(test)]
 pub(crate) mod tests {
     use proptest::prelude::*;
@@ -206,8 +263,13 @@ pub(crate) mod tests {
 
     /// A picture of this size [bytes].
     pub(crate) fn picture(stream: u32, t: f64, size: usize) -> Picture {
+        frame_of_video(stream, t, size, Place::Alone)
+    }
+
+    /// A frame of this size [bytes].
+    pub(crate) fn frame_of_video(stream: u32, t: f64, size: usize, place: Place) -> Picture {
         let content = Content::File(vec![0; size].into());
-        Picture { stream, t, content, encoded: OnceLock::new() }
+        Picture { stream, t, place, content, encoded: OnceLock::new() }
     }
 
     fn stream(type_name: &str) -> Stream {
@@ -292,10 +354,31 @@ pub(crate) mod tests {
         assert_eq!(read(&vec![0; 9 << 20].into()), Unshown::Large(9));
     }
 
+    #[test]
+    fn a_frame_of_video_is_sent_as_it_came_and_other_video_is_named() {
+        let stream = stream("foxglove_msgs/msg/CompressedVideo");
+        assert!(has_pictures(&stream) && has_video(&stream));
+        let message = |format: &str, data: &[u8]| {
+            let mut writer = Writer::new();
+            writer.write(&Header::default());
+            writer.sequence(data);
+            writer.text(format);
+            writer.finish()
+        };
+        let read = |format, data| Picture::read(&stream, 3, 1.5, &message(format, data));
+        let [idr, next] = [&[0, 0, 0, 1, 0x67, 1, 0, 0, 1, 0x65, 1][..], &[0, 0, 1, 0x41, 1]];
+        let first = read("h264", idr).unwrap();
+        assert_eq!((&first.encode().unwrap()[HEAD_BYTES..], first.place), (idr, Place::First));
+        assert_eq!(read("h264", next).unwrap().place, Place::Next);
+        assert_eq!(read("h265", idr).unwrap_err(), Unshown::Video("h265".into()));
+        assert_eq!(read("h264", b"avcC").unwrap_err(), Unshown::Units);
+    }
+
     proptest! {
         #[test]
-        fn any_bytes_are_read_or_refused(bytes: Vec<u8>, is_raw: bool) {
-            let name = if is_raw { "sensor_msgs/msg/Image" } else { "sensor_msgs/msg/CompressedImage" };
+        fn any_bytes_are_read_or_refused(bytes: Vec<u8>, kind in 0..3_usize) {
+            let names = [IMAGE, COMPRESSED_IMAGE, "foxglove_msgs/msg/CompressedVideo"];
+            let name = names[kind];
             let message = Bytes::from([&[0, 1, 0, 0][..], &bytes].concat());
             if let Ok(picture) = Picture::read(&stream(name), 1, 0.0, &message) {
                 drop(picture.encode());

@@ -15,7 +15,8 @@ use teampulse_core::stream::{Audience, Origin, Shape, Signal, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_messages::readout::Readout;
 
-use crate::client::Client;
+use crate::cameras::Due;
+use crate::client::{Client, Want};
 use crate::convert;
 use crate::echo::Echoes;
 use crate::hub::{Hub, Known, json, message};
@@ -41,6 +42,8 @@ pub struct Relay {
     /// Whether a stream may have a new description.
     is_described: bool,
     readouts: BTreeMap<u32, Option<Readout>>,
+    /// The camera whose pictures each stream of points is of.
+    looks: BTreeMap<u32, Option<u32>>,
     /// The newest status of each raw stream.
     statuses: BTreeMap<u32, Arc<StreamStatus>>,
     /// When a reading was last sent, at each pace [s].
@@ -63,7 +66,7 @@ struct Fresh {
     states: Vec<(StateKind, u32, f64, Fragment)>,
     readings: Vec<Reading>,
     waves: Vec<Wave>,
-    pictures: Vec<Arc<Picture>>,
+    pictures: Vec<(Arc<Picture>, Due)>,
 }
 
 impl Fresh {
@@ -97,6 +100,7 @@ impl Relay {
             streams,
             is_described: true,
             readouts: BTreeMap::new(),
+            looks: BTreeMap::new(),
             statuses: BTreeMap::new(),
             sent: BTreeMap::new(),
             events: 0,
@@ -277,6 +281,7 @@ impl Relay {
         if changed.is_empty() {
             return;
         }
+        self.looks.clear();
         let texts = [false, true]
             .map(|is_blind| message(&known.declared(changed.iter().copied(), is_blind)));
         drop(known);
@@ -323,7 +328,11 @@ impl Relay {
             Data::Message(message) if has_pictures(&record.stream) => {
                 self.take_picture(record, message, t, (known, fresh));
             }
-            Data::Sample(_) | Data::Message(_) => self.take_reading(record, t, known, fresh),
+            Data::Sample(_) => {
+                self.take_reading(record, t, known, fresh);
+                self.take_look(record, t, known, fresh);
+            }
+            Data::Message(_) => self.take_reading(record, t, known, fresh),
             Data::Description(_) => {}
         }
     }
@@ -338,15 +347,21 @@ impl Relay {
         let id = record.sample.stream.0;
         let picture = Picture::read(&record.stream, id, t, message).map(Arc::new);
         match &picture {
-            Ok(picture) => fresh.pictures.push(Arc::clone(picture)),
-            Err(unshown) => {
-                let before = known.pictures.get(&id).and_then(|before| before.as_ref().err());
-                if before != Some(unshown) {
-                    self.hub.clients().iter().for_each(|client| client.unshown(id, unshown));
-                }
+            Err(unshown) if known.cameras.unshown(id) != Some(unshown) => {
+                self.hub.clients().iter().for_each(|client| client.unshown(id, unshown));
             }
+            Ok(_) | Err(_) => {}
         }
-        known.pictures.insert(id, picture);
+        let due = known.cameras.take(id, picture.clone());
+        fresh.pictures.extend(picture.ok().zip(due));
+    }
+
+    /// Something has looked at a picture of a camera: for those who draw points, it is due now.
+    fn take_look(&mut self, record: &Record, t: f64, known: &mut Known, fresh: &mut Fresh) {
+        let id = record.sample.stream.0;
+        let camera = self.looks.entry(id).or_insert_with(|| camera_of(&record.stream, known));
+        let found = camera.and_then(|camera| known.cameras.look(camera, t));
+        fresh.pictures.extend(found.map(|picture| (picture, Due::Found)));
     }
 
     fn take_event(&mut self, record: &Record, event: &Event, known: &mut Known, fresh: &mut Fresh) {
@@ -409,7 +424,15 @@ impl Relay {
     }
 }
 
-/// Whether the dashboard can use a stream: messages with neither numbers nor pictures that it reads are ignored.
+/// The camera whose pictures a stream of points is of: its samples have places in pixels and the times of pictures.
+fn camera_of(stream: &Stream, known: &Known) -> Option<u32> {
+    let [input] = stream.inputs.as_slice() else { return None };
+    let is_of_points = stream.channels.iter().filter(|channel| channel.unit == "px").count() >= 2;
+    let camera = known.named.get(input).filter(|_| is_of_points)?;
+    known.streams.get(camera).is_some_and(|it| has_pictures(it)).then_some(*camera)
+}
+
+/// Whether the dashboard has a use for a stream: messages of which neither a number nor a picture is read are left to others.
 pub fn is_wanted(stream: &Stream) -> bool {
     has_pictures(stream) || has_numbers(stream)
 }
@@ -423,8 +446,8 @@ pub fn has_numbers(stream: &Stream) -> bool {
     !is_opaque && !has_pictures(stream) && !is_scene
 }
 
-/// Passes a client the new data that it may see.
-fn offer(client: &Client, fresh: &Fresh, wanted: &BTreeMap<u32, f64>, hidden: &BTreeSet<u32>) {
+/// Hands a client what it may see of what is new.
+fn offer(client: &Client, fresh: &Fresh, wanted: &BTreeMap<u32, Want>, hidden: &BTreeSet<u32>) {
     let is_blind = client.is_blind();
     let shows = |stream: &u32| !(is_blind && hidden.contains(stream));
     for is_minor in [false, true] {
@@ -455,13 +478,14 @@ fn offer(client: &Client, fresh: &Fresh, wanted: &BTreeMap<u32, f64>, hidden: &B
         }
     }
     for wave in fresh.waves.iter().filter(|wave| shows(&wave.stream)) {
-        if let Some(points_per_sec) = wanted.get(&wave.stream) {
-            client.outbox.wave(Bytes::from(wave.thinned(*points_per_sec).encode()));
+        if let Some(want) = wanted.get(&wave.stream) {
+            client.outbox.wave(Bytes::from(wave.thinned(want.per_sec).encode()));
         }
     }
-    for picture in fresh.pictures.iter().filter(|picture| shows(&picture.stream)) {
-        if let Some(most_per_sec) = wanted.get(&picture.stream) {
-            client.outbox.picture(Arc::clone(picture), *most_per_sec);
+    for (picture, due) in fresh.pictures.iter().filter(|(picture, _)| shows(&picture.stream)) {
+        let Some(want) = wanted.get(&picture.stream) else { continue };
+        if *due == Due::Now || (*due == Due::Found) == want.with_points {
+            client.outbox.picture(Arc::clone(picture), want.per_sec);
         }
     }
 }

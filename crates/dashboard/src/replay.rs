@@ -2,6 +2,7 @@
 
 pub(crate) mod timeline;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::iter::Peekable;
 use std::sync::Arc;
@@ -13,14 +14,14 @@ use std::time::Duration;
 use teampulse_core::data::Data;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::SinkError;
-use teampulse_core::stream::Stream;
+use teampulse_core::stream::{Stream, StreamId};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
 use crate::context::{Context, Settings};
 use crate::convert::is_minor;
 use crate::hub::{Hub, message};
-use crate::pictures::has_pictures;
+use crate::pictures::{Place, has_pictures, has_video, place_of};
 use crate::playhead::Playhead;
 use crate::relay::{Relay, has_numbers};
 use crate::sink::{FAREWELL, start};
@@ -32,7 +33,10 @@ const LOOK: Duration = Duration::from_millis(15);
 const BEFORE: Duration = Duration::from_secs(120);
 /// How far back to look for pictures: the newest one is shown.
 const BEFORE_PICTURES: Duration = Duration::from_secs(2);
-/// The most records that are passed on at once.
+/// How much before a moment a frame of video is looked for that needs none before: the nearest first, then further away.
+const BEFORE_VIDEO: [Duration; 3] =
+    [Duration::from_secs(2), Duration::from_secs(10), Duration::from_secs(40)];
+/// The most records that are handed on at once.
 const BATCH: usize = 2000;
 /// When more than this remains to be shown, the position waits [s].
 const BEHIND_SECS: f64 = 2.0;
@@ -132,9 +136,15 @@ pub fn show(
 /// The records from a position on.
 type Ahead<'a> = Peekable<Box<dyn Iterator<Item = Record> + 'a>>;
 
-/// The next record, if it is due.
-fn due(ahead: &mut Ahead<'_>, now: Time) -> Option<Record> {
-    ahead.next_if(|record| record.sample.log_time <= now)
+/// The next record of either, if it is due: in the order in which they were recorded.
+fn due<'a>(ahead: &mut Ahead<'a>, pictures: &mut Ahead<'a>, now: Time) -> Option<Record> {
+    let log_time = |record: &Record| record.sample.log_time;
+    let is_picture = match (ahead.peek().map(log_time), pictures.peek().map(log_time)) {
+        (Some(other), Some(picture)) => picture < other,
+        (other, _) => other.is_none(),
+    };
+    let next = if is_picture { pictures } else { ahead };
+    next.next_if(|record| record.sample.log_time <= now)
 }
 
 fn nothing<'a>() -> Ahead<'a> {
@@ -214,7 +224,12 @@ impl<'a> Showing<'a> {
         self.pictures = nothing();
         if has_any {
             let from = now - BEFORE_PICTURES;
-            self.pictures = self.recording.records(from, &has_pictures).peekable();
+            let from_video = self.video_from(now).unwrap_or(from).min(from);
+            let pictures = self.recording.records(from_video, &has_pictures);
+            let is_near =
+                move |record: &Record| record.sample.log_time >= from || has_video(&record.stream);
+            let pictures: Box<dyn Iterator<Item = Record>> = Box::new(pictures.filter(is_near));
+            self.pictures = pictures.peekable();
         }
         let timeline = self.hub.timeline();
         let events = timeline.as_deref().map_or(&[][..], |timeline: &Timeline| &timeline.events);
@@ -222,20 +237,45 @@ impl<'a> Showing<'a> {
         self.known_until = timeline.is_some().then_some(from);
         let known_until = self.known_until;
         let (ahead, pictures) = (&mut self.ahead, &mut self.pictures);
-        let until = || due(ahead, now).or_else(|| due(pictures, now));
-        let records = std::iter::from_fn(until).filter(|record| !is_known(record, known_until));
+        let records = std::iter::from_fn(|| due(ahead, pictures, now))
+            .filter(|record| !is_known(record, known_until));
         self.relay.restart(before, records);
     }
 
-    /// Passes on the records that are due; returns whether more are.
+    /// From when on video is read to show a moment: of each stream its last frame before that needs none before.
+    fn video_from(&self, now: Time) -> Option<Time> {
+        let mut missing: BTreeSet<StreamId> = {
+            let streams = self.recording.streams().all();
+            streams.into_iter().filter(|(_, stream)| has_video(stream)).map(|(id, _)| id).collect()
+        };
+        let mut from = None::<Time>;
+        let mut until = now;
+        for before in BEFORE_VIDEO {
+            if missing.is_empty() {
+                break;
+            }
+            let since = now - before;
+            let mut firsts = BTreeMap::new();
+            let records = self.recording.records(since, &has_video);
+            for record in records.take_while(|record| record.sample.log_time <= until) {
+                let id = record.sample.stream;
+                if missing.contains(&id) && place_of(&record) == Some(Place::First) {
+                    firsts.insert(id, record.sample.log_time);
+                }
+            }
+            missing.retain(|id| !firsts.contains_key(id));
+            from = from.into_iter().chain(firsts.into_values()).min();
+            until = since;
+        }
+        from
+    }
+
+    /// Hands on what is due; returns whether more is.
     fn advance(&mut self) -> bool {
         let now = self.playhead.now();
         let mut batch = Vec::new();
         while batch.len() < BATCH {
-            let Some(record) = due(&mut self.ahead, now).or_else(|| due(&mut self.pictures, now))
-            else {
-                break;
-            };
+            let Some(record) = due(&mut self.ahead, &mut self.pictures, now) else { break };
             batch.push(record);
         }
         let is_behind = batch.len() == BATCH;

@@ -8,8 +8,10 @@ use serde_json::json;
 use stage::{Received, Stage};
 use teampulse_core::clock::Clock;
 use teampulse_core::data::{Data, EventKind, FeatureValues, Reason, Wave};
-use teampulse_core::stream::{Shape, Stream, Subject};
+use teampulse_core::stream::{Schema, Shape, Stream, Subject};
 use teampulse_dashboard::{Context, Settings};
+use teampulse_messages::cdr::Writer;
+use teampulse_messages::standard::std_msgs::Header;
 
 fn ecg() -> Stream {
     let stream =
@@ -262,4 +264,111 @@ async fn who_shall_stay_blind_gets_no_estimates() {
     let name = "/humans/persons/p001/strap/ecg/state";
     let ask = format!("GET /api/history?stream={name} HTTP/1.1");
     assert!(stage.request(&[&ask, "Host: HOST"], "").await.starts_with("HTTP/1.1 404"));
+}
+
+fn camera() -> Stream {
+    let [name, encoding] = ["sensor_msgs/msg/CompressedImage", "ros2msg"].map(str::to_owned);
+    let schema = Schema { name, encoding, text: String::new(), hash: String::new() };
+    Stream::raw("/robot1/front", Subject::robot("robot1"), Shape::Message(schema.into()))
+}
+
+/// A message with a file that ends with a byte.
+fn picture(last: u8) -> Data {
+    let mut writer = Writer::new();
+    writer.write(&Header::default());
+    writer.text("jpeg");
+    writer.sequence(&[0xff, 0xd8, 0xff, last]);
+    Data::Message(writer.finish())
+}
+
+fn pose() -> Stream {
+    let name = "/humans/persons/p001/front/pose";
+    let stream = Stream::raw(name, Subject::person("p001"), Shape::Sample);
+    let inputs = vec!["/robot1/front".to_owned()];
+    Stream { inputs, ..stream.with_channels(&[("nose_x", "px"), ("nose_y", "px")]) }
+}
+
+fn nose(x: f64) -> Data {
+    Data::Sample(Arc::from([x, 5.0]))
+}
+
+/// The last bytes of the next pictures, and the noses that come with them.
+async fn next(browser: &mut stage::Browser, count: usize) -> (Vec<u8>, Vec<f64>) {
+    let (mut pictures, mut noses) = (Vec::new(), Vec::new());
+    while pictures.len() < count {
+        match browser.next().await {
+            Received::Wave(bytes) => {
+                pictures.push(*bytes.last().expect("a picture"));
+                let stream = u32::from_le_bytes(bytes[..4].try_into().expect("four bytes"));
+                browser.say(json!({"type": "shown", "streams": [stream]}).to_string()).await;
+            }
+            Received::Text(text) if text["type"] == "samples" => {
+                let samples = text["samples"].as_array().expect("samples");
+                noses.extend(samples.iter().filter_map(|sample| sample["values"][0].as_f64()));
+            }
+            Received::Text(_) => {}
+            Received::Closed(reason) => panic!("{reason}"),
+        }
+    }
+    (pictures, noses)
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn pictures_wait_for_the_points_found_in_them_where_these_are_drawn() {
+    let stage = Stage::new("s");
+    let at = |secs: f64| stage.now() + secs;
+    let taken = at(0.0);
+    stage.give_at(taken, camera(), picture(0));
+    stage.give_at(taken, pose(), nose(0.0));
+    let mut browsers = Vec::new();
+    for with_points in [true, false] {
+        let mut browser = stage.browser().await;
+        let streams = browser.seen["streams"]["streams"].as_array().unwrap().clone();
+        let number =
+            |name: &str| streams.iter().find(|each| each["name"] == name).unwrap()["id"].clone();
+        let want = |id: serde_json::Value| json!({"stream": id, "points_per_sec": 0.0, "with_points": with_points});
+        let wanted =
+            [want(number("/robot1/front")), want(number("/humans/persons/p001/front/pose"))];
+        browser.say(json!({"type": "want", "streams": wanted}).to_string()).await;
+        // The newest picture is sent at once.
+        assert_eq!(next(&mut browser, 1).await.0, [0]);
+        browsers.push(browser);
+    }
+    let times = [0.1, 0.2, 0.3, 0.4].map(at);
+    for (time, last) in times.iter().zip(1..) {
+        stage.give_at(*time, camera(), picture(last));
+    }
+    stage.give_at(times[0], pose(), nose(1.0));
+    stage.give_at(times[2], pose(), nose(3.0));
+    let [with_points, without] = browsers.as_mut_slice() else { panic!() };
+    // Of what is looked at every second picture; without points the newest.
+    let (pictures, noses) = next(with_points, 1).await;
+    let (rest, more) = if pictures == [3] { (vec![], vec![]) } else { next(with_points, 1).await };
+    assert_eq!([pictures, rest].concat().last(), Some(&3));
+    assert!([noses, more].concat().contains(&3.0));
+    while next(without, 1).await.0 != [4] {}
+    assert!(stage.end().is_ok());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn points_that_are_hidden_are_sent_to_nobody_who_is_blind() {
+    let hides = Arc::new(|stream: &Stream| stream.name.ends_with("/pose"));
+    let context = Context { is_blinding: true, hides, ..Context::new("s", Clock::host()) };
+    let stage = Stage::of(context, Settings::default());
+    stage.give(camera(), 0.0, picture(0));
+    stage.give(pose(), 0.0, nose(7.0));
+    stage.happen(EventKind::Marker, "after");
+    let mut browser = stage.browser().await;
+    browser.event("after").await;
+    let streams = browser.seen["streams"]["streams"].as_array().unwrap();
+    let hidden = streams.iter().find(|each| each["name"] == pose().name).unwrap();
+    assert_eq!(hidden["hidden"], json!(true));
+    let id = &hidden["id"];
+    let want = json!({"stream": id, "points_per_sec": 0.0, "with_points": true});
+    browser.say(json!({"type": "want", "streams": [want]}).to_string()).await;
+    stage.give(pose(), 0.0, nose(8.0));
+    stage.happen(EventKind::Marker, "later");
+    browser.event("later").await;
+    assert!(!browser.seen.contains_key("samples"), "{:?}", browser.seen["samples"]);
+    assert!(stage.end().is_ok());
 }

@@ -10,4 +10,5 @@ pub mod fields;
 pub mod value;
 pub mod readout;
 pub mod pictures;
+pub mod video;
 pub mod audio;

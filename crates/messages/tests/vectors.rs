@@ -266,6 +266,8 @@ fn a_header_gives_the_stamp() {
     }
     let with_header = |name| starts_with_header(&definition(name));
     assert!(with_header("nav_msgs/msg/Odometry"));
+    assert!(with_header("foxglove_msgs/msg/CompressedVideo"));
+    assert!(!with_header("builtin_interfaces/msg/Time") && !with_header("rosgraph_msgs/msg/Clock"));
     assert!(!with_header("wireless_msgs/msg/Connection"));
     assert_eq!(header_stamp(&Odometry::default().encode()), None, "a stamp that was never set");
 }

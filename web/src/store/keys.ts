@@ -73,6 +73,9 @@ function shifted(event: KeyboardEvent): boolean {
     case "KeyP":
       if (live.actions.may("next_phase")) live.actions.command("next_phase", event.timeStamp);
       return true;
+    case "KeyL":
+      place.toggleLandmarks();
+      return true;
     case "KeyN":
       place.go("session");
       setTimeout(() => document.querySelector<HTMLElement>("#note")?.focus(), 50);

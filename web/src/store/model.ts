@@ -1,4 +1,5 @@
 import type { Bus, Computer, Declared, Description, Event, Feature, FromServer, Hello, Machine, Missed, Playback, Recording, Stream, StreamHealth, Timeline, Unmet } from "../wire";
+import { Moments, type Values } from "./moments";
 import { Track } from "./track";
 import type { Wave } from "./wave";
 
@@ -37,6 +38,8 @@ export class Model {
   /** The last value that each channel of a feature had, for what is stale. */
   private readonly lasts = new Map<string, Measured>();
   private readonly tracks = new Map<string, Track>();
+  /** The newest samples of what is drawn on pictures. */
+  readonly moments = new Moments();
   /** Beats, responses, breaths, bursts and blinks, by stream. */
   readonly body = new Map<number, Event[]>();
   /** All other events, in the order in which they came. */
@@ -154,6 +157,12 @@ export class Model {
     return this.lasts.get(keyOf(stream, channel));
   }
 
+  /** The sample of a stream that is nearest to a time, at most this much off [s]. */
+  sampleAt(stream: number, t: number, most: number): Values | undefined {
+    const newest = this.readings.get(stream);
+    return this.moments.at(stream, t, most) ?? (newest && Math.abs(newest.t - t) <= most ? newest.values : undefined);
+  }
+
   takeWave(wave: Wave): void {
     for (let channel = 0; channel < wave.channels; channel += 1) {
       const track = this.tracks.get(keyOf(wave.stream, channel));
@@ -177,6 +186,7 @@ export class Model {
     this.eventsVersion += 1;
     this.taken.clear();
     this.body.clear();
+    this.moments.clear();
     if (!isOther) return;
     for (const known of [this.streams, this.byName, this.health, this.features, this.readings, this.lasts, this.unshown]) known.clear();
     this.tracks.clear();
@@ -193,6 +203,7 @@ export class Model {
     this.eventsVersion += 1;
     this.judged = undefined;
     for (const known of [this.taken, this.body, this.health, this.features, this.readings, this.lasts]) known.clear();
+    this.moments.clear();
     for (const track of this.tracks.values()) track.clear();
   }
 
@@ -233,6 +244,7 @@ export class Model {
 
   private takeReading(stream: number, t: number, values: (number | null)[]): void {
     this.readings.set(stream, { t, values });
+    this.moments.take(stream, t, values);
     values.forEach((value, channel) => {
       this.tracks.get(keyOf(stream, channel))?.push(t, value ?? Number.NaN);
     });

@@ -15,6 +15,8 @@ class Place {
   /** The stream and channel that is opened, to see where a number comes from. */
   opened = $state<{ stream: number; channel: number } | undefined>(undefined);
   keysShown = $state(false);
+  /** Whether what was found in pictures is drawn on them. */
+  landmarks = $state(localStorage.getItem("landmarks") !== "hidden");
 
   go(page: PageKey): void {
     location.hash = `/${page}`;
@@ -24,6 +26,11 @@ class Place {
   toggleTheme(): void {
     this.theme = this.theme === "dark" ? "light" : "dark";
     localStorage.setItem("theme", this.theme);
+  }
+
+  toggleLandmarks(): void {
+    this.landmarks = !this.landmarks;
+    localStorage.setItem("landmarks", this.landmarks ? "shown" : "hidden");
   }
 
   open(stream: number, channel: number): void {

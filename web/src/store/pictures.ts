@@ -1,4 +1,5 @@
 import { PICTURE_HEAD_BYTES } from "../wire";
+import { FrameDecoder, isVideo } from "./video";
 
 /** Acknowledgements leave together at most this often [ms]. */
 const TOGETHER_MS = 15;
@@ -8,8 +9,8 @@ export interface Picture {
   stream: number;
   /** When it was taken [s]. */
   t: number;
-  /** JPEG, PNG or WebP. */
-  file: Blob;
+  /** JPEG, PNG or WebP; or a frame of H.264. */
+  bytes: Uint8Array<ArrayBuffer>;
 }
 
 /** Reads a binary frame; `undefined` if it is no picture. */
@@ -17,17 +18,33 @@ export function readPicture(frame: ArrayBuffer): Picture | undefined {
   if (frame.byteLength <= PICTURE_HEAD_BYTES) return undefined;
   const head = new DataView(frame);
   if (head.getUint32(4, true) !== 0) return undefined;
-  return { stream: head.getUint32(0, true), t: head.getFloat64(8, true), file: new Blob([new Uint8Array(frame, PICTURE_HEAD_BYTES)]) };
+  return { stream: head.getUint32(0, true), t: head.getFloat64(8, true), bytes: new Uint8Array(frame, PICTURE_HEAD_BYTES) };
 }
 
-/** Draws a picture that was taken at a time [s]; `undefined` of one that can't be decoded. */
-export type Show = (bitmap: ImageBitmap | undefined, t: number) => void;
+/** A picture as it can be drawn. */
+export type Shot = ImageBitmap | VideoFrame;
+
+/** Its width and height [px]. */
+export function sizeOf(shot: Shot): [number, number] {
+  return "displayWidth" in shot ? [shot.displayWidth, shot.displayHeight] : [shot.width, shot.height];
+}
+
+/** Draws a picture that was taken at a time [s]; `undefined` of one that can't be decoded, and why, where that is known. */
+export type Show = (shot: Shot | undefined, t: number, why: string) => void;
+
+/** The newest picture of a stream. */
+interface Newest {
+  number: number;
+  shot: Shot | undefined;
+  t: number;
+  why: string;
+}
 
 /** The pictures of the session: each is decoded and drawn, and the newest kept; the server sends the next one when it was. */
 export class Pictures {
   private readonly shows = new Map<number, Set<Show>>();
-  /** The newest of each stream. */
-  private readonly newest = new Map<number, { number: number; bitmap: ImageBitmap | undefined; t: number }>();
+  private readonly newest = new Map<number, Newest>();
+  private readonly videos = new Map<number, FrameDecoder>();
   private numbers = 0;
   private acknowledged: number[] = [];
 
@@ -42,36 +59,59 @@ export class Pictures {
     known.add(show);
     this.shows.set(stream, known);
     const newest = this.newest.get(stream);
-    if (newest) show(newest.bitmap, newest.t);
-    return () => known.delete(show);
+    if (newest) show(newest.shot, newest.t, newest.why);
+    return () => {
+      known.delete(show);
+      if (known.size === 0) this.endVideo(stream);
+    };
   }
 
   /** Takes a picture that has come. */
-  async take({ stream, t, file }: Picture): Promise<void> {
+  async take({ stream, t, bytes }: Picture): Promise<void> {
     this.numbers += 1;
     const number = this.numbers;
-    const bitmap = await this.decode(file).catch(() => undefined);
-    // Two of a stream may be decoded at once, and the later one first.
-    const before = this.newest.get(stream);
-    if (before && before.number > number) {
-      bitmap?.close();
-    } else {
-      before?.bitmap?.close();
-      this.newest.set(stream, { number, bitmap, t });
-      this.shows.get(stream)?.forEach((show) => show(bitmap, t));
-    }
+    if (isVideo(bytes)) return this.video(stream).take(bytes, t);
+    const shot = await this.decode(new Blob([bytes])).catch(() => undefined);
+    this.put(stream, { number, shot, t, why: "" });
     this.shown(stream);
   }
 
   /** Forgets what has not left: it was of another connection. */
   reset(): void {
     this.acknowledged = [];
+    for (const stream of [...this.videos.keys()]) this.endVideo(stream);
   }
 
   /** Forgets the newest: another moment is shown. */
   clear(): void {
-    for (const { bitmap } of this.newest.values()) bitmap?.close();
+    for (const { shot } of this.newest.values()) shot?.close();
     this.newest.clear();
+    for (const stream of [...this.videos.keys()]) this.endVideo(stream);
+  }
+
+  private put(stream: number, picture: Newest): void {
+    // Two of a stream may be decoded at once, and the later one first.
+    const before = this.newest.get(stream);
+    if (before && before.number > picture.number) return picture.shot?.close();
+    before?.shot?.close();
+    this.newest.set(stream, picture);
+    this.shows.get(stream)?.forEach((show) => show(picture.shot, picture.t, picture.why));
+  }
+
+  private video(stream: number): FrameDecoder {
+    const known = this.videos.get(stream);
+    if (known) return known;
+    const video = new FrameDecoder({
+      show: (shot, t, why) => this.put(stream, { number: this.numbers, shot, t, why }),
+      taken: () => this.shown(stream),
+    });
+    this.videos.set(stream, video);
+    return video;
+  }
+
+  private endVideo(stream: number): void {
+    this.videos.get(stream)?.close();
+    this.videos.delete(stream);
   }
 
   private shown(stream: number): void {

@@ -7,10 +7,10 @@ export class Wants {
 
   constructor(private readonly send: (streams: Wanted[]) => void) {}
 
-  /** Asks for a stream; the result takes that back. */
-  want(stream: number, pointsPerSec: number): () => void {
+  /** Asks for a stream, of a camera for the pictures in which points were found; the result takes that back. */
+  want(stream: number, pointsPerSec: number, withPoints = false): () => void {
     const key = Symbol();
-    this.asked.set(key, { stream, points_per_sec: pointsPerSec });
+    this.asked.set(key, { stream, points_per_sec: pointsPerSec, with_points: withPoints });
     this.schedule();
     return () => {
       this.asked.delete(key);
@@ -25,13 +25,14 @@ export class Wants {
 
   /** What is asked for in all. */
   all(): Wanted[] {
-    const finest = new Map<number, number>();
-    for (const { stream, points_per_sec } of this.asked.values()) {
-      const known = finest.get(stream);
-      const isWhole = points_per_sec === 0 || known === 0;
-      finest.set(stream, isWhole ? 0 : Math.max(points_per_sec, known ?? 0));
+    const finest = new Map<number, Wanted>();
+    for (const asked of this.asked.values()) {
+      const known = finest.get(asked.stream);
+      const isWhole = asked.points_per_sec === 0 || known?.points_per_sec === 0;
+      const points_per_sec = isWhole ? 0 : Math.max(asked.points_per_sec, known?.points_per_sec ?? 0);
+      finest.set(asked.stream, { ...asked, points_per_sec, with_points: asked.with_points || known?.with_points === true });
     }
-    return [...finest].map(([stream, points_per_sec]) => ({ stream, points_per_sec })).slice(0, MOST_WANTED);
+    return [...finest.values()].slice(0, MOST_WANTED);
   }
 
   private schedule(): void {

@@ -19,6 +19,21 @@ export function significant(value: number): string {
   return size >= 0.001 ? decimal(value, 3) : value.toExponential(1).replace("-", "−");
 }
 
+/** A mean and its SD, which has two digits, and the mean as many places: `95.7 ± 1.9`. */
+export function meanAndSd(mean: number, sd: number | undefined): string {
+  return sd === undefined ? `${significant(mean)} ± ?` : `${decimal(mean, placesOf(sd))} ± ${decimal(sd, placesOf(sd))}`;
+}
+
+/** A number in as many places as its SD has. */
+export function likeItsSd(value: number, sd: number | undefined): string {
+  return sd === undefined ? significant(value) : decimal(value, placesOf(sd));
+}
+
+/** The decimals of two digits. */
+function placesOf(sd: number): number {
+  return sd > 0 ? Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(sd)))) : 2;
+}
+
 /** How far a clock is ahead: `1.2 ms`, or that it counts from a moment of its own. */
 export function ahead(secs: number | null | undefined): string {
   if (typeof secs !== "number") return "?";

@@ -1,9 +1,11 @@
 import type { Model } from "../store/model";
+import { decodesVideo } from "../store/video";
 import type { Stream } from "../wire";
 import { sensorName } from "./words";
 
-/** The messages whose pictures are shown. */
-const SHOWN = new Set(["sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"]);
+/** The messages of video, and all whose pictures are shown. */
+const VIDEO = new Set(["foxglove_msgs/msg/CompressedVideo", "ffmpeg_image_transport_msgs/msg/FFMPEGPacket"]);
+const SHOWN = new Set(["sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image", ...VIDEO]);
 
 /** The cameras of the session, by topic. */
 export function cameras(model: Model): Stream[] {
@@ -11,16 +13,25 @@ export function cameras(model: Model): Stream[] {
   return all.sort((a, b) => (a.name < b.name ? -1 : 1));
 }
 
+/** Whether this browser can show the pictures of a camera: it decodes video on secure pages only. */
+export function isDecodable(stream: Stream, hasDecoder = decodesVideo()): boolean {
+  return hasDecoder || !VIDEO.has(stream.message_type);
+}
+
 /** Why the pictures of a camera are not shown; empty where they are. */
-export function unshown(model: Model, stream: Stream): string {
+export function unshown(model: Model, stream: Stream, hasDecoder = decodesVideo()): string {
+  if (!isDecodable(stream, hasDecoder)) return "Browsers decode H.264 on secure pages only. Open this page at localhost or by https.";
   if (!SHOWN.has(stream.message_type)) return `${stream.message_type || "Such messages"} can’t be shown`;
   return model.unshown.get(stream.id) ?? "";
 }
 
+/** Last parts of topics that say how pictures are sent, and not which camera it is. */
+const TRANSPORTS = new Set(["compressed", "image_raw", "image", "h264", "ffmpeg", "video"]);
+
 /** What people call a camera: `robot1 · camera`. */
 export function cameraName(stream: Stream): string {
   const name = stream.signal === "image" ? "camera" : sensorName(stream);
-  const leaf = stream.name.split("/").filter((part) => part !== stream.subject && part !== "compressed" && part !== "image_raw" && part !== "image");
+  const leaf = stream.name.split("/").filter((part) => part !== stream.subject && !TRANSPORTS.has(part));
   const site = leaf.at(-1)?.replaceAll("_", " ");
   return [stream.subject, site && site !== "persons" ? site : name].filter(Boolean).join(" · ");
 }

@@ -1,7 +1,9 @@
-//! The pictures waiting for one client: the newest of each stream, with no more in flight than it can show.
+//! The pictures that wait for one client: of each stream the newest, of video each frame up to the newest, and no more on
+//! their way than it shows.
 //!
-//! A picture is large, and every picture in flight delays the marker behind it: in the kernel, in the network, in the
-//! browser. So the next one is sent only when the client has shown the earlier ones.
+//! A picture is large, and whatever is on its way holds up the marker behind it: in the kernel, in the network, in the
+//! browser. So the next one leaves only when the client has shown those before. A frame of video is of no use without those
+//! before it: a client that is too slow for them goes on with the next frame that needs none.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound::{Excluded, Unbounded};
@@ -9,7 +11,7 @@ use std::sync::Arc;
 
 use teampulse_core::clock::Stopwatch;
 
-use crate::pictures::Picture;
+use crate::pictures::{Picture, Place};
 
 /// The amount in flight at first, and the bounds within which it adapts to the link [bytes]. A single picture may be
 /// larger.
@@ -19,14 +21,18 @@ const BOUNDS_BYTES: (f64, f64) = ((16 << 10) as f64, (1 << 20) as f64);
 const AIM_SECS: f64 = 0.1;
 /// The factor by which a single picture changes the amount in flight.
 const STEP: f64 = 1.1;
-/// The most pictures of one stream in flight, so that one is drawn while the next arrives.
+/// How many of one stream are on their way at most, so that one is drawn while the next one comes; of video, whose frames
+/// are small and of which each is needed, more.
 const MOST_EACH: usize = 2;
+const MOST_FRAMES: usize = 16;
+/// Frames of video that waited for so long [s] are left out, up to the next that needs none before.
+const LATE_SECS: f64 = 2.0;
 
 /// The pictures waiting for one client.
 #[derive(Debug)]
 pub struct Pictures {
-    newest: BTreeMap<u32, Waiting>,
-    /// The size of each that was sent and not yet shown [bytes], and when it was sent.
+    queues: BTreeMap<u32, Queue>,
+    /// The size of each that was sent and not yet shown [bytes], and since when.
     on_their_way: BTreeMap<u32, VecDeque<(usize, Stopwatch)>>,
     bytes: usize,
     /// The amount that may be in flight [bytes].
@@ -37,18 +43,22 @@ pub struct Pictures {
     sent: BTreeMap<u32, Stopwatch>,
 }
 
-/// A waiting picture.
-#[derive(Debug)]
-struct Waiting {
-    picture: Arc<Picture>,
-    /// The shortest time after the previous one [s].
+/// The pictures of a stream that wait, the oldest first: of all but video one at most.
+#[derive(Debug, Default)]
+struct Queue {
+    waiting: VecDeque<(Arc<Picture>, Stopwatch)>,
+    /// The shortest time after the one before [s].
     after_secs: f64,
+    /// Whether frames of video were left out since the last that needs none before.
+    is_cut: bool,
+    /// Whether a frame of video has come that needs none before.
+    has_first: bool,
 }
 
 impl Default for Pictures {
     fn default() -> Pictures {
         Pictures {
-            newest: BTreeMap::new(),
+            queues: BTreeMap::new(),
             on_their_way: BTreeMap::new(),
             bytes: 0,
             most_bytes: FIRST_BYTES,
@@ -58,15 +68,47 @@ impl Default for Pictures {
     }
 }
 
+impl Queue {
+    /// Leaves out what waits; returns how many.
+    fn cut(&mut self) -> u64 {
+        let cut = self.waiting.len() as u64;
+        self.waiting.clear();
+        cut
+    }
+
+    /// Takes a frame of video; returns how many were left out.
+    fn put_frame(&mut self, picture: Arc<Picture>) -> u64 {
+        let oldest = self.waiting.front();
+        let is_late = oldest.is_some_and(|(_, since)| since.elapsed().as_secs_f64() > LATE_SECS);
+        let mut cut = if is_late { self.cut() } else { 0 };
+        self.is_cut |= is_late;
+        if picture.place == Place::First {
+            (self.has_first, self.is_cut) = (true, false);
+        }
+        if self.is_cut {
+            cut += 1;
+        } else if self.has_first {
+            self.waiting.push_back((picture, Stopwatch::start()));
+        }
+        cut
+    }
+}
+
 impl Pictures {
-    /// Takes a picture of a stream that is shown at no more than this rate, 0 for no limit; returns whether it replaced
-    /// one for which the client was too slow.
-    pub fn put(&mut self, picture: Arc<Picture>, most_per_sec: f64) -> bool {
+    /// Takes a picture of which at most so many a second are shown, 0 for all of them; returns how many were left out, as
+    /// the client was too slow for them. Of video all frames are shown.
+    pub fn put(&mut self, picture: Arc<Picture>, most_per_sec: f64) -> u64 {
         let stream = picture.stream;
+        if picture.place != Place::Alone {
+            return self.queues.entry(stream).or_default().put_frame(picture);
+        }
+        let is_due = self.queues.get(&stream).is_some_and(|queue| self.is_due(stream, queue));
+        let queue = self.queues.entry(stream).or_default();
+        let replaced = queue.cut();
+        queue.waiting.push_back((picture, Stopwatch::start()));
         // A tenth earlier is on time: cameras are not that regular.
-        let after_secs = if most_per_sec > 0.0 { 0.9 / most_per_sec } else { 0.0 };
-        let replaced = self.newest.insert(stream, Waiting { picture, after_secs });
-        replaced.is_some_and(|waiting| self.is_due(stream, &waiting))
+        queue.after_secs = if most_per_sec > 0.0 { 0.9 / most_per_sec } else { 0.0 };
+        if is_due { replaced } else { 0 }
     }
 
     /// The next one to send. A picture that is not due yet waits until something else is sent, at most a second.
@@ -74,13 +116,10 @@ impl Pictures {
         if self.bytes as f64 >= self.most_bytes {
             return None;
         }
-        let is_free =
-            |stream: &u32| self.on_their_way.get(stream).is_none_or(|sent| sent.len() < MOST_EACH);
-        let after = self.newest.range((Excluded(self.last), Unbounded)).chain(self.newest.iter());
-        let mut next =
-            after.filter(|(stream, waiting)| is_free(stream) && self.is_due(**stream, waiting));
+        let after = self.queues.range((Excluded(self.last), Unbounded)).chain(self.queues.iter());
+        let mut next = after.filter(|(stream, queue)| self.is_free(**stream, queue));
         let stream = *next.next()?.0;
-        let Waiting { picture, .. } = self.newest.remove(&stream)?;
+        let (picture, _) = self.queues.get_mut(&stream)?.waiting.pop_front()?;
         let size = picture.size();
         let now = Stopwatch::start();
         self.on_their_way.entry(stream).or_default().push_back((size, now));
@@ -90,9 +129,17 @@ impl Pictures {
         Some(picture)
     }
 
-    fn is_due(&self, stream: u32, waiting: &Waiting) -> bool {
+    /// Whether the next picture of a stream may leave.
+    fn is_free(&self, stream: u32, queue: &Queue) -> bool {
+        let Some((picture, _)) = queue.waiting.front() else { return false };
+        let most = if picture.place == Place::Alone { MOST_EACH } else { MOST_FRAMES };
+        let on_their_way = self.on_their_way.get(&stream).map_or(0, VecDeque::len);
+        on_their_way < most && self.is_due(stream, queue)
+    }
+
+    fn is_due(&self, stream: u32, queue: &Queue) -> bool {
         let sent = self.sent.get(&stream);
-        sent.is_none_or(|sent| sent.elapsed().as_secs_f64() >= waiting.after_secs)
+        sent.is_none_or(|sent| sent.elapsed().as_secs_f64() >= queue.after_secs)
     }
 
     /// Notes that the client has shown the oldest picture of a stream that was in flight.
@@ -111,7 +158,7 @@ impl Pictures {
 
     /// Drops the waiting pictures.
     pub fn forget(&mut self) {
-        self.newest.clear();
+        self.queues.clear();
         self.sent.clear();
     }
 }
@@ -119,9 +166,9 @@ impl Pictures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pictures::tests::picture;
+    use crate::pictures::tests::{frame_of_video, picture};
 
-    fn put(pictures: &mut Pictures, stream: u32, t: f64, size: usize) -> bool {
+    fn put(pictures: &mut Pictures, stream: u32, t: f64, size: usize) -> u64 {
         pictures.put(Arc::new(picture(stream, t, size)), 0.0)
     }
 
@@ -132,9 +179,9 @@ mod tests {
     #[test]
     fn the_newest_of_each_stream_is_sent_in_turn_while_those_before_are_shown() {
         let mut pictures = Pictures::default();
-        assert!(!put(&mut pictures, 1, 0.0, 1000));
-        assert!(!put(&mut pictures, 2, 0.0, 1000));
-        assert!(put(&mut pictures, 1, 0.1, 1000));
+        assert_eq!(put(&mut pictures, 1, 0.0, 1000), 0);
+        assert_eq!(put(&mut pictures, 2, 0.0, 1000), 0);
+        assert_eq!(put(&mut pictures, 1, 0.1, 1000), 1);
         assert_eq!(taken(&mut pictures), [(1, 0.1), (2, 0.0)]);
         for t in [0.2, 0.3, 0.4] {
             put(&mut pictures, 1, t, 1000);
@@ -180,14 +227,38 @@ mod tests {
     fn no_more_a_second_are_sent_than_are_drawn_and_the_last_one_is() {
         let mut pictures = Pictures::default();
         let mut put = |t: f64| {
-            let is_missed = pictures.put(Arc::new(picture(1, t, 100)), 0.001);
-            (is_missed, taken(&mut pictures))
+            let missed = pictures.put(Arc::new(picture(1, t, 100)), 0.001);
+            (missed, taken(&mut pictures))
         };
-        assert_eq!(put(0.0), (false, vec![(1, 0.0)]));
+        assert_eq!(put(0.0), (0, vec![(1, 0.0)]));
         // The client is not too slow for those that it does not draw.
-        assert_eq!((put(0.1), put(0.2)), ((false, vec![]), (false, vec![])));
-        assert!((pictures.newest[&1].picture.t - 0.2).abs() < 1e-9);
+        assert_eq!((put(0.1), put(0.2)), ((0, vec![]), (0, vec![])));
+        assert!((pictures.queues[&1].waiting[0].0.t - 0.2).abs() < 1e-9);
         pictures.put(Arc::new(picture(1, 0.3, 100)), 1e9);
         assert_eq!(taken(&mut pictures), [(1, 0.3)]);
+    }
+
+    #[test]
+    fn each_frame_of_video_is_sent_and_a_slow_client_goes_on_where_none_before_is_needed() {
+        let mut pictures = Pictures::default();
+        let put = |pictures: &mut Pictures, t: f64, place| {
+            pictures.put(Arc::new(frame_of_video(1, t, 100, place)), 10.0)
+        };
+        // Of one who begins to look in between, nothing is missed.
+        assert_eq!((put(&mut pictures, 0.0, Place::Next), taken(&mut pictures)), (0, vec![]));
+        put(&mut pictures, 1.0, Place::First);
+        (2..30).for_each(|t| assert_eq!(put(&mut pictures, f64::from(t), Place::Next), 0));
+        let sent = taken(&mut pictures);
+        assert_eq!((sent.len(), sent[0], sent[15]), (MOST_FRAMES, (1, 1.0), (1, 16.0)));
+        assert_eq!(pictures.queues[&1].waiting.len(), 13);
+        // It was too slow: what waits and what follows is left out.
+        pictures.queues.get_mut(&1).unwrap().is_cut = true;
+        assert_eq!(pictures.queues.get_mut(&1).unwrap().cut(), 13);
+        assert_eq!(put(&mut pictures, 30.0, Place::Next), 1);
+        (0..16).for_each(|_| pictures.shown(1));
+        assert_eq!(taken(&mut pictures), []);
+        assert_eq!(put(&mut pictures, 31.0, Place::First), 0);
+        assert_eq!(put(&mut pictures, 32.0, Place::Next), 0);
+        assert_eq!(taken(&mut pictures), [(1, 31.0), (1, 32.0)]);
     }
 }

@@ -113,6 +113,10 @@ pub struct Wanted {
     /// How many points, or pictures, a second are drawn at most; a faster wave comes as pairs of its smallest and largest
     /// samples, in their order. 0 for all of them.
     pub points_per_sec: f64,
+    /// Of a camera: whether the points found in its pictures are drawn on them. Then those pictures come that points were
+    /// found in, as soon as these have come; all of them while there are none.
+    #[serde(default)]
+    pub with_points: bool,
 }
 
 /// What is asked for of what is stored of a stream.

@@ -1,7 +1,7 @@
 //! The binary frame of a picture.
 //!
 //! Little-endian: u32 the stream's number, u32 0 (a wave has its channels there), f64 when it was taken [s], then a file
-//! that browsers can show: JPEG, PNG or WebP.
+//! that browsers can show: JPEG, PNG or WebP; or a frame of H.264 in Annex B, which begins with a start code.
 
 /// The length of what precedes the file [bytes].
 pub const HEAD_BYTES: usize = 16;

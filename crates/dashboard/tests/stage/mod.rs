@@ -14,6 +14,7 @@ use teampulse_core::session_streams::session_events;
 use teampulse_core::sink::{Batch, Delivery, Post, Sink, SinkError, queue};
 use teampulse_core::stream::Stream;
 use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
 use teampulse_dashboard::{Context, Dashboard, Settings};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -57,11 +58,25 @@ impl Stage {
 
     /// Passes the dashboard a sample of a stream.
     pub fn give(&self, stream: Stream, period_ns: f64, data: Data) {
+        self.hand_over(stream, self.clock.now(), period_ns, data);
+    }
+
+    /// Hands it one that was measured at a time of the session's clock [s].
+    pub fn give_at(&self, secs: f64, stream: Stream, data: Data) {
+        self.hand_over(stream, Time::from_nanos((secs * 1e9) as i64), 0.0, data);
+    }
+
+    /// The session's time [s].
+    pub fn now(&self) -> f64 {
+        self.clock.now().nanos() as f64 / 1e9
+    }
+
+    fn hand_over(&self, stream: Stream, measured: Time, period_ns: f64, data: Data) {
         let id = self.streams.declare(stream).id;
         let now = self.clock.now();
         let sample = Sample {
             stream: id,
-            measured: now,
+            measured,
             log_time: now,
             device_time: None,
             source_time: None,

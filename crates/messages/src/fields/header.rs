@@ -4,10 +4,17 @@ use crate::cdr::Reader;
 use crate::definition::{Count, Definition, Kind};
 use crate::standard::{Message, std_msgs::Header};
 
-/// Whether messages of a type start with a `std_msgs/Header`, and so with a stamp.
+/// The time in messages of `foxglove_msgs`, which comes first and has the place that a header's stamp has.
+const TIMESTAMP: (&str, &str) = ("timestamp", "builtin_interfaces/msg/Time");
+
+/// Whether messages of a type start with a `std_msgs/Header`, and so with a stamp; or with a `timestamp`, as those of
+/// `foxglove_msgs` do.
 pub fn starts_with_header(definition: &Definition) -> bool {
     definition.root().fields.first().is_some_and(|first| match &first.kind {
-        Kind::Struct(nested) => nested.name == Header::NAME && first.count == Count::One,
+        Kind::Struct(nested) => {
+            let is_stamp = (first.name.as_str(), nested.name.as_str()) == TIMESTAMP;
+            (nested.name == Header::NAME || is_stamp) && first.count == Count::One
+        }
         _ => false,
     })
 }

@@ -57,7 +57,7 @@ pub struct Robots {
     pub temperature: Option<Field>,
     /// Any other numbers to watch.
     pub numbers: Vec<Field>,
-    /// Topics with images to record, relative to the robot: they are large, so none by default.
+    /// Topics with images or video to record, relative to the robot: they are large, so none by default.
     pub images: Vec<String>,
     /// `"blur"`: pictures are recorded with hidden faces only, by the worker of the type `blur`.
     pub faces: Faces,
