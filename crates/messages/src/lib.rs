@@ -11,3 +11,4 @@ pub mod value;
 pub mod readout;
 pub mod pictures;
 pub mod audio;
+pub mod hri;

@@ -15,6 +15,15 @@ pub struct Header {
 
 message!(Header { stamp, frame_id } = "std_msgs/msg/Header");
 
+/// A text.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Text {
+    /// The text.
+    pub data: String,
+}
+
+message!(Text { data } = "std_msgs/msg/String");
+
 impl Header {
     /// A header with a stamp and without a frame.
     pub fn at(stamp: Time) -> Header {
