@@ -1,4 +1,4 @@
-"""Faces and bodies that other programs see (REP-155): received as a person's."""
+"""Faces and bodies that other programs see (REP-155): received as a person's, and published for others."""
 
 import functools
 import time
@@ -38,6 +38,13 @@ tidy = false
 [features]
 windows_secs = [3]
 """
+PUBLISHED = """
+[[sinks]]
+type      = "hri"
+streams   = ["/humans/persons/p001/hri/*"]
+namespace = "/seen"
+"""
+
 
 @functools.cache
 def store():
@@ -181,23 +188,44 @@ def finite(numbers: numpy.ndarray) -> numpy.ndarray:
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
-    """The bag of a session, and when it began to see somebody."""
+    """The bag of a session, when it began to see somebody, and what was heard of what it published."""
     stage = harness.Stage(tmp_path_factory.mktemp("hri"), 98)
     out = stage.folder / "sessions"
-    monitor = stage.teampulse("run", stage.study(SEEN), "--out", out)
+    monitor = stage.teampulse("run", stage.study(SEEN + PUBLISHED), "--out", out)
+    listen = lambda topic, name: stage.cyclone(
+        "subscribe", topic, "--type", f"hri_msgs/msg/{name}", "--keep", 100_000, "--seconds", 300
+    )
+    heard = {
+        name: listen(f"/seen/{topic}", name)
+        for topic, name in {
+            "faces/p001/landmarks": "FacialLandmarks",
+            "faces/p001/expression": "Expression",
+            "bodies/p001/skeleton2d": "Skeleton2D",
+            "faces/tracked": "IdsList",
+        }.items()
+    }
+    for each in heard.values():
+        each.answer("subscribed")
     nodes = Nodes(stage)
     # What is broken hurts nobody.
     for broken in ("0001", "00010000ff", "00010000" + "ff" * 900):
         nodes.faces[0].say(broken)
     nodes.begin()
     begin_ns = nodes.see()
+    time.sleep(1)
+    for each in heard.values():
+        each.say_no_more()
+    read = lambda name, sample: store().deserialize_cdr(bytes.fromhex(sample), f"hri_msgs/msg/{name}")
+    messages = {
+        name: [read(name, sample) for sample in each.answer("samples")["samples"]] for name, each in heard.items()
+    }
     assert monitor.interrupt() == 0, monitor.report()
-    yield harness.the_bag(out), begin_ns
+    yield harness.the_bag(out), begin_ns, messages
     stage.close()
 
 
 def test_points_of_a_face_are_a_persons_under_any_id(session):
-    bag, begin_ns = session
+    bag, begin_ns, _ = session
     topic = f"{PERSON}/hri/landmarks"
     stream = described(bag)[topic]
     assert (stream.id, stream.signal, bags.origins(bag)[topic]) == ("p001", "face", "raw")
@@ -214,7 +242,7 @@ def test_points_of_a_face_are_a_persons_under_any_id(session):
 
 
 def test_features_run_on_what_others_see(session, figure):
-    bag, begin_ns = session
+    bag, begin_ns, _ = session
     middles = begin_ns / 1e9 + numpy.array(BLINKS) + (CLOSES / 2 + CLOSES + STAYS + OPENS / 2) / 2
     blinks = numpy.array([stamp_ns(each) / 1e9 for each in bags.messages(bag, f"{PERSON}/hri/landmarks/blinks")])
     assert len(blinks) == len(BLINKS), blinks - begin_ns / 1e9
@@ -229,6 +257,22 @@ def test_features_run_on_what_others_see(session, figure):
     assert numpy.abs(finite(values(bag, expression, name)) - 0.8).max() < 1e-6
     confidence = finite(values(bag, expression, "EXPRESSION_Confidence"))
     assert numpy.abs(confidence - (0.8 - 1 / 25) / (1 - 1 / 25)).max() < 1e-6
+
+
+def test_what_is_seen_is_published_for_others(session):
+    _, _, messages = session
+    faces = messages["FacialLandmarks"]
+    assert len(faces) > 10 * HZ, len(faces)
+    corner = numpy.array([[face.landmarks[36].x * WIDTH, face.landmarks[36].y * HEIGHT] for face in faces])
+    assert numpy.abs(corner - [230, 200]).max() < 1.0
+    assert {(face.width, face.height) for face in faces} == {(WIDTH, HEIGHT)}
+    assert all(face.landmarks[0].c == 0 for face in faces)
+    assert {each.expression for each in messages["Expression"]} == {"happy"}
+    assert abs(messages["Expression"][0].confidence - 0.8) < 1e-6
+    neck = messages["Skeleton2D"][0].skeleton[1]
+    assert abs(neck.x * WIDTH - 320) < 0.1 and abs(neck.y * HEIGHT - 240) < 0.1
+    lists = [list(each.ids) for each in messages["IdsList"]]
+    assert ["p001"] in lists and lists[-1] in ([], ["p001"]), lists
 
 
 def test_a_person_manager_says_whose_face_it_is_and_nothing_of_people_is_published(stage):

@@ -84,7 +84,12 @@ fn answer(
 fn seen(chain: &mut Chain, picture: &Picture) -> Result<Vec<Vec<Option<f64>>>, String> {
     let numbers = chain.look(picture).map_err(|error| error.to_string())?;
     let finite = |number: f64| Some(number).filter(|number| number.is_finite());
-    Ok(numbers.into_iter().map(|each| each.into_iter().map(finite).collect()).collect())
+    let size = [picture.width, picture.height].map(|side| Some(f64::from(side)));
+    let of_model = |(numbers, model): (Vec<f64>, &mut Model)| {
+        let size = size.into_iter().filter(|_| model.descriptor.output.has_places());
+        numbers.into_iter().map(finite).chain(size).collect()
+    };
+    Ok(numbers.into_iter().zip(chain.models()).map(of_model).collect())
 }
 
 /// The next message with a picture, and its type; `None` where there are no more.
