@@ -259,6 +259,21 @@ def test_features_run_on_what_others_see(session, figure):
     assert numpy.abs(confidence - (0.8 - 1 / 25) / (1 - 1 / 25)).max() < 1e-6
 
 
+def test_distances_of_people_and_robots_are_known(session):
+    bag, begin_ns, _ = session
+    topic = f"{PERSON}/proximity/robot1"
+    distances = finite(values(bag, topic, "distance"))
+    assert len(distances) >= SECS - 4
+    assert distances.max() <= 4.0 and abs(distances.min() - (4.0 - 0.1 * SECS)) < 0.3
+    # At its ends the robot stands still.
+    assert abs(numpy.median(finite(values(bag, topic, "approach_speed"))) - 0.1) < 0.01
+    assert set(finite(values(bag, f"{PERSON}/proximity", "within"))) == {0.0}
+    # Windows and baselines are those of all numbers.
+    statistics = f"{topic}/statistics/w3"
+    least = next(name for name in described(bag)[statistics].channels if "distance" in name and "minimum" in name)
+    assert len(finite(values(bag, statistics, least))) >= 3
+
+
 def test_what_is_seen_is_published_for_others(session):
     _, _, messages = session
     faces = messages["FacialLandmarks"]
