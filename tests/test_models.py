@@ -192,12 +192,13 @@ def test_joints_of_a_drawn_person_are_in_the_bag(started, tmp_path, engine):
     assert (stream.id, stream.inputs, bags.origins(bag)[FOUND]) == ("p001", [CAMERA], "raw")
     assert "licence MIT" in stream.doc and engine in stream.method
     assert list(stream.channels[:3]) == ["j0_x", "j0_y", "j0_score"] and list(stream.units[:3]) == ["px", "px", "1"]
+    assert list(stream.channels[-2:]) == ["frame_width", "frame_height"]
     arrived = {picture: [] for picture in truth}
     for each in bags.messages(bag, CAMERA):
         arrived[bytes(each.content.data)].append(each.log_secs)
     seen = set()
     for found in bags.messages(bag, FOUND):
-        places = numpy.array(found.content.values).reshape(-1, 3)[:, :2]
+        places = numpy.array(found.content.values[:-2]).reshape(-1, 3)[:, :2]
         errors = {picture: numpy.hypot(*(places - joints).T).max() for picture, joints in truth.items()}
         picture = min(errors, key=errors.get)
         assert errors[picture] <= 0.5

@@ -7,6 +7,7 @@ use teampulse_messages::catalogue::{names, shipped};
 use teampulse_messages::convert;
 use teampulse_messages::definition::Definition;
 use teampulse_messages::fields::{Fields, numbers};
+use teampulse_messages::hri;
 use teampulse_messages::standard::rmw_dds_common::ParticipantEntitiesInfo;
 use teampulse_messages::value::flatten;
 
@@ -22,6 +23,12 @@ fuzz_target!(|input: (usize, &[u8])| {
     assert!(listed.is_err() || read.is_ok());
     drop(convert::decode(name, cdr));
     drop(ParticipantEntitiesInfo::decode(cdr));
+    for kind in hri::Kind::ALL {
+        for frame in [None, Some([640, 480])] {
+            let seen = kind.read(cdr, frame);
+            assert!(seen.is_err() || seen.is_ok_and(|seen| seen.numbers.len() == kind.channels(frame).len()));
+        }
+    }
     let info = AudioInfo::read(cdr);
     for name in [AUDIO_DATA, AUDIO_DATA_STAMPED] {
         let block = AudioBlock::read(name, &cdr.to_vec().into()).expect("the type has sound");

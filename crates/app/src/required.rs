@@ -8,7 +8,7 @@ use teampulse_core::stream::{About, Signal, Stream};
 use teampulse_sinks::Unmet;
 use teampulse_sources::robots::{Robot, Robots, conformity};
 use teampulse_sources::ros_people::{RosPeople, second_publishers};
-use teampulse_sources::{biosensors, wearables};
+use teampulse_sources::{biosensors, hri, wearables};
 
 use crate::study::{Study, StudyError};
 
@@ -67,6 +67,7 @@ impl Requirements {
         missing.extend(away.map(|each| lacking(no_person(each), ABSENT)));
         missing.extend(nothing(&self.kinds, received));
         missing.extend(unpublished(&self.kinds, received));
+        missing.extend(unseen(&self.kinds, received));
         missing.extend(unworn(&self.kinds, received));
         missing.extend(missing_fields(&self.robots, received));
         let twice = second_publishers(received.iter().map(|(stream, _)| &**stream));
@@ -116,6 +117,16 @@ fn unpublished(kinds: &[String], received: &Received) -> Option<Unmet> {
     (is_wanted && is_nobody).then(|| {
         let what = "any wearable: no topic /biosensors/<sensor>/<data> is published";
         lacking(what, "Start the nodes that publish them, and check the ROS domain.")
+    })
+}
+
+/// The error that nobody is seen although the study receives what other programs see of people.
+fn unseen(kinds: &[String], received: &Received) -> Option<Unmet> {
+    let is_wanted = kinds.iter().any(|kind| kind == "hri");
+    let is_nobody = !received.iter().any(|(stream, _)| hri::is_seen(stream));
+    (is_wanted && is_nobody).then(|| {
+        let what = "anybody on camera: no face or body of a person of the study is published below /humans";
+        lacking(what, "Start the nodes that publish them, stand before the camera, and check `face`, `body` and `id`.")
     })
 }
 
@@ -258,6 +269,22 @@ mod tests {
         assert_eq!(required.missing(&[]).len(), 1);
         assert_eq!(required.missing(&of(Vec::new())).len(), 1, "it is read by this computer");
         assert_eq!(required.missing(&of(vec![Qos::reliable(1)])), []);
+    }
+
+    #[test]
+    fn people_whom_other_programs_are_to_see_are_missed() {
+        let required = requirements("[[sources]]\ntype = \"hri\"\nperson = \"p001\"\n");
+        let (stream, status) = battery(1.0);
+        let qos = vec![Qos::reliable(1)];
+        let seen = |device: &str| {
+            let stream =
+                Stream { device: device.into(), qos: qos.clone(), ..Stream::clone(&stream) };
+            [(Arc::new(stream), status.clone())]
+        };
+        assert_eq!(required.missing(&[]).len(), 1);
+        assert_eq!(required.missing(&seen("hribot")).len(), 1);
+        assert_eq!(required.missing(&seen("hri")), []);
+        assert_eq!(required.missing(&seen("hri_robot1")), []);
     }
 
     #[test]

@@ -37,6 +37,7 @@ pub mod people {
 pub mod team {
     pub mod attention;
     pub mod interventions;
+    pub mod proximity;
 }
 
 pub mod context;
@@ -82,4 +83,5 @@ pub const FEATURES: &[Entry<dyn Feature, FeatureContext>] = &[
     analysed::entry::<{ row("voice") }>(),
     Entry::new::<team::attention::Attention>("attention"),
     Entry::new::<team::interventions::Interventions>("interventions"),
+    Entry::new::<team::proximity::Proximity>("proximity"),
 ];

@@ -12,3 +12,4 @@ pub mod readout;
 pub mod pictures;
 pub mod video;
 pub mod audio;
+pub mod hri;

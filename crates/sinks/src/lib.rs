@@ -6,6 +6,7 @@ mod csv;
 mod dashboard;
 mod diagnostics;
 mod foxglove;
+mod hri;
 mod lsl;
 mod ros;
 mod tidy;
@@ -42,6 +43,7 @@ pub const SINKS: &[Entry<dyn Sink, SinkContext>] = &[
     Entry::new::<ros::Ros>("ros"),
     Entry::new::<diagnostics::Diagnostics>("diagnostics"),
     Entry::new::<lsl::Lsl>("lsl"),
+    Entry::new::<hri::Hri>("hri"),
     Entry::new::<dashboard::Dashboard>("dashboard"),
     Entry::new::<foxglove::Foxglove>("foxglove"),
 ];

@@ -45,8 +45,10 @@ use tokio::task::JoinSet;
 
 use definitions::Type;
 use followed::Followed;
+pub(crate) use loss_counter::LossCounter;
 use places::Places;
 use publishing::Key;
+pub(crate) use publishing::{offered, who};
 pub(crate) use updates::Updates;
 
 /// How often publishers are checked after each change: reports are made at the second check.

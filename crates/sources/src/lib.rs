@@ -4,6 +4,7 @@ pub mod robots;
 pub mod ros_people;
 pub mod biosensors;
 pub mod ros_audio;
+pub mod hri;
 pub mod topics;
 pub mod wearables;
 pub mod lsl;
@@ -39,6 +40,7 @@ pub const SOURCES: &[Entry<dyn Source, SourceContext>] = &[
     Entry::new::<ros_people::RosPeople>("people"),
     Entry::new::<biosensors::Biosensors>("biosensors"),
     Entry::new::<ros_audio::RosAudio>("ros_audio"),
+    Entry::new::<hri::Hri>("hri"),
     Entry::new::<topics::Topics>("topics"),
     Entry::new::<wearables::empatica_e4::EmpaticaE4>("empatica_e4"),
     Entry::new::<wearables::heart_rate::HeartRate>("heart_rate"),

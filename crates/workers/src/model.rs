@@ -23,6 +23,7 @@ use teampulse_core::source::Reading;
 use teampulse_core::stream::{Channel, Shape, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
 use teampulse_core::worker::{Fed, Feed, Worker, WorkerError};
+use teampulse_messages::hri::FRAME_CHANNELS;
 use teampulse_vision::model::chain::missing;
 use teampulse_vision::model::descriptor::Descriptor;
 
@@ -174,8 +175,12 @@ impl Model {
                 }
                 None => (format!("{}/{}", pictures.name, descriptor.name), pictures.subject()),
             };
+            // Who publishes places needs the size of the frame that they are in.
+            let size = FRAME_CHANNELS.map(|name| Channel::new(name, "px"));
+            let size = size.into_iter().filter(|_| descriptor.output.has_places());
             let channels = descriptor.output.channels();
-            let channels = channels.iter().map(|(name, unit)| Channel::new(name, *unit));
+            let channels =
+                channels.iter().map(|(name, unit)| Channel::new(name, *unit)).chain(size);
             outlet.declare(Stream {
                 signal: signal_of(&descriptor.output),
                 inputs: vec![pictures.name.clone()],

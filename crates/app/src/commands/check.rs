@@ -131,6 +131,7 @@ fn lacking(
     notes.extend(unnamed::notes(
         &required.robots,
         &required.people,
+        &required.kinds,
         (&unnamed::topics(buses), heard),
     ));
     notes

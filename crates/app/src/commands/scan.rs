@@ -18,6 +18,7 @@ use teampulse_ros::BusId;
 use teampulse_ros::bus::{Asked, Bus, Subscription};
 use teampulse_ros::buses::Buses;
 use teampulse_ros::graph::EndpointKind;
+use teampulse_sources::hri;
 use teampulse_sources::lsl::resolve;
 use teampulse_sources::robots::norm_of_type;
 use teampulse_sources::ros_people::{NAMESPACE, RosPeople};
@@ -233,12 +234,18 @@ fn show(found: &Domain) {
     let robots = robots(found).into_iter().map(|namespace| ("robots", namespace));
     let people = has_people(found).then(|| ("people", NAMESPACE.to_owned()));
     let mut sources = robots.chain(people).peekable();
-    if sources.peek().is_some() {
+    let are_seen = found.topics.iter().any(|topic| hri::sees(&topic.name, &topic.type_name));
+    if are_seen || sources.peek().is_some() {
         output::line("\nlines for a study:");
     }
     for (kind, namespace) in sources {
         output::line(format!("[[sources]]\ntype      = \"{kind}\""));
         output::line(format!("namespace = \"{namespace}\"\ndomain    = {}\n", found.id.in_study()));
+    }
+    if are_seen {
+        let domain = found.id.in_study();
+        output::line("[[sources]]\ntype   = \"hri\"\nperson = \"p001\"\nframe  = [640, 480]");
+        output::line(format!("domain = {domain}\n"));
     }
 }
 

@@ -18,6 +18,7 @@ use teampulse_core::time::Time;
 
 use self::tracked::TrackedStream;
 use crate::context::FeatureContext;
+use crate::team::proximity;
 
 /// A phase is reported this long after its end even if nothing has arrived on the stream since [ns].
 const PATIENCE_NS: i64 = 10_000_000_000;
@@ -26,7 +27,7 @@ const PATIENCE_NS: i64 = 10_000_000_000;
 /// baseline.
 ///
 /// - Measures: for each channel of every raw stream of a person or a robot that has numbers (plain ones, or fields read
-///   from messages): mean, standard deviation, median, median absolute deviation, minimum, maximum and slope; and the
+///   from messages), and of the distances of `proximity`: mean, standard deviation, median, median absolute deviation, minimum, maximum and slope; and the
 ///   difference of each from its value in the baseline phase.
 /// - Formula: numpy's `mean`, `std(ddof=1)`, `median`, `min` and `max`; SciPy's `median_abs_deviation`, not
 ///   scaled; the slope of the least-squares line; all exact, over every usable sample. A difference is the value minus
@@ -64,9 +65,11 @@ struct Every {
 }
 
 fn has_numbers(stream: &Stream) -> bool {
+    let is_raw = stream.origin == Origin::Raw
+        && matches!(stream.shape, Shape::Sample | Shape::Wave | Shape::Message(_));
+    let is_distance = stream.origin == Origin::Derived && stream.family == proximity::FAMILY;
     matches!(stream.about, About::Person | About::Robot)
-        && stream.origin == Origin::Raw
-        && matches!(stream.shape, Shape::Sample | Shape::Wave | Shape::Message(_))
+        && (is_raw || is_distance)
         && !stream.channels.is_empty()
 }
 

@@ -1,6 +1,6 @@
 /// The packages with shipped definitions. In each text a line `[Type]` starts a type, followed by its
 /// `.msg` text; `[srv/Type]` starts a type that belongs to a service.
-const PACKAGES: [(&str, &str); 23] = [
+const PACKAGES: [(&str, &str); 24] = [
     ("action_msgs", include_str!("../../definitions/action_msgs.msgs")),
     ("builtin_interfaces", include_str!("../../definitions/builtin_interfaces.msgs")),
     ("diagnostic_msgs", include_str!("../../definitions/diagnostic_msgs.msgs")),
@@ -10,6 +10,7 @@ const PACKAGES: [(&str, &str); 23] = [
     ),
     ("foxglove_msgs", include_str!("../../definitions/foxglove_msgs.msgs")),
     ("geometry_msgs", include_str!("../../definitions/geometry_msgs.msgs")),
+    ("hri_msgs", include_str!("../../definitions/hri_msgs.msgs")),
     ("lifecycle_msgs", include_str!("../../definitions/lifecycle_msgs.msgs")),
     ("nav_msgs", include_str!("../../definitions/nav_msgs.msgs")),
     ("rcl_interfaces", include_str!("../../definitions/rcl_interfaces.msgs")),

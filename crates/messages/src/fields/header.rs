@@ -1,3 +1,4 @@
+use teampulse_core::text::LONGEST_NAME;
 use teampulse_core::time::Time;
 
 use crate::cdr::Reader;
@@ -24,4 +25,12 @@ pub fn starts_with_header(definition: &Definition) -> bool {
 pub fn header_stamp(cdr: &[u8]) -> Option<Time> {
     let stamp = Reader::new(cdr).and_then(|mut from| from.read::<Time>());
     stamp.ok().filter(|stamp| *stamp != Time::EPOCH)
+}
+
+/// The frame of such a message, without a slash before it; `None` where it states none, or can't be read.
+pub fn header_frame(cdr: &[u8]) -> Option<&str> {
+    let mut from = Reader::new(cdr).ok()?;
+    from.read::<Time>().ok()?;
+    let frame = std::str::from_utf8(from.text().ok()?).ok()?.trim_start_matches('/');
+    (1..=LONGEST_NAME).contains(&frame.len()).then_some(frame)
 }

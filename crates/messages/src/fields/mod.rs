@@ -28,7 +28,7 @@ use thiserror::Error;
 use crate::cdr::{CdrError, Reader};
 use crate::definition::Definition;
 
-pub use header::{header_stamp, starts_with_header};
+pub use header::{header_frame, header_stamp, starts_with_header};
 pub use listing::numbers;
 pub use path::{Path, Step};
 

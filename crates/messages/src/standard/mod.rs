@@ -7,6 +7,7 @@ pub mod geometry_msgs;
 pub mod nav_msgs;
 pub mod sensor_msgs;
 pub mod diagnostic_msgs;
+pub mod hri_msgs;
 pub mod wireless_msgs;
 pub mod rosgraph_msgs;
 pub mod rmw_dds_common;

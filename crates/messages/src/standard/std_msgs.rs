@@ -15,6 +15,24 @@ pub struct Header {
 
 message!(Header { stamp, frame_id } = "std_msgs/msg/Header");
 
+/// A text.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Text {
+    /// The text.
+    pub data: String,
+}
+
+message!(Text { data } = "std_msgs/msg/String");
+
+/// Yes or no.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flag {
+    /// Whether it is so.
+    pub data: bool,
+}
+
+message!(Flag { data } = "std_msgs/msg/Bool");
+
 impl Header {
     /// A header with a stamp and without a frame.
     pub fn at(stamp: Time) -> Header {

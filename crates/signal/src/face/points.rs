@@ -3,7 +3,8 @@
 
 use crate::points::{Place, between, middle};
 
-const SIDES: [&str; 2] = ["right_eye", "left_eye"];
+/// The eyes, each with the point that is its centre where only that is known.
+const SIDES: [(&str, &str); 2] = [("right_eye", "right_pupil"), ("left_eye", "left_pupil")];
 /// The points of an eye: corners, then the upper lid from the right of the picture's owner, then the lower one.
 const OF_EYE: [&str; 6] = ["outside", "inside", "top_1", "top_2", "bottom_1", "bottom_2"];
 
@@ -26,14 +27,14 @@ pub(super) struct Eyes {
 struct Eye {
     /// The points of [`OF_EYE`].
     lids: Option<[Place; 6]>,
-    /// Its centre, where only that is known.
+    /// Its centre, for where only that is known.
     centre: Option<Place>,
 }
 
 impl Points {
     /// The points of channels with these names; `None` without an eye.
     pub fn of(names: &[&str]) -> Option<Points> {
-        let eyes = SIDES.map(|side| Eye::of(side, names));
+        let eyes = SIDES.map(|(side, pupil)| Eye::of((side, pupil), names));
         let is_any = eyes.iter().any(|eye| eye.lids.is_some() || eye.centre.is_some());
         is_any.then_some(Points { eyes })
     }
@@ -51,23 +52,24 @@ impl Points {
 }
 
 impl Eye {
-    fn of(side: &str, names: &[&str]) -> Eye {
+    fn of((side, pupil): (&str, &str), names: &[&str]) -> Eye {
         let lids: Vec<Place> = OF_EYE
             .iter()
             .filter_map(|point| Place::of(&format!("{side}_{point}"), names))
             .collect();
-        Eye { lids: lids.try_into().ok(), centre: Place::of(side, names) }
+        let centre = Place::of(side, names).or_else(|| Place::of(pupil, names));
+        Eye { lids: lids.try_into().ok(), centre }
     }
 
     /// Its opening, and its centre.
     fn seen(&self, channels: &[f64]) -> (f64, [f64; 2]) {
-        let Some(lids) = self.lids else {
-            let centre = self.centre.map_or([f64::NAN; 2], |place| place.at(channels));
-            return (f64::NAN, centre);
-        };
+        let centre = || self.centre.map_or([f64::NAN; 2], |place| place.at(channels));
+        let Some(lids) = self.lids else { return (f64::NAN, centre()) };
         let [outside, inside, tops @ .., bottom_1, bottom_2] = lids.map(|place| place.at(channels));
         let width = between(outside, inside);
         let height = between(middle(tops[0], tops[1]), middle(bottom_1, bottom_2));
-        (if width > 0.0 { height / width } else { f64::NAN }, middle(outside, inside))
+        let opening = if width > 0.0 { height / width } else { f64::NAN };
+        // Who publishes `FacialLandmarks` may find pupils alone.
+        (opening, if width.is_finite() { middle(outside, inside) } else { centre() })
     }
 }

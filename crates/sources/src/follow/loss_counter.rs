@@ -14,7 +14,7 @@ use super::stamping::Stamping;
 
 /// The losses of one stream, from its publishers' sequence numbers.
 #[derive(Debug)]
-pub(super) struct LossCounter {
+pub(crate) struct LossCounter {
     stream: StreamId,
     /// `None` if no computer stamps them.
     stamping: Option<Stamping>,
@@ -28,7 +28,7 @@ pub(super) struct LossCounter {
 
 impl LossCounter {
     /// A counter before the first message.
-    pub(super) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> LossCounter {
+    pub(crate) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> LossCounter {
         LossCounter {
             stamping: Some(Stamping::new(stream, graph)),
             ..LossCounter::of_unstamped(stream)
@@ -36,7 +36,7 @@ impl LossCounter {
     }
 
     /// A counter of messages without stamps.
-    pub(super) fn of_unstamped(stream: StreamId) -> LossCounter {
+    pub(crate) fn of_unstamped(stream: StreamId) -> LossCounter {
         LossCounter {
             stream,
             stamping: None,
@@ -50,7 +50,7 @@ impl LossCounter {
 
     /// Takes in a message: reports which computer's clock stamps it, and counts the messages missing before it. Whether
     /// losses can be counted at all is reported at the first message and when it changes.
-    pub(super) fn count(&mut self, arrival: &Arrival, outlet: &Outlet) {
+    pub(crate) fn count(&mut self, arrival: &Arrival, outlet: &Outlet) {
         if let Some(stamping) = &mut self.stamping {
             stamping.hear(arrival.publisher, outlet);
         }
@@ -67,14 +67,14 @@ impl LossCounter {
     }
 
     /// Counts an unreadable message as lost.
-    pub(super) fn refuse(&mut self) {
+    pub(crate) fn refuse(&mut self) {
         self.unreported = self.unreported.saturating_add(1);
         self.unnumbered = self.unnumbered.saturating_add(1);
     }
 
     /// Takes in a numbered sample, and counts those that never reached its publisher as lost. They are reported
     /// immediately, as they are missing right before this sample.
-    pub(super) fn number(&mut self, index: Option<u64>, arrival: &Arrival, outlet: &Outlet) {
+    pub(crate) fn number(&mut self, index: Option<u64>, arrival: &Arrival, outlet: &Outlet) {
         let lost_here = std::mem::take(&mut self.unnumbered);
         let Some(index) = index else { return };
         let missing = self.numbers.missing_before(arrival.publisher, index);
@@ -86,7 +86,7 @@ impl LossCounter {
     }
 
     /// Reports the losses counted since the previous call, and returns their number.
-    pub(super) fn report(&mut self, outlet: &Outlet) -> u64 {
+    pub(crate) fn report(&mut self, outlet: &Outlet) -> u64 {
         let unreported = std::mem::take(&mut self.unreported);
         if unreported > 0 {
             outlet.lost(self.stream, unreported as f64);

@@ -6,10 +6,10 @@ use teampulse_core::qos::Qos;
 use teampulse_ros::graph::{Gid, Graph};
 
 /// A topic with its type.
-pub(super) type Key = (String, String);
+pub(crate) type Key = (String, String);
 
 /// The QoS offered by the publishers of a topic.
-pub(super) fn offered((topic, type_name): &Key, graph: &Graph) -> Vec<Qos> {
+pub(crate) fn offered((topic, type_name): &Key, graph: &Graph) -> Vec<Qos> {
     let of_type = graph.publishers(topic).filter(|each| each.type_name == *type_name);
     of_type.map(|each| each.qos.clone()).collect()
 }
@@ -39,7 +39,7 @@ pub(super) fn names_of(graph: &Graph, publishers: &[Gid]) -> Vec<String> {
 }
 
 /// The name of a publisher with its GID, for a bag.
-pub(super) fn who(graph: &Graph, publisher: Gid) -> String {
+pub(crate) fn who(graph: &Graph, publisher: Gid) -> String {
     format!("{} {publisher}", graph.computer(publisher))
 }
 

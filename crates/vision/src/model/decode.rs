@@ -164,6 +164,11 @@ impl Output {
         self.kind().finds()
     }
 
+    /// Whether its numbers have places in the picture.
+    pub fn has_places(&self) -> bool {
+        !matches!(self, Output::Classes(_) | Output::Regression(_) | Output::Gaze(_))
+    }
+
     /// The numbers of a picture, one a channel: NaN where nothing was found.
     pub fn values(&self, found: Option<&Found>) -> Vec<f64> {
         let count = self.channels().len();

@@ -88,7 +88,12 @@ fn answer(
 fn seen(chain: &mut Chain, picture: &Picture) -> Result<Reply, String> {
     let Looked { numbers, faces } = chain.look(picture).map_err(|error| error.to_string())?;
     let finite = |number: f64| Some(number).filter(|number| number.is_finite());
-    let numbers = numbers.into_iter().map(|each| each.into_iter().map(finite).collect()).collect();
+    let size = [picture.width, picture.height].map(|side| Some(f64::from(side)));
+    let of_model = |(numbers, model): (Vec<f64>, &mut Model)| {
+        let size = size.into_iter().filter(|_| model.descriptor.output.has_places());
+        numbers.into_iter().map(finite).chain(size).collect()
+    };
+    let numbers = numbers.into_iter().zip(chain.models()).map(of_model).collect();
     let sides = |face: &Detection| [face.left, face.top, face.width, face.height];
     // JSON has no other numbers; a face without a place is anywhere.
     let known = |sides: [f32; 4]| sides.iter().all(|side| side.is_finite()).then_some(sides);

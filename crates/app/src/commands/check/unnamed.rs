@@ -8,6 +8,7 @@ use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::Stream;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::graph::EndpointKind;
+use teampulse_sources::hri;
 use teampulse_sources::robots::{Choice, Robots};
 use teampulse_sources::ros_people::{NAMESPACE, RosPeople};
 
@@ -38,12 +39,17 @@ pub fn topics(buses: &Buses) -> BTreeSet<Topic> {
 pub fn notes(
     wanted: &[Robots],
     people: &[RosPeople],
+    kinds: &[String],
     (topics, heard): (&BTreeSet<Topic>, &[(Arc<Stream>, StreamStatus)]),
 ) -> Vec<String> {
     let heard: BTreeSet<&str> = heard.iter().map(|(stream, _)| stream.name.as_str()).collect();
-    let left: Vec<&Topic> =
-        topics.iter().filter(|(name, _)| !heard.contains(name.as_str())).collect();
+    let are_seen = kinds.iter().any(|kind| kind == "hri");
+    let is_left = |(name, type_name): &&Topic| {
+        !(heard.contains(name.as_str()) || are_seen && hri::hears(name, type_name))
+    };
+    let left: Vec<&Topic> = topics.iter().filter(is_left).collect();
     let mut notes = cut(robots(wanted, &left));
+    notes.extend(unseen(&left));
     notes.extend(cut(absent_people(people, &left)));
     notes.extend(cut(odd_topics(people, &left)));
     notes
@@ -83,6 +89,14 @@ fn absent_people(people: &[RosPeople], left: &[&Topic]) -> Vec<String> {
         )
     });
     said.collect()
+}
+
+/// Faces and bodies that other programs see, where the study receives none.
+fn unseen(left: &[&Topic]) -> Option<String> {
+    let (topic, _) = left.iter().find(|(topic, type_name)| hri::sees(topic, type_name))?;
+    Some(format!(
+        "people are seen ({topic}), but the study does not receive that: add [[sources]] with type = \"hri\""
+    ))
 }
 
 /// Topics of people with unsupported types.
@@ -125,7 +139,7 @@ mod tests {
         let people: Vec<RosPeople> =
             people.iter().map(|each| toml::from_str(each).expect("settings")).collect();
         let topics = topics.iter().map(|(topic, name)| ((*topic).to_owned(), (*name).to_owned()));
-        notes(&[wanted], &people, (&topics.collect(), &[]))
+        notes(&[wanted], &people, &[], (&topics.collect(), &[]))
     }
 
     #[test]
@@ -164,6 +178,19 @@ mod tests {
         assert!(
             unwatched[0].starts_with("person p001 is present, but the study watches no people")
         );
+    }
+
+    #[test]
+    fn faces_that_nobody_receives_are_named_once() {
+        let topics = [
+            ("/humans/faces/a/landmarks", "hri_msgs/msg/FacialLandmarks"),
+            ("/humans/faces/b/landmarks", "hri_msgs/msg/FacialLandmarks"),
+        ];
+        let notes = said("", None, &topics);
+        assert_eq!(notes.len(), 1, "{notes:?}");
+        assert!(notes[0].contains("/humans/faces/a/landmarks") && notes[0].contains("\"hri\""));
+        let owned = topics.map(|(topic, name)| (topic.to_owned(), name.to_owned())).into();
+        assert!(super::notes(&[], &[], &["hri".to_owned()], (&owned, &[])).is_empty());
     }
 
     #[test]
