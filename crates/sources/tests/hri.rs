@@ -1,7 +1,5 @@
 //! Faces and bodies that other nodes see, on a bus in memory, heard by a whole session.
 
-#![expect(clippy::float_cmp, reason = "these are exact")]
-
 mod keeper;
 mod watching;
 
