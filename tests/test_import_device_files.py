@@ -12,6 +12,7 @@ from pathlib import Path
 import bags
 import edfio
 import fastavro
+import harness
 import numpy as np
 import pytest
 import pyxdf
@@ -107,6 +108,37 @@ def test_a_wristband_is_joined_by_heart_beats(stage, session, heart, figure):
     origins = bags.origins(bag)
     assert origins["/humans/persons/p001/empatica_e4/acc"] == "raw"
     assert any(name.endswith("/bvp/pulse/w30") for name in origins), sorted(origins)
+
+
+def test_a_wristband_is_joined_to_what_came_live_of_it(stage, heart, figure):
+    """Though the session has an ECG, by which nobody knows how late the pulse of this person is."""
+    wearables = [f'[[simulate.wearables]]\ntype = "{kind}"\nperson = "p001"' for kind in ("polar_h10", "empatica_e4")]
+    devices = stage.teampulse("emulate", stage.study('[session]\nname = "emulated"\n' + "\n".join(wearables), "e.toml"))
+    bus = devices.wait_for(r"DBUS_SYSTEM_BUS_ADDRESS=(\S+)", pipe="stdout")[1]
+    devices.wait_for("emulating wearables")
+    study = stage.study(f'[session]\nname = "live"\n{devices.stdout}\n[[sinks]]\ntype = "bag"\n')
+    out = stage.folder / "sessions"
+    run = stage.teampulse("run", study, "--out", out, "--duration", "90", env={"DBUS_SYSTEM_BUS_ADDRESS": bus})
+    assert run.ended(within_secs=150) == 0, run.report()
+    session = harness.the_bag(out)
+    assert any(name.endswith("/ecg/beats") for name in bags.counts(session))
+    live = bags.messages(session, "/empatica_e4/ppg")
+    start = tables.stamp_ns(live[0]) / 1e9 - BEHIND_SECS
+    rows = [f"{start:.6f}", "64.000000", *(f"{each.content.values[0]:.4f}" for each in live)]
+    e4_zip(stage.folder / "e4.zip", heart, **{"BVP.csv": rows})
+    answer = joined(stage, "e4.zip", session)
+    assert answer.returncode == 0, answer.stderr
+    assert "/empatica_e4/ppg/pulses" in answer.stdout and "same kind of device" in answer.stdout, answer.stdout
+    off_ms, place = [], 0
+    for wave in bags.messages(Path(answer.stdout.splitlines()[-1]), "/empatica_e4/bvp"):
+        off_ms.append((tables.stamp_ns(wave) - tables.stamp_ns(live[place])) / 1e6)
+        place += len(wave.content.samples)
+    # While the clock of what came live is found, its first samples are placed less well.
+    settled_ms = np.abs(off_ms[len(off_ms) // 4 :])
+    [within] = re.findall(r"times are within (\d+) ms \(95 %\)", answer.stdout)
+    p95_ms = np.percentile(settled_ms, 95)
+    figure(f"import: an E4 joined to what came live of it, p95 {p95_ms:.1f} ms off, stated ± {within} ms")
+    assert p95_ms <= 20 and p95_ms <= int(within), off_ms
 
 
 def test_a_wristband_is_joined_by_presses_of_its_button(stage, heart, figure):

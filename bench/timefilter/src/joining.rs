@@ -35,6 +35,8 @@ enum Means {
     Pulses,
     /// The same, with the person's own value within 15 ms.
     OwnPulses,
+    /// Pulses of the same wristband, which was streamed live, too.
+    Itself,
     /// The beats of a second ECG.
     Beats,
     /// Acceleration at the wrist, as that at the chest.
@@ -48,7 +50,7 @@ impl Means {
     const fn bar_secs(self) -> Option<f64> {
         match self {
             Means::Pulses => None,
-            Means::OwnPulses => Some(0.020),
+            Means::OwnPulses | Means::Itself => Some(0.020),
             Means::Movement => Some(0.025),
             Means::Beats | Means::Presses => Some(0.005),
         }
@@ -68,6 +70,7 @@ impl fmt::Display for Means {
         f.write_str(match self {
             Means::Pulses => "pulses at the wrist and an ECG",
             Means::OwnPulses => "the same, with the person's own pulse arrival time ± 15 ms",
+            Means::Itself => "pulses at the wrist and the same ones, streamed live",
             Means::Beats => "beats of two ECGs",
             Means::Movement => "acceleration of wrist and chest",
             Means::Presses => "six presses of a button, half of them at either end",
@@ -77,7 +80,14 @@ impl fmt::Display for Means {
 
 /// Prints two lines for each means; whether all reach their bars.
 pub fn measure() -> bool {
-    let all = [Means::Beats, Means::OwnPulses, Means::Pulses, Means::Movement, Means::Presses];
+    let all = [
+        Means::Beats,
+        Means::Itself,
+        Means::OwnPulses,
+        Means::Pulses,
+        Means::Movement,
+        Means::Presses,
+    ];
     let mut is_good = true;
     for means in all {
         for (word, seeds) in [("chosen", CHOSEN), ("judged", JUDGED)] {
@@ -122,6 +132,14 @@ fn measure_seeds(means: Means, word: &str, seeds: Range<u64>) -> bool {
     is_good
 }
 
+/// What saw the heart in the session and in the recording.
+#[derive(Clone, Copy, PartialEq)]
+enum Pair {
+    EcgAndPulses,
+    Pulses,
+    Ecgs,
+}
+
 /// A person during a session, and a device that recorded a part of it.
 struct Case {
     seed: u64,
@@ -156,12 +174,13 @@ impl Case {
     fn placed(mut self, means: Means) -> Option<(Placement, Case)> {
         let search = |delay| Search { max_offset_secs: MOST_SECS, delay, resolution_secs: 0.0 };
         let found = match means {
-            Means::Pulses => self.by_heart(true, &search(Latency::new(0.250, 0.050))),
+            Means::Pulses => self.by_heart(Pair::EcgAndPulses, &search(Latency::new(0.250, 0.050))),
+            Means::Itself => self.by_heart(Pair::Pulses, &search(Latency::new(0.0, 0.010))),
             Means::OwnPulses => {
                 let known_secs = self.noise.around(self.traits.pulse_arrival_secs, 0.0075);
-                self.by_heart(true, &search(Latency::new(known_secs, 0.015)))
+                self.by_heart(Pair::EcgAndPulses, &search(Latency::new(known_secs, 0.015)))
             }
-            Means::Beats => self.by_heart(false, &search(Latency::new(0.0, 0.005))),
+            Means::Beats => self.by_heart(Pair::Ecgs, &search(Latency::new(0.0, 0.005))),
             Means::Movement => self.by_movement(&search(Latency::new(0.0, 0.025))),
             Means::Presses => self.by_presses(),
         };
@@ -169,17 +188,21 @@ impl Case {
     }
 
     /// Beats as a detector finds them: within some milliseconds, and one in twenty not.
-    fn by_heart(&mut self, by_pulses: bool, search: &Search) -> Result<Placement, JoinError> {
+    fn by_heart(&mut self, pair: Pair, search: &Search) -> Result<Placement, JoinError> {
         let mut body = body(self.seed, &self.traits, 0.0);
         let truth = &body.until(self.to_secs + AROUND_SECS).truth;
-        let session: Vec<f64> =
-            truth.beats.iter().map(|beat| beat.secs + 0.002 * self.noise.normal()).collect();
-        let seen: Vec<f64> = if by_pulses {
-            truth.pulses.iter().map(|pulse| pulse.foot_secs).collect()
-        } else {
-            truth.beats.iter().map(|beat| beat.secs).collect()
+        let beats = || truth.beats.iter().map(|beat| beat.secs).collect::<Vec<f64>>();
+        let pulses = || truth.pulses.iter().map(|pulse| pulse.foot_secs).collect::<Vec<f64>>();
+        let (session, seen) = match pair {
+            Pair::EcgAndPulses => (beats(), pulses()),
+            Pair::Pulses => (pulses(), pulses()),
+            Pair::Ecgs => (beats(), beats()),
         };
-        let scatter_secs = if by_pulses { 0.008 } else { 0.002 };
+        let scatter_secs = |is_of_pulses: bool| if is_of_pulses { 0.008 } else { 0.002 };
+        let own_secs = scatter_secs(pair == Pair::Pulses);
+        let session: Vec<f64> =
+            session.into_iter().map(|secs| secs + own_secs * self.noise.normal()).collect();
+        let scatter_secs = scatter_secs(pair != Pair::Ecgs);
         let worn = seen.into_iter().filter(|secs| (self.from_secs..self.to_secs).contains(secs));
         let recording: Vec<f64> = worn
             .filter_map(|secs| {

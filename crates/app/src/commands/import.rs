@@ -4,6 +4,8 @@ mod biosensors;
 mod imported;
 mod joining;
 mod hearts;
+mod found_beats;
+mod delay;
 mod movement;
 mod kind;
 mod report;

@@ -5,36 +5,35 @@ use teampulse_formats::{Content, Run};
 use teampulse_signal::ecg::find_beats;
 use teampulse_signal::ppg::find_pulses;
 
+use super::delay::Kind;
 use super::imported::{DeviceRecording, Imported};
-use super::joining::{Happened, Kind};
+use super::joining::Happened;
 use crate::failure::Failure;
 
 /// The heartbeats in a recording: from its ECG, else its pulse wave, else its intervals.
 pub(super) fn of_heart(device: &DeviceRecording, session: Kind) -> Result<Happened, Failure> {
-    let of = |signal: Signal| device.signals.iter().find(move |each| each.stream.signal == signal);
-    let found = of(Signal::Ecg)
-        .map(|ecg| (beats(ecg), Kind::Beats))
-        .or_else(|| of(Signal::Ppg).map(|ppg| (pulses(ppg, session), Kind::Pulses)))
-        .or_else(|| {
-            of(Signal::Interval).map(|intervals| (ends(intervals), interval_kind(&device.device)))
-        });
-    let Some((at_ns, kind)) = found else {
+    let Some((signal, kind)) = best(device) else {
         return Err(Failure::new(format!("{} has no heart signal", device.name))
             .hint("join by a marker that both have, with --at"));
     };
-    Ok(Happened::events(device.name.clone(), at_ns, kind))
+    let at_ns = match signal.stream.signal {
+        Signal::Ecg => beats(signal),
+        Signal::Ppg => pulses(signal, session),
+        _ => ends(signal),
+    };
+    Ok(Happened::events(device.name.clone(), at_ns, kind).seen_by(&device.device))
 }
 
-/// Whether a recording shows the beats of a heart.
-pub(super) fn has_heart(device: &DeviceRecording) -> bool {
-    let of_heart = [Signal::Ecg, Signal::Ppg, Signal::Interval];
-    device.signals.iter().any(|signal| of_heart.contains(&signal.stream.signal))
+/// What shows the heart in a recording; `None` where nothing does.
+pub(super) fn shown_by(device: &DeviceRecording) -> Option<Kind> {
+    best(device).map(|(_, kind)| kind)
 }
 
-/// Wristbands measure intervals between pulses.
-fn interval_kind(device: &str) -> Kind {
-    let is_wristband = device.starts_with("empatica") || device.starts_with("embrace");
-    if is_wristband { Kind::PulseIntervals } else { Kind::Beats }
+fn best(device: &DeviceRecording) -> Option<(&Imported, Kind)> {
+    [Signal::Ecg, Signal::Ppg, Signal::Interval].into_iter().find_map(|wanted| {
+        let signal = device.signals.iter().find(|each| each.stream.signal == wanted)?;
+        Some((signal, Kind::of(wanted, &device.device)?))
+    })
 }
 
 fn ends(signal: &Imported) -> Vec<i64> {
@@ -51,14 +50,13 @@ fn beats(signal: &Imported) -> Vec<i64> {
     })
 }
 
-/// The feet of pulses, to match R waves, and their peaks, to match pulses of the session, which are known by their
-/// peaks.
+/// The feet of pulses for R waves, and their peaks for pulses of the session, which are known by their peaks.
 fn pulses(signal: &Imported, session: Kind) -> Vec<i64> {
     in_runs(signal, |samples, rate_hz| {
         let pulses = find_pulses(samples, rate_hz).unwrap_or_default();
         pulses
             .iter()
-            .map(|pulse| if session == Kind::Pulses { pulse.sample } else { pulse.onset })
+            .map(|pulse| if session.is_of_pulses() { pulse.sample } else { pulse.onset })
             .collect()
     })
 }

@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use teampulse_bag::{Bag, BagStream};
-use teampulse_core::stream::{Origin, Shape, Signal};
+use teampulse_bag::Bag;
 use teampulse_formats::Content;
 use teampulse_timefilter::clock::Latency;
 use teampulse_timefilter::join::{
     JoinError, Movement, Placement, Search, by_beats, by_marks, by_motion,
 };
 
-use super::hearts::{has_heart, of_heart};
+use super::delay::{Kind, SAME_DEVICE, Seen, delay};
+use super::found_beats::FoundBeats;
+use super::hearts::{of_heart, shown_by};
 use super::imported::DeviceRecording;
 use super::movement::{self, Magnitudes};
 use super::written::SessionFromDevice;
@@ -21,19 +22,6 @@ use crate::failure::Failure;
 
 /// How far the clock of a device that knows the date may be off, by default [s].
 const DATED_OFFSET_SECS: f64 = 600.0;
-/// The latency from the R wave to the foot of the pulse at the wrist or finger: 200 to 300 ms in 95 % of adults at
-/// rest.
-const PULSE_ARRIVAL: Latency = Latency::new(0.250, 0.050);
-/// The latency from there to the systolic peak, which devices use for their own intervals, plus the delay of their
-/// filters.
-const PULSE_RISE: Latency = Latency::new(0.140, 0.100);
-/// The latency between two places on the body whose pulses are compared.
-const BETWEEN_PLACES: Latency = Latency::new(0.0, 0.060);
-/// A detector's systematic difference between two kinds of ECG.
-const BETWEEN_ECGS: Latency = Latency::new(0.0, 0.005);
-/// The latency between two places on the body that a movement reaches: a step takes tens of milliseconds from the foot
-/// to the head.
-const BETWEEN_SENSORS: Latency = Latency::new(0.0, 0.025);
 /// Half of the step in which devices stamp the presses of their button [s].
 const MARK_SECS: f64 = 0.005;
 
@@ -49,8 +37,9 @@ pub struct Into {
     /// in the file (by default all in the file). Without this, heartbeats are matched, or else movement
     #[arg(long, value_name = "LABEL[=LABEL]", requires = "into", conflicts_with = "against")]
     at: Option<String>,
-    /// The stream of the session whose heartbeats, or whose acceleration, is matched; by default the person's beats
-    /// from an ECG, else from intervals, else pulses; else, or where the file has none, the person's acceleration
+    /// The stream of the session whose heartbeats, or whose acceleration, is matched; by default the pulses of the
+    /// same kind of device, where it was streamed live, else the person's beats from an ECG, else from intervals, else
+    /// pulses; else, or where the file has none, the person's acceleration
     #[arg(long, value_name = "STREAM", requires = "into")]
     against: Option<Wanted>,
     /// The time from the R wave of an ECG to the foot of the pulse where the device was worn, and its uncertainty
@@ -94,29 +83,26 @@ pub(super) struct Happened {
     /// The magnitude of acceleration at each time.
     magnitudes: Vec<f64>,
     kind: Kind,
-}
-
-/// The kind of the events.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// R waves.
-    Beats,
-    /// Pulses; for the recording both foot and peak are known, for the session only the peak.
-    Pulses,
-    /// Beats from the intervals of a device that measures the pulse.
-    PulseIntervals,
-    /// Samples of acceleration.
-    Movement,
-    Marks,
+    /// What saw them, as a token of a topic.
+    device: String,
 }
 
 impl Happened {
     pub(super) fn events(name: String, at_ns: Vec<i64>, kind: Kind) -> Happened {
-        Happened { name, at_ns, magnitudes: Vec::new(), kind }
+        Happened { name, at_ns, magnitudes: Vec::new(), kind, device: String::new() }
+    }
+
+    /// The same, as a device saw them.
+    pub(super) fn seen_by(self, device: &str) -> Happened {
+        Happened { device: device.to_owned(), ..self }
+    }
+
+    fn seen(&self) -> Seen<'_> {
+        Seen { kind: self.kind, device: &self.device }
     }
 
     fn movement(name: String, Magnitudes { at_ns, values }: Magnitudes) -> Happened {
-        Happened { name, at_ns, magnitudes: values, kind: Kind::Movement }
+        Happened { magnitudes: values, ..Happened::events(name, at_ns, Kind::Movement) }
     }
 
     /// The samples of acceleration, at these times [s].
@@ -148,7 +134,7 @@ impl Into {
         } else if let Some(both) = self.of_movement(bag, person, device)? {
             both
         } else {
-            let session = self.beats_of(bag, person)?;
+            let session = self.beats_of(bag, person, device)?;
             let recording = of_heart(device, session.kind)?;
             (session, recording)
         };
@@ -165,7 +151,7 @@ impl Into {
         let usual = if device.is_dated { DATED_OFFSET_SECS } else { f64::INFINITY };
         let search = Search {
             max_offset_secs: self.max_offset.unwrap_or(usual),
-            delay: self.delay(session.kind, recording.kind),
+            delay: delay(session.seen(), recording.seen(), self.pulse_arrival),
             resolution_secs: if session.kind == Kind::Marks { MARK_SECS } else { 0.0 },
         };
         let found = match session.kind {
@@ -186,26 +172,7 @@ impl Into {
         Ok(Joined { session_from_device, words })
     }
 
-    /// How much later the recording shows an event than the session.
-    fn delay(&self, session: Kind, recording: Kind) -> Latency {
-        let arrival = self.pulse_arrival.unwrap_or(PULSE_ARRIVAL);
-        match (session, recording) {
-            (Kind::Marks, _) => Latency::new(0.0, 0.0),
-            (Kind::Movement, _) => BETWEEN_SENSORS,
-            (Kind::Beats, Kind::Pulses) => arrival,
-            (Kind::Beats, Kind::PulseIntervals) => Latency::new(
-                arrival.secs + PULSE_RISE.secs,
-                arrival.uncertainty_secs.hypot(PULSE_RISE.uncertainty_secs),
-            ),
-            (Kind::Beats, _) => BETWEEN_ECGS,
-            (_, Kind::PulseIntervals) => Latency::new(0.0, PULSE_RISE.uncertainty_secs),
-            // The session's pulses are known by their peaks, like those of the recording.
-            (_, Kind::Pulses) => BETWEEN_PLACES,
-            (_, _) => Latency::new(-(arrival.secs + PULSE_RISE.secs), PULSE_RISE.uncertainty_secs),
-        }
-    }
-
-    /// The movement in both, where it is requested or their heartbeats can't be compared; `None` where they can.
+    /// The movement of both, where that is asked for or their hearts can't be compared; `None` where they are.
     fn of_movement(
         &self,
         bag: &Bag,
@@ -216,7 +183,9 @@ impl Into {
             Some(wanted) => bag.streams().iter().find(|known| {
                 known.stream.name == wanted.to_string() && movement::is_acceleration(known)
             }),
-            None if has_heart(device) && self.beats_of(bag, person).is_ok() => None,
+            None if shown_by(device).is_some() && self.beats_of(bag, person, device).is_ok() => {
+                None
+            }
             None => movement::acceleration_of(bag, person),
         };
         let Some(stream) = stream else { return Ok(None) };
@@ -233,32 +202,25 @@ impl Into {
         Ok(Some((Happened::movement(name, ours), theirs)))
     }
 
-    /// The beats of the person in the session.
-    fn beats_of(&self, bag: &Bag, person: &str) -> Result<Happened, Failure> {
-        let signal_of = |known: &BagStream| {
-            let input = known.stream.inputs.first()?;
-            let input = bag.streams().iter().find(|other| other.stream.name == *input)?;
-            Some(input.stream.signal)
-        };
-        let is_beats = |known: &&BagStream| {
-            let leaf = known.stream.name.rsplit('/').next();
-            known.stream.shape == Shape::Event
-                && known.stream.origin == Origin::Derived
-                && matches!(leaf, Some("beats" | "pulses"))
-                && known.messages > 0
-        };
-        let beats = bag.streams().iter().filter(is_beats);
-        let rank = |known: &&BagStream| match signal_of(known) {
-            Some(Signal::Ecg) => 0,
-            Some(Signal::Interval) => 1,
-            _ => 2,
-        };
+    /// The beats of the person in the session: the pulses of the same kind of device, so that a recording lies on
+    /// what came live of it, else what is nearest to the heart.
+    fn beats_of(
+        &self,
+        bag: &Bag,
+        person: &str,
+        device: &DeviceRecording,
+    ) -> Result<Happened, Failure> {
+        let beats: Vec<FoundBeats<'_>> =
+            bag.streams().iter().filter_map(|known| FoundBeats::of(bag, known)).collect();
         let chosen = match &self.against {
-            Some(wanted) => beats.clone().find(|known| known.stream.name == wanted.to_string()),
-            None => beats.clone().filter(|known| known.stream.id == person).min_by_key(rank),
+            Some(wanted) => beats.iter().find(|each| each.name() == wanted.to_string()),
+            None => beats
+                .iter()
+                .filter(|each| each.known.stream.id == person)
+                .min_by_key(|each| (!each.is_of(device), each.rank())),
         };
         let Some(chosen) = chosen else {
-            let names: Vec<&str> = beats.map(|known| known.stream.name.as_str()).collect();
+            let names: Vec<&str> = beats.iter().map(FoundBeats::name).collect();
             let hint = match names.as_slice() {
                 [] => "join by a marker with --at, or compute the session's beats with `teampulse replay`".to_owned(),
                 names => format!("the session has {}: name one with --against, or its --person", names.join(", ")),
@@ -269,9 +231,9 @@ impl Into {
                 .hint(hint)
                 .exit(Exit::BadArguments));
         };
-        let name = chosen.stream.name.clone();
-        let kind = if signal_of(chosen) == Some(Signal::Ppg) { Kind::Pulses } else { Kind::Beats };
-        Ok(Happened::events(name.clone(), times(bag, &name)?, kind))
+        let (name, Seen { kind, device }) = (chosen.name().to_owned(), chosen.seen());
+        let at_ns = times(bag, &name)?;
+        Ok(Happened::events(name, at_ns, kind).seen_by(device))
     }
 }
 
@@ -348,6 +310,8 @@ fn words(
         format!(
             ", with ±{ms:.0} ms for the time that a movement takes from one sensor to the other"
         )
+    } else if delay == SAME_DEVICE {
+        format!(", which came live of the same kind of device, {}", session.device)
     } else if delay.secs == 0.0 {
         String::new()
     } else {
