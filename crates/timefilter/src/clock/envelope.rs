@@ -44,6 +44,9 @@ const POOR_ERRORS: f64 = 3.0;
 const SEEN: usize = 16;
 const KNOWN: usize = 32;
 const SILENT_SKEW: f64 = 4e-6;
+/// The time over which the usual size of residuals is averaged, and the longest that one fit counts [s].
+const USUAL_SECS: f64 = 600.0;
+const USUAL_MOST_SECS: f64 = 60.0;
 /// The number of bins needed to call a clock poor: at its start, and after a wrong verdict.
 const POOR_BINS: (usize, usize) = (6, 30);
 
@@ -58,6 +61,27 @@ pub(super) struct Envelope {
     poor_bins: usize,
     /// The spread of points when there were last enough of them [s].
     spread: f64,
+    usual: Usual,
+}
+
+/// Means over the last minutes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Usual {
+    /// The device time of the last fit, and the time that the mean covers [s].
+    device: f64,
+    secs: f64,
+    /// The size of residuals [s].
+    residual: f64,
+}
+
+impl Usual {
+    fn push(&mut self, fit: &Fit) {
+        let passed = (fit.device - self.device).clamp(0.0, USUAL_MOST_SECS);
+        self.device = self.device.max(fit.device);
+        self.secs = (self.secs + passed).min(USUAL_SECS);
+        let share = if self.secs > 0.0 { passed / self.secs } else { 0.0 };
+        self.residual += (fit.residual() - self.residual) * share;
+    }
 }
 
 impl Envelope {
@@ -66,7 +90,14 @@ impl Envelope {
 
     pub fn new(usual_skew: f64) -> Envelope {
         let bins = VecDeque::with_capacity(BINS + 1);
-        Envelope { bins, usual_skew, poor: false, poor_bins: POOR_BINS.0, spread: 0.0 }
+        Envelope {
+            bins,
+            usual_skew,
+            poor: false,
+            poor_bins: POOR_BINS.0,
+            spread: 0.0,
+            usual: Usual::default(),
+        }
     }
 
     /// Takes the lowest point of a closed bin.
@@ -146,8 +177,10 @@ impl Envelope {
         let fit = within(self.usual_skew);
         if seen >= SEEN {
             self.spread = fit.spread;
+            self.usual.push(&fit);
         }
-        fit
+        // A few points may lie on a line by chance, or on one edge of a saw-tooth.
+        fit.no_surer_than_by(self.usual.residual)
     }
 }
 
