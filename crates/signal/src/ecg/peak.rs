@@ -9,6 +9,13 @@ const DEFLECTION_HZ: f64 = 10.0;
 const REACH_SIGMAS: f64 = 3.0;
 /// The search range around the maximum of the energy [s].
 const SEARCH_SECS: f64 = 0.07;
+/// A broad complex can have two crests of one deflection, of which the steeper one stands out more when
+/// smoothed: its time is that of the highest sample within this time of the found crest [s] …
+const CREST_SECS: f64 = 0.06;
+/// … as far as the signal stays above this share of the crest's height, which is measured from the lower of
+/// the two samples this far before and after it [s].
+const CREST_SHARE: f64 = 0.8;
+const CREST_BASE_SECS: f64 = 0.1;
 /// The search range for the highest sample around the maximum of the smoothed deflection [s].
 const SNAP_SECS: f64 = 0.012;
 /// The distance of the outer points of the parabola that interpolates the peak [s].
@@ -42,6 +49,8 @@ pub(super) struct PeakFinder {
     group: i64,
     kernel: Kernel,
     search: i64,
+    crest: usize,
+    crest_base: usize,
     snap: i64,
     shoulder: i64,
     /// The mean log ratio of upward to downward deflections.
@@ -65,6 +74,8 @@ impl PeakFinder {
             group: group as i64,
             kernel: Kernel::even(DEFLECTION_HZ, half, working_hz),
             search: search as i64,
+            crest: (CREST_SECS * working_hz) as usize,
+            crest_base: (CREST_BASE_SECS * working_hz) as usize,
             snap: (SNAP_SECS * rate_hz).round().max(2.0) as i64,
             shoulder: (PARABOLA_SECS * rate_hz).round().max(1.0) as i64,
             direction: 0.0,
@@ -97,6 +108,7 @@ impl PeakFinder {
         let upright = ratio + bias + habit >= 0.0;
         self.learn_direction(ratio, upright, strength);
         let peak = place - self.search + if upright { up.0 } else { down.0 } as i64;
+        let peak = self.highest_crest(peak, upright, working);
         let begin = self.raw_place(peak).round() as i64;
         Deflection { sample: self.true_peak(begin, upright, raw).max(0.0), upright }
     }
@@ -124,6 +136,24 @@ impl PeakFinder {
         }
         let weight = if strength > self.usual_strength { 0.3 } else { 0.03 };
         self.usual_strength += weight * (strength - self.usual_strength);
+    }
+
+    /// The highest sample of the deflection around `peak`, at the working rate.
+    fn highest_crest(&self, peak: i64, upright: bool, working: &History) -> i64 {
+        let (sign, base) = (if upright { 1.0 } else { -1.0 }, self.crest_base);
+        let around = working.at(peak - base as i64..peak + base as i64 + 1);
+        let [first, .., last] = around else { return peak };
+        if around.len() != 2 * base + 1 {
+            return peak;
+        }
+        let floor = (sign * first).min(sign * last);
+        let least = floor + CREST_SHARE * (sign * around[base] - floor);
+        let is_high = |&place: &usize| sign * around[place] > least;
+        let begin = (base - self.crest..base).rev().take_while(is_high).last().unwrap_or(base);
+        let end = (base + 1..=base + self.crest).take_while(is_high).last().unwrap_or(base);
+        let highest = (begin..=end)
+            .max_by(|&a, &b| (sign * around[a]).total_cmp(&(sign * around[b])).then(b.cmp(&a)));
+        peak + highest.unwrap_or(base) as i64 - base as i64
     }
 
     /// The nearest extreme of the raw signal, or `begin` if there is none.
