@@ -37,6 +37,7 @@ mod pattern;
 mod variability;
 mod phase;
 mod quality;
+mod recurrence;
 mod spectral;
 pub mod rsa;
 pub mod derived;

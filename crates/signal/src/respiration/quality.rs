@@ -4,6 +4,7 @@ use super::Breath;
 use super::band;
 use super::grouping::Grouping;
 use super::pattern::mean;
+use super::recurrence::recurrence;
 use super::spectral::Spectral;
 use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, mad, median};
@@ -17,6 +18,9 @@ const UNUSUAL_FACTOR: f64 = 4.0;
 /// The shares of power around the breathing rate with and without a clear rhythm: a random walk has 0.2.
 const RHYTHM: f64 = 0.68;
 const NO_RHYTHM: f64 = 0.5;
+/// The recurrence of breaths with and without a clear rhythm.
+const RECURRING: f64 = 0.85;
+const NOT_RECURRING: f64 = 0.45;
 /// The highest quality without a rhythm.
 const MOST_WITHOUT_RHYTHM: f64 = 0.29;
 /// The number of points of a breath's shape.
@@ -29,9 +33,10 @@ const SHAPE_LENGTH: usize = 32;
 /// - likeness is the mean correlation of breaths with the median breath, each stretched to the same
 ///   length, and not below 0 (as Charlton et al. 2021, doi:10.1016/j.bspc.2020.102339);
 /// - regularity is 1 / (1 + v²), with v = 1.4826 · MAD / median of the durations;
-/// - rhythm rises from 0 to 1 where 0.5 to 0.68 of the power at 0.05–1 Hz lies within 35 % of the mean
-///   rate of the breaths or its double: a random walk has breaths, but no rhythm (below 0.29 the
-///   quality is as without it);
+/// - rhythm is the lesser of two, as a random walk has breaths, but no rhythm (below 0.29 the quality is
+///   as without it): it rises from 0 to 1 where 0.5 to 0.68 of the power at 0.05–1 Hz lies within 35 % of
+///   the mean rate of the breaths or its double, and where the autocorrelation of the signal's slope (over
+///   0.32 s) is higher at the mean duration of a breath than at half of it by 0.45 to 0.85;
 /// - the covered share is that of the time that lies in breaths with an amplitude between a quarter
 ///   and four times the median: motion and pauses of the sensor are left;
 /// - the living share is that of samples that are usable, not flat (the same for more than 3 s) and
@@ -64,7 +69,12 @@ pub(super) fn of_means(
     let durations: Vec<f64> = whole.iter().map(|breath| breath.duration()).collect();
     let product = spectral.breathing_share * likeness(means, &whole) * regularity(&durations);
     let rhythm = mean(&durations).recip() * rate_hz * 60.0;
-    let kept = ((spectral.rhythm_share(rhythm) - NO_RHYTHM) / (RHYTHM - NO_RHYTHM)).clamp(0.0, 1.0);
+    let from_to = |value: f64, from: f64, to: f64| ((value - from) / (to - from)).clamp(0.0, 1.0);
+    let kept = from_to(spectral.rhythm_share(rhythm), NO_RHYTHM, RHYTHM).min(from_to(
+        recurrence(means, rate_hz, mean(&durations) / rate_hz),
+        NOT_RECURRING,
+        RECURRING,
+    ));
     let quality = product.cbrt() * covered_share(breaths, length) * living_share(means, rate_hz);
     let quality = (kept * quality).max(quality.min(MOST_WITHOUT_RHYTHM));
     if quality.is_finite() { quality.clamp(0.0, 1.0) } else { 0.0 }
