@@ -209,9 +209,12 @@ impl BeatReporter {
         let between = self.before.and_then(|before| {
             self.between(clean, before - begin as f64, beat.sample - begin as f64)
         });
+        let echo = self.before.filter(|_| looks.is_some()).and_then(|before| {
+            self.likeness.echo(clean, before - begin as f64, beat.sample - begin as f64)
+        });
         self.before = Some(beat.sample);
         let at_ns = windows.track.time_ns(beat.sample).unwrap_or_default();
-        windows.push(WindowBeat { at_ns, rr_ms, looks, between });
+        windows.push(WindowBeat { at_ns, rr_ms, looks, between, echo });
         let quality = looks.and_then(|looks| looks.likeness);
         let details = vec![
             ("rr_ms", rr_ms.unwrap_or(f64::NAN)),

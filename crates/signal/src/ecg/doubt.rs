@@ -10,9 +10,14 @@ const UNLIKE: f64 = 0.8;
 /// A deflection between beats is unexplained above this share of their height.
 const UNEXPLAINED: f64 = 0.35;
 
-/// The probability by signal quality alone, when there is no other evidence against the rate.
+/// A deflection between beats is an echo of them above this correlation and share of their size.
+const ECHO_CORRELATION: f64 = 0.85;
+const ECHO_SHARE: f64 = 0.15;
+
+/// The probability by signal quality alone, when nothing speaks against the rate. Even in much noise, beats
+/// that nothing speaks against are nearly always right.
 const OF_QUALITY: [(f64, f64); 6] =
-    [(0.0, 0.0), (0.4, 0.5), (0.55, 0.75), (0.8, 0.8), (0.85, 0.95), (1.0, 0.99)];
+    [(0.0, 0.0), (0.03, 0.03), (0.06, 0.78), (0.2, 0.79), (0.25, 0.93), (1.0, 0.99)];
 /// The limits above which each share counts against it.
 const MOST_UNEXPLAINED: f64 = 0.08;
 const MOST_DOUBLED: f64 = 0.05;
@@ -20,6 +25,15 @@ const MOST_ODD_UNLIKE: f64 = 0.03;
 const LEAST_LIKE: f64 = 0.92;
 const MOST_ODD: f64 = 0.05;
 const MOST_SATURATED: f64 = 0.1;
+const MOST_ECHOED: f64 = 0.3;
+const MOST_LOST: f64 = 0.06;
+/// Where nearly every interval has an unexplained deflection, a whole rhythm may be missed.
+const MOSTLY_UNEXPLAINED: f64 = 0.6;
+/// A span is lively above this share of living signal; in any other its power takes from the probability:
+/// what is flat, saturated or silent hides beats.
+const LIVELY: f64 = 0.95;
+const LIVING_WEIGHT: f64 = 1.25;
+const MOST_UNLIVELY: f64 = 0.79;
 
 /// Shares of beats, all between 0 and 1.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +51,11 @@ pub(super) struct Doubt {
     /// The share of beats preceded by a deflection as high as a beat where there is no T or P wave: a missed
     /// beat.
     pub(super) unexplained: f64,
+    /// The share of beats preceded by a deflection of their own form where there is no T or P wave, however
+    /// low: a missed beat of a heart whose beats alternate in height.
+    pub(super) echoed: f64,
+    /// The share of beats that may be lost in intervals near a multiple of the median.
+    pub(super) lost: f64,
 }
 
 impl Doubt {
@@ -54,6 +73,10 @@ impl Doubt {
             |beat: &&WindowBeat| likeness(beat).is_none_or(|likeness| likeness < UNLIKE);
         let is_unexplained =
             |beat: &&WindowBeat| beat.between.is_some_and(|between| between > UNEXPLAINED * height);
+        let is_echoed = |beat: &&WindowBeat| {
+            beat.echo
+                .is_some_and(|echo| echo.correlation > ECHO_CORRELATION && echo.share > ECHO_SHARE)
+        };
         let share = |count: usize| count as f64 / beats.len().max(1) as f64;
         Doubt {
             doubled: doubled(intervals().collect()),
@@ -62,22 +85,50 @@ impl Doubt {
             odd: share(beats.iter().filter(is_odd).count()),
             odd_unlike: share(beats.iter().filter(is_odd).filter(is_unlike).count()),
             unexplained: share(beats.iter().filter(is_unexplained).count()),
+            echoed: share(beats.iter().filter(is_echoed).count()),
+            lost: lost(&intervals().collect::<Vec<_>>(), usual_ms),
         }
     }
 
-    /// The probability that the rate is correct within 10 %, given the signal quality, calibrated on
-    /// simulated signals of 24 kinds (`bench/signal/measure_unkind choosing`).
-    pub(super) fn probability(&self, quality: f64) -> f64 {
+    /// The probability that the rate is correct within 10 %, given the signal quality and the share of
+    /// living signal, calibrated on simulated signals of 24 kinds (`bench/signal/measure_unkind choosing`).
+    ///
+    /// The more independent evidence there is against the rate, the less.
+    pub(super) fn probability(&self, quality: f64, living: f64) -> f64 {
+        let is_lively = living > LIVELY;
+        let is_echoed = self.echoed > MOST_ECHOED;
         let speaks_against = [
-            (self.unexplained > MOST_UNEXPLAINED, 0.6),
-            (self.doubled > MOST_DOUBLED, 0.6),
-            (self.odd_unlike > MOST_ODD_UNLIKE, 0.75),
-            (self.like < LEAST_LIKE && self.odd > MOST_ODD, 0.75),
-            (self.saturated > MOST_SATURATED, 0.75),
+            self.unexplained > MOST_UNEXPLAINED,
+            self.doubled > MOST_DOUBLED,
+            self.odd_unlike > MOST_ODD_UNLIKE,
+            self.like < LEAST_LIKE && self.odd > MOST_ODD,
+            self.saturated > MOST_SATURATED,
+            is_echoed,
+            self.lost > MOST_LOST,
         ];
-        let most = speaks_against.iter().filter(|(speaks, _)| *speaks).map(|(_, most)| *most);
-        most.fold(interpolated(&OF_QUALITY, quality), f64::min)
+        let most = match speaks_against.iter().filter(|&&speaks| speaks).count() {
+            0 => 1.0,
+            1 if self.unexplained >= MOSTLY_UNEXPLAINED => 0.35,
+            1 if is_lively && !is_echoed && self.odd < MOST_ODD => 0.93,
+            1 => 0.79,
+            2 => 0.6,
+            3 => 0.25,
+            _ => 0.2,
+        };
+        let probability = interpolated(&OF_QUALITY, quality).min(most);
+        if is_lively {
+            probability
+        } else {
+            (probability * living.max(0.0).powf(LIVING_WEIGHT)).min(MOST_UNLIVELY)
+        }
     }
+}
+
+/// The share of beats that are missing if every interval near a multiple of the usual one has lost some.
+fn lost(intervals_ms: &[f64], usual_ms: f64) -> f64 {
+    let missing = |rr_ms: &f64| ((rr_ms / usual_ms).round() - 1.0).max(0.0);
+    let missing: f64 = intervals_ms.iter().map(missing).sum();
+    if missing > 0.0 { missing / (intervals_ms.len() as f64 + missing) } else { 0.0 }
 }
 
 /// The share of intervals near twice the lower quartile, minus the share between once and twice.

@@ -8,6 +8,10 @@ const BEFORE_SECS: f64 = 0.1;
 const AFTER_SECS: f64 = 0.15;
 /// The number of points at which beats are compared, 8 ms apart.
 const PLACES: usize = 32;
+const STEP_SECS: f64 = (BEFORE_SECS + AFTER_SECS) / (PLACES - 1) as f64;
+/// How far from both beats a missed one is looked for, as a share of the interval, and at least [s].
+const ECHO_MARGIN: f64 = 0.33;
+const ECHO_MARGIN_SECS: f64 = 0.15;
 /// A beat is compared with the third most similar of those remembered: several beat morphologies may
 /// alternate.
 const ALIKE: usize = 3;
@@ -23,6 +27,15 @@ pub(super) struct Looks {
     pub(super) deflection: f64,
     /// Its peak-to-peak range [unit of the signal].
     pub(super) height: f64,
+}
+
+/// A deflection between two beats that may be a beat itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Echo {
+    /// The correlation of its waveform with that of the beat [−1..1].
+    pub(super) correlation: f64,
+    /// Its size as a share of the beat's (root of the sum of squares).
+    pub(super) share: f64,
 }
 
 /// The newest beats, each detrended.
@@ -44,22 +57,43 @@ impl Likeness {
         Likeness { rate_hz, shapes, count: 0, next: 0 }
     }
 
+    /// The highest deflection in the middle of the interval before the newest beat, compared with that beat;
+    /// `None` where the interval is too short for one.
+    pub(super) fn echo(&self, samples: &[f64], before: f64, beat: f64) -> Option<Echo> {
+        let newest = &self.shapes[self.next.checked_sub(1).unwrap_or(MEMORY - 1)];
+        let deflection = newest[(BEFORE_SECS / STEP_SECS).round() as usize];
+        let margin = (ECHO_MARGIN * (beat - before)).max(ECHO_MARGIN_SECS * self.rate_hz);
+        let (begin, end) = ((before + margin) as usize, (beat - margin).max(0.0) as usize);
+        let middle = samples.get(begin..end)?;
+        let height = |place: &usize| deflection * middle[*place];
+        let highest = (0..middle.len()).max_by(|a, b| height(a).total_cmp(&height(b)))?;
+        let shape = self.shape(samples, (begin + highest) as f64)?;
+        let (here, there) = (product(&shape, &shape), product(newest, newest));
+        let correlation = product(&shape, newest) / (here * there).sqrt();
+        correlation.is_finite().then(|| Echo { correlation, share: (here / there).sqrt() })
+    }
+
     /// Takes in the beat at `middle` of these samples; `None` when they do not reach far enough around it.
     pub(super) fn push(&mut self, samples: &[f64], middle: f64) -> Option<Looks> {
-        let step = (BEFORE_SECS + AFTER_SECS) / (PLACES - 1) as f64;
-        let mut shape = [0.0; PLACES];
-        for (index, value) in shape.iter_mut().enumerate() {
-            let secs = index as f64 * step - BEFORE_SECS;
-            *value = between(samples, middle + secs * self.rate_hz)?;
-        }
-        without_line(&mut shape);
-        let deflection = shape[(BEFORE_SECS / step).round() as usize];
+        let shape = self.shape(samples, middle)?;
+        let deflection = shape[(BEFORE_SECS / STEP_SECS).round() as usize];
         let (low, high) = ends(&shape);
         let likeness = self.likeness(&shape);
         self.shapes[self.next] = shape;
         self.next = (self.next + 1) % MEMORY;
         self.count = (self.count + 1).min(MEMORY);
         Some(Looks { likeness, deflection, height: high - low })
+    }
+
+    /// The detrended waveform around a sample.
+    fn shape(&self, samples: &[f64], middle: f64) -> Option<Shape> {
+        let mut shape = [0.0; PLACES];
+        for (index, value) in shape.iter_mut().enumerate() {
+            let secs = index as f64 * STEP_SECS - BEFORE_SECS;
+            *value = between(samples, middle + secs * self.rate_hz)?;
+        }
+        without_line(&mut shape);
+        Some(shape)
     }
 
     fn likeness(&self, shape: &Shape) -> Option<f64> {

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::doubt::Doubt;
-use super::likeness::Looks;
+use super::likeness::{Echo, Looks};
 use super::pieces::Piece;
 use super::quality::Parts;
 use super::signs::Signs;
@@ -24,10 +24,12 @@ const HIDING_CYCLES: f64 = 1.4;
 const USUAL_BEATS: usize = 12;
 /// The shortest gap that may always hide a beat [s].
 pub(super) const HIDING_SECS: f64 = 0.1;
-/// The weight of flat, saturated and silent time in the quality: it hides beats.
-const LIVING_WEIGHT: f64 = 1.25;
-/// The smallest quality at which beats are separable from noise well enough for a rate.
+/// The smallest probability of the rate for which it is reported.
+const LEAST_PROBABILITY: f64 = 0.4;
+/// The smallest signal quality at which the times of beats are exact enough for their variability.
 const LEAST_QUALITY: f64 = 0.4;
+/// The number of values of the rate itself.
+const RATES: usize = 4;
 
 /// A beat, as spans need it.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +42,8 @@ pub(super) struct WindowBeat {
     /// The peak-to-peak range between this beat and the one before, where neither has waves [unit of the
     /// signal].
     pub(super) between: Option<f64>,
+    /// What may be a missed beat in between.
+    pub(super) echo: Option<Echo>,
 }
 
 pub(super) struct EcgWindows {
@@ -156,13 +160,16 @@ impl EcgWindows {
         let quality = quality(&beats, &pieces, 1.0);
         let is_poor = quality * living < LEAST_QUALITY;
         let saturated = signs.map_or(0.0, |signs| signs.saturated);
-        let quality =
-            Doubt::of(&beats, saturated).probability(quality) * living.powf(LIVING_WEIGHT);
+        let quality = Doubt::of(&beats, saturated).probability(quality, living);
         let mut values = rates(&beats, span).to_vec();
         values.push(self.breathing_rate(&beats, span));
         values.extend(self.heart.measure_after(span, last).values);
-        if is_poor && span.secs() > LONGEST_SECS {
-            values.fill(Err(Reason::Quality));
+        if span.secs() > LONGEST_SECS {
+            if quality < LEAST_PROBABILITY {
+                values.fill(Err(Reason::Quality));
+            } else if is_poor {
+                values[RATES..].fill(Err(Reason::Quality));
+            }
         }
         let of_signal = [&[Ok(quality)][..], &Signs::values(signs), &[Ok(silent)]].concat();
         values.splice(values::OF_BEATS..values::OF_BEATS, of_signal);
