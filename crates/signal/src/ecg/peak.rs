@@ -15,6 +15,8 @@ const CREST_SECS: f64 = 0.06;
 /// … as far as the signal stays above this share of the crest's height, which is measured from the lower of
 /// the two samples this far before and after it [s].
 const CREST_SHARE: f64 = 0.8;
+/// By how much of that height another crest has to be higher: the edges of a beat that is cut off are alike.
+const CREST_GAIN: f64 = 0.05;
 const CREST_BASE_SECS: f64 = 0.1;
 /// The search range for the highest sample around the maximum of the smoothed deflection [s].
 const SNAP_SECS: f64 = 0.012;
@@ -147,13 +149,15 @@ impl PeakFinder {
             return peak;
         }
         let floor = (sign * first).min(sign * last);
-        let least = floor + CREST_SHARE * (sign * around[base] - floor);
+        let height = sign * around[base] - floor;
+        let least = floor + CREST_SHARE * height;
         let is_high = |&place: &usize| sign * around[place] > least;
         let begin = (base - self.crest..base).rev().take_while(is_high).last().unwrap_or(base);
         let end = (base + 1..=base + self.crest).take_while(is_high).last().unwrap_or(base);
         let highest = (begin..=end)
             .max_by(|&a, &b| (sign * around[a]).total_cmp(&(sign * around[b])).then(b.cmp(&a)));
-        peak + highest.unwrap_or(base) as i64 - base as i64
+        let is_higher = |&place: &usize| sign * around[place] - floor > (1.0 + CREST_GAIN) * height;
+        peak + highest.filter(is_higher).unwrap_or(base) as i64 - base as i64
     }
 
     /// The nearest extreme of the raw signal, or `begin` if there is none.
