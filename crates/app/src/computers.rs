@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn stamps_of_a_simulation_are_not_a_clock_offset() {
         let shown = line("arena", &status(-1.8e9, ClockKind::Remote));
-        assert!(shown.starts_with("clock    off   arena  stamps by simulated time"), "{shown}");
+        assert!(shown.starts_with("clock    off   arena  stamps in simulated time"), "{shown}");
     }
 
     #[test]

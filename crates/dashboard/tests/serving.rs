@@ -320,6 +320,8 @@ async fn pictures_wait_for_the_points_found_in_them_where_these_are_drawn() {
     let taken = at(0.0);
     stage.give_at(taken, camera(), picture(0));
     stage.give_at(taken, pose(), nose(0.0));
+    let streams = ["GET /api/streams HTTP/1.1", "Host: HOST"];
+    while !stage.request(&streams, "").await.contains(&pose().name) {}
     let mut browsers = Vec::new();
     for with_points in [true, false] {
         let mut browser = stage.browser().await;
