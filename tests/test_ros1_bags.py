@@ -127,7 +127,7 @@ def test_of_a_bag_of_ros_1_that_was_cut_off_all_that_is_left_is_imported(stage):
     done = stage.ask("recover", path)
     assert done.returncode == 1 and f"`teampulse import {path}`" in done.stderr, done
     done = stage.ask("import", path, "--out", stage.folder / "sessions")
-    assert done.returncode == 3 and "cut off" in done.stdout, done
+    assert done.returncode == 3 and "truncated" in done.stdout, done
     assert path.read_bytes() == torn
     assert sum(map(len, read(done.stdout.splitlines()[-1]).values())) > COUNT
 
