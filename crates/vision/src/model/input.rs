@@ -105,47 +105,129 @@ impl Placement {
 pub fn tensor(input: &Input, picture: &Picture, placement: &Placement) -> Tensor {
     let [width, height] = input.size;
     let mut tensor = Tensor::zeros(input.shape());
-    let number =
-        |value: f32, part: usize| (value * input.scale - input.mean[part]) / input.std[part];
+    let upright = Upright::new(input, picture, placement);
+    let mut colours = vec![[input.fill; 3]; width];
     for row in 0..height {
-        for column in 0..width {
-            let place = placement.in_picture([column as f32, row as f32]);
-            let mut colour = between(picture, place).unwrap_or([input.fill; 3]);
-            if input.color == Colour::Bgr {
-                colour.reverse();
-            }
-            for (part, value) in colour.into_iter().enumerate() {
-                let place = match input.layout {
-                    Layout::Nchw => (part * height + row) * width + column,
-                    Layout::Nhwc => (row * width + column) * 3 + part,
-                };
-                tensor.values[place] = number(value, part);
-            }
+        match &upright {
+            Some(upright) => upright.row(picture, row, input.fill, &mut colours),
+            None => turned(picture, placement, row, input.fill, &mut colours),
         }
+        write_row(input, row, &colours, &mut tensor.values);
     }
     tensor
 }
 
-/// The colour between the four pixels around a place (bilinear); `None` outside of the picture.
-fn between(picture: &Picture, [x, y]: [f32; 2]) -> Option<[f32; 3]> {
-    let (width, height) = (picture.width as f32, picture.height as f32);
-    let is_inside = x >= -0.5 && y >= -0.5 && x < width - 0.5 && y < height - 0.5;
-    if !is_inside {
-        return None;
+/// Puts a row of colours where a model expects it, in its order and on its scale.
+fn write_row(input: &Input, row: usize, colours: &[[f32; 3]], values: &mut [f32]) {
+    let [width, height] = input.size;
+    for part in 0..3 {
+        let from = if input.color == Colour::Bgr { 2 - part } else { part };
+        let (scale, mean, std) = (input.scale, input.mean[part], input.std[part]);
+        let numbers = colours.iter().map(|colour| (colour[from] * scale - mean) / std);
+        match input.layout {
+            Layout::Nchw => {
+                let plane = &mut values[(part * height + row) * width..][..width];
+                plane.iter_mut().zip(numbers).for_each(|(value, number)| *value = number);
+            }
+            Layout::Nhwc => {
+                let pixels = values[row * width * 3..][..width * 3].as_chunks_mut::<3>().0;
+                pixels.iter_mut().zip(numbers).for_each(|(pixel, number)| pixel[part] = number);
+            }
+        }
     }
-    let (x, y) = (x.clamp(0.0, width - 1.0), y.clamp(0.0, height - 1.0));
-    let (left, top) = (x.floor(), y.floor());
-    let (across, down) = (x - left, y - top);
-    let (left, top) = (left as u32, top as u32);
-    let (right, below) = ((left + 1).min(picture.width - 1), (top + 1).min(picture.height - 1));
-    let corners = [(left, top), (right, top), (left, below), (right, below)];
-    let corners = corners.map(|(column, row)| picture.at(column, row).unwrap_or_default());
-    let mix = |part: usize| {
-        let [above, beside, below, last] = corners.map(|corner| f32::from(corner[part]));
-        (above + (beside - above) * across) * (1.0 - down)
-            + (below + (last - below) * across) * down
-    };
-    Some([mix(0), mix(1), mix(2)])
+}
+
+/// The two neighbours of a place along one side of a picture, and how far it is from the first to the second (0 to 1).
+#[derive(Clone, Copy)]
+struct Between {
+    near: usize,
+    far: usize,
+    share: f32,
+}
+
+impl Between {
+    /// `None` outside of the picture.
+    fn new(place: f32, count: u32) -> Option<Between> {
+        let length = count as f32;
+        let is_inside = place >= -0.5 && place < length - 0.5;
+        let place = place.clamp(0.0, (length - 1.0).max(0.0));
+        let near = place.floor();
+        let share = place - near;
+        let near = near as usize;
+        let far = (near + 1).min((count as usize).saturating_sub(1));
+        is_inside.then_some(Between { near, far, share })
+    }
+
+    fn mix(self, near: f32, far: f32) -> f32 {
+        near + (far - near) * self.share
+    }
+}
+
+/// The neighbours of each column and of each row of an input that is not turned: the same for all of its pixels.
+struct Upright {
+    columns: Vec<Option<Between>>,
+    rows: Vec<Option<Between>>,
+}
+
+impl Upright {
+    /// `None` for a placement that is turned.
+    fn new(input: &Input, picture: &Picture, placement: &Placement) -> Option<Upright> {
+        let is_upright = placement.right[1] == 0.0 && placement.down[0] == 0.0;
+        let column = |at| Between::new(placement.in_picture([at as f32, 0.0])[0], picture.width);
+        let row = |at| Between::new(placement.in_picture([0.0, at as f32])[1], picture.height);
+        is_upright.then(|| Upright {
+            columns: (0..input.size[0]).map(column).collect(),
+            rows: (0..input.size[1]).map(row).collect(),
+        })
+    }
+
+    fn row(&self, picture: &Picture, row: usize, fill: f32, colours: &mut [[f32; 3]]) {
+        let Some(row) = self.rows[row] else { return colours.fill([fill; 3]) };
+        let (above, below) = (pixels(picture, row.near), pixels(picture, row.far));
+        for (colour, column) in colours.iter_mut().zip(&self.columns) {
+            *colour = match column {
+                Some(column) => mixed(above, below, *column, row),
+                None => [fill; 3],
+            };
+        }
+    }
+}
+
+/// A row of an input that is turned.
+fn turned(
+    picture: &Picture,
+    placement: &Placement,
+    row: usize,
+    fill: f32,
+    colours: &mut [[f32; 3]],
+) {
+    for (at, colour) in colours.iter_mut().enumerate() {
+        let [x, y] = placement.in_picture([at as f32, row as f32]);
+        let place = Between::new(x, picture.width).zip(Between::new(y, picture.height));
+        *colour = place.map_or([fill; 3], |(column, row)| {
+            mixed(pixels(picture, row.near), pixels(picture, row.far), column, row)
+        });
+    }
+}
+
+/// The pixels of a row of a picture.
+fn pixels(picture: &Picture, row: usize) -> &[[u8; 3]] {
+    let width = picture.width as usize;
+    let pixels: &[[u8; 3]] = picture.rgb.as_chunks().0;
+    pixels.get(row * width..(row + 1) * width).unwrap_or_default()
+}
+
+/// The colour between four pixels (bilinear).
+fn mixed(above: &[[u8; 3]], below: &[[u8; 3]], column: Between, row: Between) -> [f32; 3] {
+    let of =
+        |pixels: &[[u8; 3]], at: usize| pixels.get(at).copied().unwrap_or_default().map(f32::from);
+    let (left, right) = (of(above, column.near), of(above, column.far));
+    let (last_left, last_right) = (of(below, column.near), of(below, column.far));
+    [0, 1, 2].map(|part| {
+        let above = column.mix(left[part], right[part]);
+        let below = column.mix(last_left[part], last_right[part]);
+        above * (1.0 - row.share) + below * row.share
+    })
 }
 
 #[cfg(test)]
