@@ -50,6 +50,7 @@ else
 endif
 
 test-peers: build peers ## the binary, end to end (ARGS="-k replay" for a part)
+	$(python) -m ruff check --quiet bench docs tests
 	tests/isolated $(python) -m pytest tests -n $(processes) --dist loadfile $(ARGS)
 
 test-vm: build .venv/ready .venv-vm/ready target/vm/kernel/ready ## straps through a real Bluetooth stack, and the kernel's own camera, keyboard, mouse and sound card, under qemu (Debian on x86-64; 8 minutes)

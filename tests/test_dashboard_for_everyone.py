@@ -29,7 +29,7 @@ def test_every_control_is_reached_by_keyboard_and_has_a_ring(stage, screens):  #
         page.wait_for_url(f"**#/{name}")
         page.wait_for_timeout(500)
         page.evaluate("document.activeElement?.blur()")
-        reached, ringless = set(), []
+        first, reached, ringless = None, set(), []
         for _ in range(150):
             page.keyboard.press("Tab")
             focused = page.evaluate("""() => {
@@ -42,7 +42,7 @@ def test_every_control_is_reached_by_keyboard_and_has_a_ring(stage, screens):  #
             }""")
             if focused is None or (reached and focused[0] == first):
                 break
-            first = focused[0] if not reached else first
+            first = first if reached else focused[0]
             reached.add(focused[0])
             if focused[1] == "none":
                 ringless.append(focused[2])

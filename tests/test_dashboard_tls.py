@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 import websockets
 
-import harness
 from conftest import leave_out
 
 STUDY = """

@@ -9,7 +9,7 @@ import harness
 import numpy
 from rosbags.typesys import Stores, get_typestore
 from tables import described, stamp_ns
-from test_models import CAMERA, FOUND, HEIGHT, IS_SEEN, MADE, OF_JOINTS, WIDTH, jpeg, make, placed, started
+from test_models import FOUND, HEIGHT, IS_SEEN, MADE, OF_JOINTS, WIDTH, jpeg, make, placed, started
 
 assert started, "a fixture"
 

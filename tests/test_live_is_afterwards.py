@@ -64,8 +64,8 @@ def bag(tmp_path_factory):
     out, study = stage.folder / "sessions", stage.study(STUDY)
     nobody = stage.study(STUDY.replace("people = 1", "people = 0"), "nobody.toml")
     monitor = stage.teampulse("run", study, "--out", out, "--duration", RECORDED_SECS)
-    for simulated, secs in [(study, 25), (nobody, 3), (study, 14), (nobody, 21)]:
-        simulator = stage.teampulse("simulate", simulated, "--duration", secs)
+    for simulated, running_secs in [(study, 25), (nobody, 3), (study, 14), (nobody, 21)]:
+        simulator = stage.teampulse("simulate", simulated, "--duration", running_secs)
         assert simulator.ended(within_secs=60) == 0, simulator.report()
     stage.teampulse("simulate", study)
     assert monitor.ended(within_secs=120) == 0, monitor.report()

@@ -12,7 +12,6 @@ from pathlib import Path
 import bags
 import harness
 import numpy
-import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 from PIL import Image

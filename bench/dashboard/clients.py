@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import json
 import os
+import struct
 import sys
 import tempfile
 import time
