@@ -241,6 +241,37 @@ def test_what_is_switched_off_is_seen_with_its_reason_and_when_it_returns(stage,
     assert seen_secs - judged[0] <= 3
 
 
+def test_one_sensor_that_is_unplugged_turns_red_with_its_reason_and_returns(stage, screens):
+    port = stage.folder / "shimmer"
+    worn = {
+        "shimmer3": f'[[simulate.wearables]]\ntype = "shimmer3"\nperson = "p001"\nport = "{port}"\n',
+        "empatica_e4": '[[simulate.wearables]]\ntype = "empatica_e4"\nperson = "p001"\n',
+    }
+    emulated = {}
+
+    def plug(device: str) -> str:
+        study = stage.study(f'[session]\nname = "{device}"\n{worn[device]}', f"{device}.toml")
+        emulated[device] = stage.teampulse("emulate", study)
+        emulated[device].wait_for("emulating wearables")
+        return emulated[device].stdout
+
+    sources = "\n".join(map(plug, worn))
+    study = stage.study(f'[session]\nname = "worn"\n{sources}\n')
+    monitor = stage.teampulse("run", study, "--out", stage.folder / "sessions")
+    page = screens(address_of(monitor)).page
+    unplugged, other = (f".light[data-sensor$='/{device}/eda']" for device in worn)
+    page.wait_for_selector(f"{unplugged}[data-state=ok]")
+    page.wait_for_selector(f"{other}[data-state=ok]")
+    emulated["shimmer3"].kill()
+    page.wait_for_selector(f"{unplugged}.red[data-state=dead]", timeout=90_000)
+    assert "silent for" in page.get_attribute(unplugged, "title")
+    assert page.inner_text(".alerts >> text=/EDA is silent/") != ""
+    assert page.get_attribute(other, "data-state") == "ok"
+    plug("shimmer3")
+    page.wait_for_selector(f"{unplugged}[data-state=ok]", timeout=60_000)
+    assert monitor.interrupt() in (0, 3), monitor.report()
+
+
 def test_an_alert_of_the_study_is_listed_with_its_tier_and_can_be_acknowledged(stage, screens):
     monitor, simulator, address, out = watched(stage)
     page = screens(address).page
