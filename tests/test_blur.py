@@ -1,8 +1,10 @@
 """Faces of people in front of a camera are hidden before a picture is recorded, whatever the models do."""
 
 import io
+import json
 import re
 import time
+import urllib.request
 
 import bags
 import harness
@@ -20,7 +22,7 @@ HIDDEN = "/robot1/front/blurred/compressed"
 WIDTH, HEIGHT, CELL = 320, 240, 8
 # A face is 64 px wide: eight times eight cells that are dark or bright, and a nose of a colour that the model knows.
 FACE, CELLS, NOSE = 64, 8, (230, 30, 200)
-STUDY = f"""
+STUDY = """
 [[sources]]
 type = "robots"
 namespace = "/robot*"
@@ -152,6 +154,11 @@ def test_known_faces_are_in_no_picture_that_is_recorded(started):
     assert all(person.known(face) == 1 for face in faces)
     empty = jpeg(person.drawn(None))
     harness.eventually(lambda: shown(camera, [empty]) and "front/blurred/compressed" in monitor.stderr, within_secs=60)
+    # The camera itself is listed with its health, and its pictures are shown to nobody.
+    address = monitor.wait_for(r"the dashboard is at (http://\S+)/")[1]
+    with urllib.request.urlopen(f"{address}/api/streams") as answer:
+        private = {each["name"]: each["private"] for each in json.load(answer)}
+    assert (private[CAMERA], private[HIDDEN]) == (True, False)
     sent = shown(camera, [empty] * 30 + [jpeg(face) for face in faces] + [empty] * 30)
     assert monitor.interrupt() == 0, monitor.report()
     bag = harness.the_bag(out)

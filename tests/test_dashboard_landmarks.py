@@ -145,8 +145,12 @@ def test_each_picture_is_shown_with_its_own_landmarks_and_a_key_hides_them(stage
     page.keyboard.press("Home")
     harness.eventually(lambda: position() == 0)
     page.keyboard.press("End")
-    # A step is from the position that the page knows.
     harness.eventually(lambda: position() > 5)
+    end_secs = position()
+    # Quick steps add up, also before the first is answered.
+    for key in ("Home", "End", "ArrowLeft", "ArrowLeft", "ArrowLeft"):
+        page.keyboard.press(key)
+    harness.eventually(lambda: abs(position() - (end_secs - 3)) <= 1)
     picture = figure.locator("canvas.picture")
     picture.wait_for()
 

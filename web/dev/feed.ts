@@ -82,7 +82,7 @@ export class Feed {
     this.names.set(name, id);
     this.streams.push({
       id, name, signal: "other", about: "person", subject: "", device: "", derived: false, shape: "sample", message_type: "", channels: [],
-      rate_hz: 0, method: "", family: "", window: null, inputs: [], beside: "", doc: "", hidden: false, ...stream,
+      rate_hz: 0, method: "", family: "", window: null, inputs: [], beside: "", doc: "", hidden: false, private: false, ...stream,
     });
   }
 

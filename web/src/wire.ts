@@ -253,7 +253,11 @@ beside?: string,
 /**
  * Whether this viewer gets no data of it.
  */
-hidden?: boolean, };
+hidden?: boolean, 
+/**
+ * Whether nobody is shown its data.
+ */
+private?: boolean, };
 
 /**
  * What a stream is, in words: the answer to a `describe`.
@@ -347,7 +351,11 @@ doc: string,
 /**
  * Whether this viewer gets no data of it, as they would no longer be blind; see `show_estimates`.
  */
-hidden: boolean, };
+hidden: boolean, 
+/**
+ * Whether nobody is shown its data, which goes to workers alone: the pictures of a camera whose faces are hidden first.
+ */
+private: boolean, };
 
 /**
  * One number of each sample of a stream.
@@ -1110,7 +1118,7 @@ to: number,
  */
 points: number, };
 
-export const PROTOCOL = 5;
+export const PROTOCOL = 6;
 export const MOST_WANTED = 256;
 /** The length of what precedes the samples of a binary frame [bytes]. */
 export const WAVE_HEAD_BYTES = 24;

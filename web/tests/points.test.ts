@@ -11,7 +11,7 @@ const of = (names: readonly string[]) => names.flatMap((name) => [{ name: `${nam
 function stream(id: number, name: string, more: Partial<Stream> = {}): Stream {
   return {
     id, name, signal: "other", about: "person", subject: "p001", device: "", derived: false, shape: "sample", message_type: "", channels: [], rate_hz: 0,
-    method: "", family: "", window: null, inputs: ["/robot1/front"], beside: "", doc: "", hidden: false, ...more,
+    method: "", family: "", window: null, inputs: ["/robot1/front"], beside: "", doc: "", hidden: false, private: false, ...more,
   };
 }
 

@@ -11,7 +11,7 @@ use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::sample::{Record, Turn};
 use teampulse_core::session_streams::session_events;
 use teampulse_core::status::StreamStatus;
-use teampulse_core::stream::{Audience, Origin, Shape, Signal, Stream};
+use teampulse_core::stream::{Origin, Shape, Signal, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_messages::readout::Readout;
 
@@ -262,9 +262,7 @@ impl Relay {
         let mut known = self.hub.known();
         let mut changed = Vec::new();
         for (id, stream) in self.streams.all() {
-            // Nobody watches what is for workers alone.
-            let is_shown = stream.audience > Audience::Workers;
-            if !is_shown || known.streams.get(&id.0).is_some_and(|it| Arc::ptr_eq(it, &stream)) {
+            if known.streams.get(&id.0).is_some_and(|it| Arc::ptr_eq(it, &stream)) {
                 continue;
             }
             if let Shape::Message(schema) = &stream.shape {

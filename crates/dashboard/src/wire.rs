@@ -27,7 +27,7 @@ pub use replay::{Absence, Gap, Playback, Timeline};
 pub use stream::{Channel, Span, Stream};
 
 /// The version of this contract; a browser that knows another one reloads its page.
-pub const PROTOCOL: u32 = 5;
+pub const PROTOCOL: u32 = 6;
 
 /// The number, unless it is unknown: JSON has neither NaN nor infinities.
 pub fn known(number: f64) -> Option<f64> {

@@ -49,10 +49,10 @@ function replayed(event: KeyboardEvent): boolean {
       live.play({ paused: !(live.playback?.paused ?? false) });
       return true;
     case "ArrowLeft":
-      live.play({ t: live.now() - step });
+      live.step(-step);
       return true;
     case "ArrowRight":
-      live.play({ t: live.now() + step });
+      live.step(step);
       return true;
     case "Home":
       live.play({ t: 0 });

@@ -16,6 +16,9 @@ const TICK_MS = 500;
 /** How often the session's clock is probed: at first, and later [ms]. */
 const PROBE_MS = [200, 200, 200, 200, 200, 2000];
 
+/** How long a requested position counts that the server has not answered [ms]. */
+const UNANSWERED_MS = 1000;
+
 /** The session as this page has it: the model, its clock, its connection. */
 export class Live {
   readonly model = new Model();
@@ -36,6 +39,8 @@ export class Live {
   moves = $state(0);
   /** When the position in a recording was heard last, by the browser's clock [ms]. */
   private playbackMs = 0;
+  /** The position that was requested last, until the recording is there [s], and when by the browser's clock [ms]. */
+  private requested: { t: number; atMs: number } | undefined;
   /** How the past of each drawn channel was asked for. */
   private readonly pasts = new Map<string, () => void>();
   private readonly histories = new Map<string, (reply: HistoryReply) => void>();
@@ -98,7 +103,18 @@ export class Live {
 
   /** Moves the position in a recording, or changes how it moves on. */
   play({ t = null, rate = null, paused = null }: { t?: number | null; rate?: number | null; paused?: boolean | null }): void {
+    if (t !== null) {
+      const inside = Math.min(this.playback?.length ?? t, Math.max(0, t));
+      this.requested = { t: inside, atMs: performance.now() };
+    }
     this.send({ type: "play", reference: this.reference(), t, rate, paused });
+  }
+
+  /** Moves the position by some seconds; quick steps add up, also before the server has answered the first. */
+  step(secs: number): void {
+    const { requested } = this;
+    const isUnderWay = requested !== undefined && performance.now() - requested.atMs < UNANSWERED_MS;
+    this.play({ t: (isUnderWay ? requested.t : this.now()) + secs });
   }
 
   send(message: FromBrowser): boolean {
@@ -199,6 +215,7 @@ export class Live {
         break;
       case "moved":
         this.playbackMs = arrived;
+        if (this.requested && Math.abs(message.t - this.requested.t) < 0.5) this.requested = undefined;
         this.histories.clear();
         this.pictures.clear();
         this.moves += 1;

@@ -216,7 +216,7 @@ export class Model {
       const stream: Stream = {
         id: row.id, name: row.name, signal: row.signal, shape: row.shape, about, subject, device, channels: lists[row.channels] ?? [],
         message_type: row.message_type ?? "", derived: row.derived ?? false, rate_hz: row.rate_hz ?? 0, family: row.family ?? "",
-        window: row.window ?? null, inputs: [], beside: row.beside ?? "", hidden: row.hidden ?? false, method, doc,
+        window: row.window ?? null, inputs: [], beside: row.beside ?? "", hidden: row.hidden ?? false, private: row.private ?? false, method, doc,
       };
       this.streams.set(stream.id, stream);
       this.byName.set(stream.name, stream);

@@ -9,7 +9,7 @@ const SHOWN = new Set(["sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image
 
 /** The cameras of the session, by topic. */
 export function cameras(model: Model): Stream[] {
-  const all = [...model.streams.values()].filter((stream) => !stream.hidden && stream.shape === "message" && (stream.signal === "image" || SHOWN.has(stream.message_type)));
+  const all = [...model.streams.values()].filter((stream) => !stream.hidden && !stream.private && stream.shape === "message" && (stream.signal === "image" || SHOWN.has(stream.message_type)));
   return all.sort((a, b) => (a.name < b.name ? -1 : 1));
 }
 

@@ -81,6 +81,9 @@ pub struct StreamRow {
     /// Whether this viewer gets no data of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hidden: Option<bool>,
+    /// Whether nobody is shown its data.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub private: Option<bool>,
 }
 
 /// What a stream is, in words: the answer to a `describe`.
@@ -118,6 +121,7 @@ impl Declared {
                 inputs: Some(inputs).filter(|inputs: &Vec<u32>| !inputs.is_empty()),
                 beside: Some(stream.beside).filter(|text| !text.is_empty()),
                 hidden: stream.hidden.then_some(true),
+                private: stream.private.then_some(true),
             }
         });
         let streams = rows.collect();

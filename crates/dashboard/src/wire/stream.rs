@@ -1,7 +1,7 @@
 //! What a stream is, for a browser.
 
 use serde::Serialize;
-use teampulse_core::stream::{Origin, Shape, Stream as Declared, StreamId, Window};
+use teampulse_core::stream::{Audience, Origin, Shape, Stream as Declared, StreamId, Window};
 
 /// A stream of the session, as programs get it, and as a page has it once it is [declared](super::Declared) and described.
 #[derive(Clone, Debug, Serialize)]
@@ -43,6 +43,8 @@ pub struct Stream {
     pub doc: String,
     /// Whether this viewer gets no data of it, as they would no longer be blind; see `show_estimates`.
     pub hidden: bool,
+    /// Whether nobody is shown its data, which goes to workers alone: the pictures of a camera whose faces are hidden first.
+    pub private: bool,
 }
 
 /// One number of each sample of a stream.
@@ -96,6 +98,7 @@ impl Stream {
             beside: stream.beside.clone(),
             doc: stream.doc.clone(),
             hidden,
+            private: stream.audience == Audience::Workers,
         }
     }
 }
