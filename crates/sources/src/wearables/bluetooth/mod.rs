@@ -7,6 +7,7 @@ mod objects;
 mod bus;
 mod scanning;
 mod choice;
+mod acquired;
 mod gatt;
 mod source;
 
