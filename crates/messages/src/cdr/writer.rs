@@ -3,6 +3,8 @@ use bytes::Bytes;
 use super::Cdr;
 
 const HEADER: [u8; 4] = [0, 1, 0, 0];
+/// The room of a message whose size is not known before [bytes]: samples and features of a few numbers need no more.
+const USUAL_ROOM: usize = 124;
 
 /// Writes values into a message in order.
 #[derive(Clone, Debug)]
@@ -11,7 +13,7 @@ pub struct Writer(Vec<u8>);
 impl Writer {
     /// Creates a message with only its header.
     pub fn new() -> Writer {
-        Writer(HEADER.to_vec())
+        Writer::with_room(USUAL_ROOM)
     }
 
     /// Creates a message with only its header, and room for this many bytes after it.

@@ -16,6 +16,8 @@ const REACH: f64 = 0.2;
 pub(super) struct Middle {
     /// Bands around the median, and one MAD below and above it; empty before the first scan.
     bands: Vec<Band>,
+    /// Room for the values that are ordered, kept from one window to the next.
+    room: Vec<f64>,
 }
 
 impl Middle {
@@ -43,36 +45,49 @@ impl Middle {
         count: usize,
         values: &(impl Iterator<Item = f64> + Clone),
     ) -> Option<(f64, f64)> {
-        self.known(count).or_else(|| self.look(values))
+        let mut room = std::mem::take(&mut self.room);
+        let found = self.known(count, &mut room).or_else(|| self.look(values, &mut room));
+        self.room = room;
+        found
     }
 
     /// The result from the held values alone, where they suffice.
-    fn known(&self, count: usize) -> Option<(f64, f64)> {
+    fn known(&self, count: usize, room: &mut Vec<f64>) -> Option<(f64, f64)> {
         let [around, low, high] = &self.bands[..] else { return None };
-        let mut near: Vec<f64> = around.inside.iter().copied().collect();
-        let [lower, upper] = middle_two(&mut near, around.below, count)?;
+        fill(room, around.inside.iter().copied());
+        let [lower, upper] = middle_two(room, around.below, count)?;
         let median = lower.midpoint(upper);
         let nearer = high.below.checked_sub(low.below + low.inside.len())?;
         let held = low.inside.iter().chain(&high.inside);
-        let mut distances: Vec<f64> = held.map(|value| (value - median).abs()).collect();
-        let [lower, upper] = middle_two(&mut distances, nearer, count)?;
+        fill(room, held.map(|value| (value - median).abs()));
+        let [lower, upper] = middle_two(room, nearer, count)?;
         // No value between the bands is farther from the median than these, and none beyond them is nearer.
         let is_between = (median - low.until).max(high.from - median) <= lower
             && upper <= (median - low.from).min(high.until - median);
         is_between.then(|| (median, lower.midpoint(upper)))
     }
 
-    fn look(&mut self, values: &(impl Iterator<Item = f64> + Clone)) -> Option<(f64, f64)> {
-        let mut all: Vec<f64> = values.clone().filter(|value| !value.is_nan()).collect();
-        let median = median_in_place(&mut all)?;
-        for value in &mut all {
+    fn look(
+        &mut self,
+        values: &(impl Iterator<Item = f64> + Clone),
+        room: &mut Vec<f64>,
+    ) -> Option<(f64, f64)> {
+        fill(room, values.clone().filter(|value| !value.is_nan()));
+        let median = median_in_place(room)?;
+        for value in &mut *room {
             *value = (*value - median).abs();
         }
-        let mad = median_in_place(&mut all)?;
+        let mad = median_in_place(room)?;
         self.bands = bands(median, mad);
         self.bands.iter_mut().for_each(|band| band.push(values.clone()));
         Some((median, mad))
     }
+}
+
+/// Replaces the values in a vector.
+fn fill(room: &mut Vec<f64>, values: impl Iterator<Item = f64>) {
+    room.clear();
+    room.extend(values);
 }
 
 /// The bands in which the middle values are expected next time.
@@ -134,7 +149,7 @@ mod tests {
         for begin in (0..10_000).step_by(100) {
             let (gone, new) = (begin..begin + 100, begin + 10_000..begin + 10_100);
             middle.slide(&values[gone].iter().copied(), &values[new].iter().copied());
-            assert!(middle.known(10_000).is_some() && held(&middle) < 4000);
+            assert!(middle.known(10_000, &mut Vec::new()).is_some() && held(&middle) < 4000);
         }
     }
 
@@ -144,7 +159,7 @@ mod tests {
             let mut middle = Middle::default();
             middle.median_and_mad(6, &[value; 6].into_iter());
             middle.slide(&[value; 2].into_iter(), &[value, 2.0 * value + 1.0].into_iter());
-            assert_eq!(middle.known(6), Some((value, 0.0)));
+            assert_eq!(middle.known(6, &mut Vec::new()), Some((value, 0.0)));
         }
     }
 
