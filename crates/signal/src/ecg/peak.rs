@@ -15,7 +15,7 @@ const CREST_SECS: f64 = 0.06;
 /// … as far as the signal stays above this share of the crest's height, which is measured from the lower of
 /// the two samples this far before and after it [s].
 const CREST_SHARE: f64 = 0.8;
-///  By how much of that height another crest must be higher: the edges of a clipped beat have equal heights.
+/// By how much of that height another crest must be higher: the edges of a clipped beat have equal heights.
 const CREST_GAIN: f64 = 0.05;
 const CREST_BASE_SECS: f64 = 0.1;
 /// The search range for the highest sample around the maximum of the smoothed deflection [s].

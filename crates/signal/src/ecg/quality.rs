@@ -18,7 +18,7 @@ const HALVING: f64 = 0.18;
 
 /// Signal quality from 0 (useless) to 1 (equal beats with nothing between them).
 ///
-///  similarity / (1 + (between / 0.18)³) · living share, where
+/// similarity / (1 + (between / 0.18)³) · living share, where
 /// - similarity is the mean similarity of each beat to the third most similar of the eight before it, 2·⟨a, b⟩
 ///   / (⟨a, a⟩ + ⟨b, b⟩) from 0.1 s before to 0.15 s after, detrended and not below 0: the share of the beats'
 ///   shape in the total power around them (after Orphanidou et al. 2015, doi:10.1109/JBHI.2014.2338351);
@@ -27,9 +27,9 @@ const HALVING: f64 = 0.18;
 /// - the living share is the share of samples that are usable numbers and not flat (constant for more than 0.2
 ///   s: a detached electrode, or saturation).
 ///
-///  Above 0.9 an ECG is clean; below 0.4 one beat in ten is false or missed. Hum counts as noise, high T waves
-///  count a little. `beats` are the [samples](super::Beat::sample) of beats within the signal. Fewer than three
-///  give 0: 10 s with a living heart contain more. `None` without a signal or for a rate outside 80 to 4000 Hz.
+/// Above 0.9 an ECG is clean; below 0.4 one beat in ten is false or missed. Hum counts as noise, high T waves
+/// count a little. `beats` are the [samples](super::Beat::sample) of beats within the signal. Fewer than three
+/// give 0: 10 s with a living heart contain more. `None` without a signal or for a rate outside 80 to 4000 Hz.
 pub fn quality(signal: &[f64], rate_hz: f64, beats: &[f64]) -> Option<f64> {
     if signal.is_empty() || !RATES_HZ.contains(&rate_hz) {
         return None;

@@ -2,8 +2,8 @@
 //! quality and pulse rate variability for any span ([`HeartWindows`](crate::hrv::HeartWindows) of good pulses
 //! only, so that motion is not mistaken for variability).
 //!
-//!  Quality, and which pulses are good, are judged including the minute before the span. Where more than half
-//!  of the span is flagged, no pulse values are reported.
+//! Quality, and which pulses are good, are judged including the minute before the span. Where more than half
+//! of the span is flagged, no pulse values are reported.
 //!
 //! A span queried right after its end lacks the pulses of the last 0.4 s or so.
 
@@ -38,8 +38,8 @@ impl Default for Settings {
     }
 }
 
-///  A causal analysis of a PPG at `rate_hz`, 20 to 2000 Hz: channel 0 is the PPG, and channel 1 motion if
-///  [configured](Settings::motion_limit).
+/// A causal analysis of a PPG at `rate_hz`, 20 to 2000 Hz: channel 0 is the PPG, and channel 1 motion if
+/// [configured](Settings::motion_limit).
 ///
 /// Returns an error for another rate or invalid settings.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {

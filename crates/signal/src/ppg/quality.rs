@@ -41,7 +41,7 @@ pub struct Cycle {
 
 /// Signal quality of a PPG, cycle by cycle.
 ///
-///  The quality of a cycle is similarity · living share, or 0 if the cycle is implausible:
+/// The quality of a cycle is similarity · living share, or 0 if the cycle is implausible:
 /// - similarity is the correlation of the pulse, from 0.4 usual cycles before its peak to 0.6 after it, with
 ///   the median pulse, both detrended, and not below 0 (after Orphanidou et al. 2015,
 ///   doi:10.1109/JBHI.2014.2338351); for more than 64 pulses, the median is taken over every second, third, …
@@ -53,18 +53,18 @@ pub struct Cycle {
 ///   it stays at the highest or lowest value of the signal for more than 0.08 s (saturation). The usual values
 ///   are medians.
 ///
-///  The quality of a cycle is limited to the median over it and the two cycles before and after it, where that
-///  median is flagged. Where there is no cycle, the quality is 0. Limits: when more than half of the pulses are
-///  motion, motion is taken for usual; motion as regular as a pulse (the steps of a runner) looks like one.
-///  Extrasystoles lower the quality.
+/// The quality of a cycle is limited to the median over it and the two cycles before and after it, where that
+/// median is flagged. Where there is no cycle, the quality is 0. Limits: when more than half of the pulses are
+/// motion, motion is taken for usual; motion as regular as a pulse (the steps of a runner) looks like one.
+/// Extrasystoles lower the quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quality {
     cycles: Vec<Cycle>,
 }
 
 impl Quality {
-    ///  The quality of a signal at 20 to 2000 Hz, given its pulses in order. With fewer than three pulses, all
-    ///  of it is poor. `None` for another rate, and without a usable sample.
+    /// The quality of a signal at 20 to 2000 Hz, given its pulses in order. With fewer than three pulses, all
+    /// of it is poor. `None` for another rate, and without a usable sample.
     pub fn of(signal: &[f64], rate_hz: f64, pulses: &[Pulse]) -> Option<Quality> {
         checked_ppg_rate_hz(rate_hz).ok()?;
         let smoothed = Smoothed::of(signal, rate_hz);
