@@ -63,7 +63,7 @@ const MOST_EVENTS: usize = 16;
 ///
 /// Timestamps of when a device took a measurement ([`StampOf::Measured`]) precede their arrival by the
 /// device's delay, so they can show that a clock is ahead but never that it is behind. Without probes and
-/// without messages that state when they were sent they are used unchanged, and nothing is known of the
+/// without messages that state when they were sent they are used unchanged, and nothing is known about the
 /// clock.
 ///
 /// No reading is placed more than 2 ms after its arrival.
