@@ -10,7 +10,7 @@
 //! ```
 //! use teampulse_signal::arrival::{ArrivalLimits, arrivals, summary};
 //!
-//! // A beat each 0.8 s, and the foot of its pulse a quarter of a second later.
+//! // A beat every 0.8 s, and the foot of its pulse a quarter of a second later.
 //! let beats_secs: Vec<f64> = (0..30).map(|k| 0.8 * f64::from(k)).collect();
 //! let feet_secs: Vec<f64> = beats_secs.iter().map(|beat| beat + 0.25).collect();
 //!

@@ -38,7 +38,7 @@ const LOOK: Duration = Duration::from_millis(500);
 const EARLY: f64 = 0.1;
 
 /// Your own ONNX models, run on camera pictures: keypoints of bodies, faces, expressions, gaze, or any other numbers.
-/// A descriptor beside each file describes its input and output; `teampulse models` lists, writes and verifies
+/// A descriptor next to each file describes its input and output; `teampulse models` lists, writes and verifies
 /// descriptors of published models.
 ///
 /// Models run in a separate process, on one thread, with bounded memory: a crash, a time-out or excessive memory use

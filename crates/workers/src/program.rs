@@ -28,8 +28,8 @@ use crate::child::{self, Answer, Child, Ended, LONGEST_LINE};
 /// How often the end of the session is checked for while the program runs.
 const LOOK: Duration = Duration::from_millis(50);
 
-const ONE_LINE_EACH: &str = "for each line that it reads it writes one: a JSON array of readings, which may be empty; \
-     what is missing in them is `null`, and messages go to standard error";
+const ONE_LINE_EACH: &str = "write one line for each line read: a JSON array of readings, which may be empty; \
+     missing values are `null`, and messages go to standard error";
 
 /// Your own program, in any language: a model, a score, a rule. It reads the new records of its streams as a
 /// line of JSON, and answers with a line of JSON that holds its readings.

@@ -229,8 +229,8 @@ impl ProximityExtractor {
             inputs: inputs.to_vec(),
             rate_hz: 1.0,
             method: format!(
-                "horizontal distance in a common frame, ten times a second: the least of a second; share of it within \
-                 {within_m} m (Hall 1966: 1.2 m); decrease in a second"
+                "horizontal distance in a common frame, ten times a second: the least within a second; share of the second within \
+                 {within_m} m (Hall 1966: 1.2 m); decrease per second"
             ),
             doc: format!("Distance between {person} and {whose}."),
             ..stream

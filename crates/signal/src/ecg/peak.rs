@@ -160,7 +160,7 @@ impl PeakFinder {
         peak + highest.filter(is_higher).unwrap_or(base) as i64 - base as i64
     }
 
-    /// The nearest extreme of the raw signal, or `begin` if there is none.
+    /// The nearest extremum of the raw signal, or `begin` without one.
     fn true_peak(&self, begin: i64, upright: bool, raw: &History) -> f64 {
         let sign = if upright { 1.0 } else { -1.0 };
         let around = raw.at(begin - self.snap..begin + self.snap + 1);

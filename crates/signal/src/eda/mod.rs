@@ -8,7 +8,7 @@
 //! ```
 //! use teampulse_signal::eda::{Threshold, clean, find_responses, high_pass_split};
 //!
-//! // Two minutes at 8 Hz: a response of 0.4 µS each 20 s, on a level that drifts.
+//! // Two minutes at 8 Hz: a response of 0.4 µS every 20 s, on a drifting level.
 //! let rate_hz = 8.0;
 //! let response = |secs: f64| ((-secs / 2.0).exp() - (-secs / 0.7).exp()) / 0.3689;
 //! let signal: Vec<f64> = (0..960)

@@ -30,7 +30,7 @@ const VALUES: [(&str, &str, &str); 12] = [
 pub(super) const COUNT: usize = VALUES.len();
 
 const SYMPATHETIC: &str = "power 0.045-0.25 Hz of the clean signal: low-pass 0.8 Hz, 2 to 4 Hz, Welch 64 s, Blackman, \
-     half overlapping, without line, lines between the bins";
+     50 % overlap, linearly detrended, trapezoids between bins";
 const SYMPATHETIC_SHARE: &str = "EDA_Sympathetic over the power up to 0.8 Hz";
 
 /// The values of a whole recording.

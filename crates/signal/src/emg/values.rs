@@ -30,7 +30,7 @@ const OF_CHANNEL: [(&str, &str, &str); 18] = [
     (
         "EMG_MDF_Slope",
         "Hz/min",
-        "least-squares line through the median frequencies of frames within bursts, which rest is no part of \
+        "least-squares line through the median frequencies of frames within bursts, excluding rest \
          (of all frames while the channel has had no burst: a contraction without rest)",
     ),
     ("EMG_Amplitude_Mean", "u", "mean of the envelope (rectified, Butterworth 2 low-pass 6 Hz)"),

@@ -16,7 +16,7 @@ const HIGHEST_HZ: f64 = BANDS_HZ[2].1;
 /// The finest step of the Lomb–Scargle periodogram [Hz].
 const LEAST_STEP_HZ: f64 = 1e-4;
 
-/// How the spectrum of unevenly spaced intervals is computed. Print its `Display` beside the numbers: LF/HF
+/// How the spectrum of unevenly spaced intervals is computed. Print its `Display` next to the values: LF/HF
 /// of the same beats differs by a factor of four between recipes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Recipe {
@@ -51,12 +51,12 @@ impl fmt::Display for Recipe {
             Recipe::Welch { rate_hz, segment_secs } => write!(
                 f,
                 "cubic spline at {rate_hz} Hz, Welch with Hann segments of {segment_secs} s \
-                 (or one of all that is there, where that is shorter) overlapping by half, their \
+                 (or a single one of shorter recordings), 50 % overlap, \
                  means removed, bins summed"
             ),
             Recipe::Autoregressive { rate_hz, order } => write!(
                 f,
-                "cubic spline at {rate_hz} Hz, its mean removed, autoregressive model of order \
+                "cubic spline at {rate_hz} Hz, mean removed, autoregressive model of order \
                  {order} by Burg, bins summed"
             ),
             Recipe::LombScargle => {

@@ -15,7 +15,7 @@ pub(super) struct Beat {
     pub(super) broken: bool,
 }
 
-/// A manual edit of a beat. Edits are kept beside the detected beats, never instead of them.
+/// A manual edit of a beat. Edits are kept in addition to the detected beats, never instead of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Edit {
     /// A beat that was not detected.

@@ -41,7 +41,7 @@ pub enum Passes {
 ///
 /// ```
 /// use teampulse_signal::intervals::{Beats, Correction, Kind};
-/// // A beat each 0.8 s, give or take; the 40th was missed.
+/// // A beat about every 0.8 s; the 40th was missed.
 /// let time_secs = |k: u32| 0.8 * f64::from(k) + 0.02 * f64::from(k * k % 7);
 /// let times_secs: Vec<f64> = (0..100).filter(|&k| k != 40).map(time_secs).collect();
 /// let corrected = Correction::default().correct(&Beats::detected(&times_secs));

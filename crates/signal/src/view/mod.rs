@@ -1,8 +1,8 @@
-//! What camera images show about a person, from per-frame numbers: presence, movement, and the pulse in the
+//! Camera-based measures of a person, from per-frame numbers: presence, movement, and the pulse in the
 //! colour of the skin (remote photoplethysmography).
 //!
 //! ```text
-//! frames (irregular) ──► colours at 30 Hz ──► pulse wave (POS) ──► spectra of 15 s, each 2.5 s ──► the values of a span
+//! frames (irregular) ──► colours at 30 Hz ──► pulse wave (POS) ──► spectra of 15 s, every 2.5 s ──► the values of a span
 //! ```
 //!
 //! The blood of each beat darkens the skin by a few thousandths, green most. Movement and light change all

@@ -179,7 +179,7 @@ impl Envelope {
             self.spread = fit.spread;
             self.usual.push(&fit);
         }
-        // A few points may lie on a line by chance, or on one edge of a saw-tooth.
+        // A few points may lie on a line by chance, or on one edge of a sawtooth.
         fit.no_surer_than_by(self.usual.residual)
     }
 }

@@ -24,7 +24,7 @@ pub struct Descriptor {
     /// What it computes, in a sentence.
     #[serde(default)]
     pub doc: String,
-    /// Its ONNX file, beside the descriptor.
+    /// Its ONNX file, next to the descriptor.
     pub file: PathBuf,
     /// The SHA-256 of the file, in hexadecimal. `teampulse models add` writes it; a model without it is not run.
     #[serde(default)]
@@ -224,7 +224,7 @@ impl Descriptor {
         Descriptor::parse(&text)
     }
 
-    /// Reads the descriptor in a file, and the model beside it, whose hash must match.
+    /// Reads the descriptor in a file, and the model next to it, whose hash must match.
     pub fn open(path: &Path) -> Result<(Descriptor, Vec<u8>), DescriptorError> {
         let descriptor = Descriptor::read(path)?;
         let name = descriptor.name.clone();
@@ -240,7 +240,7 @@ impl Descriptor {
         }
     }
 
-    /// The path of the model file, beside the descriptor at this path.
+    /// The path of the model file, next to the descriptor at this path.
     pub fn model_file(&self, path: &Path) -> PathBuf {
         path.parent().unwrap_or(Path::new("")).join(&self.file)
     }

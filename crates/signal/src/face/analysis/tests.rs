@@ -249,7 +249,7 @@ fn blinks_are_found_in_points_of_eyes() {
             let found = score.hits as f64 / (score.hits + score.missed) as f64;
             let right = score.hits as f64 / (score.hits + score.extra) as f64;
             eprintln!(
-                "{kind}, {set}: {:.2} % of {} blinks found (95), {:.2} % of what was found are (95); on average {:.0} ms \
+                "{kind}, {set}: {:.2} % of {} blinks detected (95), {:.2} % of detections correct (95); on average {:.0} ms \
                  off, {:+.0} ms long; PERCLOS at most {:.4} off ({most})",
                 100.0 * found,
                 score.hits + score.missed,

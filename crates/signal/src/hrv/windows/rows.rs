@@ -33,7 +33,7 @@ const MANY_SCALES: usize = 3 * MANY;
 pub(super) type Row = (&'static str, &'static str, &'static str, Need);
 
 /// In the order of [`TimeDomain`](crate::hrv::TimeDomain), [`segments`](crate::hrv::segments), the counts, and
-/// the uncorrected values beside the corrected ones.
+/// the uncorrected values in addition to the corrected ones.
 pub(super) const TIME: [Row; 35] = [
     ("HRV_MeanNN", "ms", "mean interval", Intervals(1)),
     ("HRV_MedianNN", "ms", "median interval", Intervals(1)),
