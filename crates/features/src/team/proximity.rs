@@ -71,7 +71,7 @@ impl Component<dyn Feature, FeatureContext> for Proximity {
         duration_setting("stale_secs", self.stale_secs)?;
         if !(self.within_m > 0.0 && self.within_m <= 1000.0) {
             let message = format!("`within_m` is {}: expected a distance above 0 m", self.within_m);
-            let hint = "personal space ends at 1.2";
+            let hint = "personal space ends at 1.2 m";
             return Err(SettingsError::new(message).with_hint(hint).at("within_m"));
         }
         Ok(Box::new(self))
