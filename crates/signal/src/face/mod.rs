@@ -1,8 +1,8 @@
 //! Blinks, eye closures and head movement, from face landmarks in camera images.
 //!
 //! ```text
-//! points [px] (irregular) ──► opening of the eyes relative to its usual level ──► blinks, closures ──► the values of a span
-//!                         └─► place, width and tilt of the head ─────────────────────────┘
+//! points [px] (irregular) ──► opening of the eyes relative to its usual level ──► blinks, closures ──► values of a span
+//!                         └─► place, width and tilt of the head ───────────────────────────────────┘
 //! ```
 //!
 //! The opening of an eye is its height divided by its width (Soukupová & Čech, 2016). Its usual value

@@ -26,8 +26,8 @@ pub struct Poincare {
 /// SD1² = Var(Δ)/2 and SD2² = 2·Var(NN) − Var(Δ)/2, with n − 1 in both. Brennan et al. (2001),
 /// doi:10.1109/10.959330; indices: Toichi et al. (1997), doi:10.1016/S0165-1838(96)00112-9, Jeppesen et
 /// al. (2014), doi:10.1109/EMBC.2014.6944639. NeuroKit2 computes SD2 from the pairs, which omits half
-/// of both ends. Window: as for RMSSD. `None` with fewer than three intervals. Limits: SD1 carries the same information as RMSSD
-/// does.
+/// of both ends. Window: as for RMSSD. `None` with fewer than three intervals. Limits: SD1 carries the same
+/// information as RMSSD.
 pub fn poincare(intervals_ms: &[f64]) -> Option<Poincare> {
     let (nn, steps) = (present(intervals_ms), differences(intervals_ms));
     let half = sample_variance(&steps) / 2.0;
