@@ -70,7 +70,7 @@ impl Format {
     /// A description for users.
     pub fn doc(self) -> &'static str {
         match self {
-            Format::Jpeg => "JPEG as the camera compressed it",
+            Format::Jpeg => "JPEG, as compressed by the camera",
             Format::Yuyv | Format::Rgb => "JPEG, compressed here from raw pixels (quality 85)",
             Format::Grey => "grey JPEG, compressed here from raw pixels (quality 85)",
             Format::Depth => "16-bit distances",
