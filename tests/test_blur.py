@@ -204,7 +204,7 @@ def test_pictures_that_can_not_be_looked_at_are_left_out_and_counted(started):
     harness.eventually(lambda: shown(camera, [empty]) and "front/blurred/compressed" in monitor.stderr, within_secs=60)
     broken = jpeg(person.drawn((100, 100)))[:-1000]
     shown(camera, [empty, broken, b"no picture", empty])
-    harness.eventually(lambda: "what was not looked at is not recorded" in monitor.stderr)
+    harness.eventually(lambda: "unprocessed frames are not recorded" in monitor.stderr)
     assert monitor.interrupt() in (0, 3), monitor.report()
     recorded = [bytes(each.content.data) for each in bags.messages(harness.the_bag(out), HIDDEN)]
     assert recorded and all(picture == empty for picture in recorded)

@@ -293,7 +293,7 @@ def test_clocks_of_computers_and_buses_are_listed_on_the_health_page(stage, scre
     screen.go("health")
     page = screen.page
     # The simulator answers probes of its clock, which is this machine's.
-    row = page.locator(".computers tr[data-computer]", has_text="there and back").first
+    row = page.locator(".computers tr[data-computer]", has_text="round trip").first
     sync_api.expect(row.locator(".why")).to_have_text(re.compile("^probed, "))
     # Known with the first status of a stream that it stamps.
     ahead = row.locator("td").nth(1)

@@ -215,7 +215,7 @@ def test_joints_of_a_drawn_person_are_in_the_bag(started, tmp_path, engine):
         (lambda: huge(600_000), "", r"their process ended with .*memory allocation of 1440000000000 bytes failed"),
         (lambda: huge(20_000), "memory_mib = 512", r"their process ended with .*memory allocation"),
         (lambda: huge(20_000), f'memory_mib = 512\nonnx_runtime = "{onnx_runtime()}"', "run the model `model`"),
-        (slow, "patience_secs = 0.3", "look at a frame within 0.3 s"),
+        (slow, "patience_secs = 0.3", "process a frame within 0.3 s"),
         (mean, 'onnx_runtime = "/nowhere/libonnxruntime.so"', "use /nowhere/libonnxruntime.so as ONNX Runtime"),
     ],
     ids=["no_model", "a_terabyte", "much_memory", "much_memory_onnx_runtime", "hangs", "no_library"],

@@ -94,7 +94,7 @@ def test_each_frame_has_its_time_and_what_was_dropped_is_counted(results):
 
 def test_a_damaged_frame_is_named_and_left_out(results):
     labels = [each.content.label for each in bags.messages(results.bag, "/session/events")]
-    assert "camera of p001: a frame was damaged (as its driver says) and left out" in labels, labels
+    assert "camera of p001: a damaged frame (reported by its driver) was dropped" in labels, labels
 
 
 def test_a_camera_that_was_unplugged_is_the_same_stream_within_3_seconds(results):
@@ -123,4 +123,4 @@ def test_frames_that_the_study_does_not_record_leave_no_trace(results):
 
 def test_a_camera_that_another_program_has_names_that(results):
     said = results.text("busy.err") + results.text("busy.txt")
-    assert "another program has it" in said and "v4l2-ctl (" in said
+    assert "another program is using it" in said and "v4l2-ctl (" in said

@@ -7,6 +7,6 @@ import "./styles/panels.css";
 import "./styles/pages.css";
 
 const target = document.getElementById("app");
-if (!target) throw new Error("the page has no place for the dashboard");
+if (!target) throw new Error("the page has no element for the dashboard");
 mount(App, { target });
 live.start();

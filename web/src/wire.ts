@@ -1,19 +1,19 @@
 // Generated from crates/dashboard/src/wire.rs: `TEAMPULSE_WRITE=1 cargo test -p teampulse-dashboard wire`.
 
 /**
- * A message of the server.
+ * A message from the server.
  */
 export type FromServer = { "type": "hello" } & Hello | { "type": "streams" } & Declared | { "type": "description" } & Description | { "type": "status" } & Status | { "type": "features", 
 /**
- * In the order in which they came.
+ * In order of arrival.
  */
 features: Array<Feature>, } | { "type": "samples", 
 /**
- * In the order in which they came.
+ * In order of arrival.
  */
 samples: Array<Sample>, } | { "type": "events", 
 /**
- * In the order in which they came.
+ * In order of arrival.
  */
 events: Array<Event>, } | { "type": "ready" } | { "type": "recording" } & Recording | { "type": "next_phase", 
 /**
@@ -21,7 +21,7 @@ events: Array<Event>, } | { "type": "ready" } | { "type": "recording" } & Record
  */
 name: string | null, } | { "type": "required", 
 /**
- * As `teampulse check` would find it now.
+ * As `teampulse check` would report them now.
  */
 unmet: Array<Unmet>, } | { "type": "unshown", 
 /**
@@ -29,24 +29,24 @@ unmet: Array<Unmet>, } | { "type": "unshown",
  */
 stream: number, 
 /**
- * Why.
+ * The reason.
  */
 reason: string, } | { "type": "network", 
 /**
- * In the order of their names.
+ * Sorted by name.
  */
 computers: Array<Computer>, 
 /**
- * Of a recording none.
+ * Empty for a recording.
  */
 buses: Array<Bus>, } | { "type": "machine" } & Machine | { "type": "missed" } & Missed | { "type": "pong" } & Pong | { "type": "echo" } & Echo | { "type": "history" } & HistoryReply | { "type": "refused" } & Refused | { "type": "ended" } & Ended | { "type": "playback" } & Playback | { "type": "moved" } & Playback | { "type": "timeline" } & Timeline;
 
 /**
- * The session, and what this viewer may do there.
+ * The session, and the permissions of this viewer.
  */
 export type Hello = { 
 /**
- * The version of this contract: `PROTOCOL`.
+ * The version of this protocol: `PROTOCOL`.
  */
 protocol: number, 
 /**
@@ -58,11 +58,11 @@ session: string,
  */
 version: string, 
 /**
- * Whether it happens now.
+ * Whether the session is live.
  */
 mode: Mode, 
 /**
- * When it began, since the Unix epoch [ms].
+ * Its start, since the Unix epoch [ms].
  */
 began_unix_ms: number, 
 /**
@@ -70,7 +70,7 @@ began_unix_ms: number,
  */
 now: number, 
 /**
- * For how long the past is stored [s].
+ * How long past data are stored [s].
  */
 stored_secs: number, 
 /**
@@ -78,21 +78,21 @@ stored_secs: number,
  */
 viewer: Viewer, 
 /**
- * The markers of the study, with their keys; any other letter sets a marker of its own name.
+ * The markers of the study, with their keys; any other letter sets a marker named after it.
  */
 markers: Array<Marker>, 
 /**
- * The phases of the study, in their order.
+ * The phases of the study, in order.
  */
 phases: Array<PhasePlan>, };
 
 /**
- * Whether the session happens now.
+ * Whether a session is live.
  */
 export type Mode = "live" | "replay";
 
 /**
- * What a viewer may do.
+ * The permissions of a viewer.
  */
 export type Viewer = { 
 /**
@@ -100,7 +100,7 @@ export type Viewer = {
  */
 name: string, 
 /**
- * What the viewer may do at all.
+ * The general permission of the viewer.
  */
 right: Right, 
 /**
@@ -113,7 +113,7 @@ commands: Array<string>,
 blind: boolean, };
 
 /**
- * What a viewer may do at all: each includes those before it.
+ * The general permission of a viewer: each includes the previous ones.
  */
 export type Right = "watch" | "mark" | "control";
 
@@ -122,7 +122,7 @@ export type Right = "watch" | "mark" | "control";
  */
 export type Marker = { 
 /**
- * Its key; empty for a button only.
+ * Its key; empty if it has only a button.
  */
 key: string, 
 /**
@@ -139,11 +139,11 @@ export type PhasePlan = {
  */
 name: string, 
 /**
- * When it begins [s]; `null` where it begins by hand.
+ * Its start [s]; `null` if it is started manually.
  */
 from: number | null, 
 /**
- * How long it lasts [s]; `null` until the next one.
+ * Its duration [s]; `null` if it lasts until the next phase.
  */
 lasts: number | null, };
 
@@ -380,7 +380,7 @@ export type Span = { "secs": number } | "phases";
  */
 export type Status = { 
 /**
- * When it was judged [s].
+ * The time of the assessment [s].
  */
 t: number, 
 /**
@@ -401,7 +401,7 @@ stream: number,
  */
 state: string, 
 /**
- * Why it is not ok; empty when it is.
+ * Why it is not ok; empty if it is.
  */
 reason: string, 
 /**
@@ -409,27 +409,27 @@ reason: string,
  */
 rate_hz: number, 
 /**
- * Since its last sample arrived [s].
+ * The time since its last sample arrived [s].
  */
 age_secs: number | null, 
 /**
- * The samples taken, duplicates included.
+ * The number of samples received, including duplicates.
  */
 received: number, 
 /**
- * The samples lost on the way here; `null` where that can't be known.
+ * The number of samples lost before they arrived; `null` if it cannot be known.
  */
 lost_source: number | null, 
 /**
- * The samples lost in our own queue.
+ * The number of samples lost in the internal queue.
  */
 lost_queue: number, 
 /**
- * The samples out of order.
+ * The number of samples out of order.
  */
 late: number, 
 /**
- * The duplicates.
+ * The number of duplicates.
  */
 duplicates: number, 
 /**
@@ -437,15 +437,15 @@ duplicates: number,
  */
 clock: string, 
 /**
- * How often its clock was restarted.
+ * The number of times that its clock was restarted.
  */
 epoch: number, 
 /**
- * How far its clock is ahead of the session's [s].
+ * The offset of its clock, positive when ahead of the session's [s].
  */
 offset_secs: number | null, 
 /**
- * How much faster its clock runs [ppm].
+ * The rate error of its clock, positive when fast [ppm].
  */
 skew_ppm: number | null, 
 /**
@@ -453,11 +453,11 @@ skew_ppm: number | null,
  */
 jitter_secs: number | null, 
 /**
- * Half the interval that holds the true time with a probability of 95 % [s].
+ * Half the width of the 95 % interval of the true time [s].
  */
 uncertainty_secs: number | null, 
 /**
- * The median time from measuring to arrival [s].
+ * The median time from measurement to arrival [s].
  */
 latency_secs: number | null, };
 
@@ -494,8 +494,8 @@ values: Array<number | null>,
  */
 sigmas: Array<number | null>, 
 /**
- * For each channel `ok` or why it has no value: `short`, `gap`, `quality`, `missing`, `undefined`, `no_baseline`,
- * `nothing`, `brief_baseline`.
+ * For each channel `ok`, or the reason why it has no value: `short`, `gap`, `quality`, `missing`, `undefined`,
+ * `no_baseline`, `nothing`, `brief_baseline`.
  */
 reasons: Array<string>, };
 
@@ -521,7 +521,7 @@ values: Array<number | null>, };
  */
 export type Event = { 
 /**
- * Its number, in the order in which events came.
+ * Its number, in order of arrival.
  */
 number: number, 
 /**
@@ -529,7 +529,7 @@ number: number,
  */
 stream: number, 
 /**
- * When it happened [s].
+ * Its time [s].
  */
 t: number, 
 /**
@@ -546,24 +546,24 @@ label: string,
  */
 value: number | null, 
 /**
- * How long it lasts [s]; `null` where that is not known.
+ * Its duration [s]; `null` if unknown.
  */
 duration: number | null, 
 /**
- * What somebody asked for or wrote, of a command, a note or an acknowledgement.
+ * The request or text of a command, a note or an acknowledgement.
  */
 request: Request | null, 
 /**
- * What it says of an alert, on `/team/alerts` or a person's own stream of alerts.
+ * The content of an alert, on `/team/alerts` or a person's own stream of alerts.
  */
 alert: Alert | null, };
 
 /**
- * What somebody asked for or wrote.
+ * A request or a text entered by a user.
  */
 export type Request = { 
 /**
- * Who: `keys`, `dashboard`, `ros:/panel`.
+ * The sender: `keys`, `dashboard`, `ros:/panel`.
  */
 who: string, 
 /**
@@ -571,20 +571,20 @@ who: string,
  */
 verb: string, 
 /**
- * The rest: a marker's label, the note, the label of what was acknowledged.
+ * The rest: a marker's label, the note, the label of the acknowledged event.
  */
 text: string, };
 
 /**
- * What an event says of an alert.
+ * The content of an alert event.
  */
 export type Alert = { 
 /**
- * The robot or the person; `team` or `session` for what is about nobody alone.
+ * The robot or the person; `team` or `session` if it is about no individual.
  */
 who: string, 
 /**
- * Why: `offline`, `wifi is stuck`, `HR of strap/ecg/heart above 120 1/min`.
+ * The cause: `offline`, `wifi is stuck`, `HR of strap/ecg/heart above 120 1/min`.
  */
 why: string, 
 /**
@@ -592,11 +592,11 @@ why: string,
  */
 stage: string, 
 /**
- * How urgent it is: `act`, `soon` or `note`; as the study states it only when it is raised.
+ * The urgency: `act`, `soon` or `note`; defined by the study only when the alert is raised.
  */
 tier: string, 
 /**
- * Whether the study states how urgent it is: one of its `[[alerts]]` is raised.
+ * Whether the study defines the urgency: one of its `[[alerts]]` is raised.
  */
 is_of_study: boolean, };
 
@@ -605,19 +605,19 @@ is_of_study: boolean, };
  */
 export type Recording = { 
 /**
- * Where it stands.
+ * Its stage.
  */
 stage: RecordingStage, 
 /**
- * The folder of the bag, of several the newest; empty where there is none.
+ * The folder of the bag, of the newest one if there are several; empty if there is none.
  */
 path: string, 
 /**
- * The bytes that are synced to the disk, in all bags of the session.
+ * The number of bytes synced to the disk, in all bags of the session.
  */
 bytes: number, 
 /**
- * How fast it grew over the last ten seconds [bytes/s].
+ * The growth rate over the last ten seconds [bytes/s].
  */
 bytes_per_sec: number, 
 /**
@@ -625,15 +625,15 @@ bytes_per_sec: number,
  */
 free_bytes: number | null, 
 /**
- * Since it last grew [s].
+ * The time since it last grew [s].
  */
 sync_age_secs: number | null, 
 /**
- * How long this bag has been recorded; while there is none, how long the session has run [s].
+ * How long this bag has been recorded; without a bag, how long the session has run [s].
  */
 elapsed_secs: number, 
 /**
- * How many seconds are kept in memory while the recording is paused [s].
+ * How much is kept in memory while the recording is paused [s].
  */
 kept_secs: number | null, 
 /**
@@ -642,7 +642,7 @@ kept_secs: number | null,
 reason: string, };
 
 /**
- * Where a recording stands.
+ * The stage of a recording.
  */
 export type RecordingStage = "nothing" | "tables" | "not_begun" | "open" | "paused" | "finished" | "ended_early";
 
@@ -651,7 +651,7 @@ export type RecordingStage = "nothing" | "tables" | "not_begun" | "open" | "paus
  */
 export type Machine = { 
 /**
- * The processor time of this program per time [cores].
+ * The processor time of this program per unit of time [cores].
  */
 cpu_cores: number, 
 /**
@@ -659,15 +659,15 @@ cpu_cores: number,
  */
 memory_bytes: number | null, 
 /**
- * The records that the dashboard itself skipped since the session began.
+ * The number of records that the dashboard itself skipped since the session began.
  */
 skipped: number, 
 /**
- * The viewers that are connected.
+ * The number of connected viewers.
  */
 viewers: number, 
 /**
- * What waits for this client [bytes].
+ * The amount of data queued for this client [bytes].
  */
 waiting_bytes: number, };
 
@@ -676,40 +676,40 @@ waiting_bytes: number, };
  */
 export type Computer = { 
 /**
- * Its host and process where they are announced, otherwise its node; different for each participant.
+ * Its host and process if they are announced, otherwise its node; unique for each participant.
  */
 name: string, 
 /**
- * How its clock is known: `probes` there and back, `stamps` of what arrives, or not yet: `unknown`.
+ * How its clock is known: by round-trip `probes`, by the `stamps` of received messages, or `unknown` so far.
  */
 known_by: string, 
 /**
- * How far its clock is ahead of the session's [s].
+ * The offset of its clock, positive when ahead of the session's [s].
  */
 offset_secs: number | null, 
 /**
- * How much faster it runs [ppm].
+ * The rate error of its clock, positive when fast [ppm].
  */
 skew_ppm: number | null, 
 /**
- * Half the interval that holds the true time of what it stamps with a probability of 95 % [s].
+ * Half the width of the 95 % interval of the true time of its stamps [s].
  */
 uncertainty_secs: number | null, 
 /**
- * The shortest way there and back of the last minute's probes [s].
+ * The shortest round trip of the last minute's probes [s].
  */
 round_trip_secs: number | null, 
 /**
- * Since its clock last answered a probe [s].
+ * The time since its clock last answered a probe [s].
  */
 probe_age_secs: number | null, 
 /**
- * How many streams it stamps.
+ * The number of streams that it stamps.
  */
 streams: number, };
 
 /**
- * A bus on which streams come.
+ * A bus that carries streams.
  */
 export type Bus = { 
 /**
@@ -721,32 +721,33 @@ name: string,
  */
 node: string, 
 /**
- * The others that were discovered: processes, as a rule.
+ * The number of other discovered participants: usually processes.
  */
 participants: number, 
 /**
- * Their topics.
+ * The number of their topics.
  */
 topics: number, 
 /**
- * How many of the session's streams come on it.
+ * The number of the session's streams on it.
  */
 streams: number, 
 /**
- * What comes on it: messages, and samples of waves [1/s].
+ * The rate of data received on it: messages, and samples of waves [1/s].
  */
 rate_hz: number, 
 /**
- * What was lost on the way here, of the streams whose losses can be counted; `null` where there is none.
+ * The number of samples lost before arrival, over the streams whose losses can be counted; `null` if there are
+ * none.
  */
 lost: number | null, 
 /**
- * How many of its streams number nothing, so that losses can't be counted.
+ * The number of its streams without sequence numbers, whose losses cannot be counted.
  */
 uncounted: number, };
 
 /**
- * What a client did not get as it was too slow, since it connected.
+ * The messages that a client missed because it was too slow, since it connected.
  */
 export type Missed = { 
 /**
@@ -754,7 +755,7 @@ export type Missed = {
  */
 events: number, 
 /**
- * Statuses and values of features that a newer one replaced.
+ * Statuses and feature values that were replaced by newer ones.
  */
 states: number, 
 /**
@@ -762,16 +763,16 @@ states: number,
  */
 signals: number, 
 /**
- * Pictures that a newer one replaced.
+ * Pictures that were replaced by newer ones.
  */
 pictures: number, };
 
 /**
- * What the study requires and is not there.
+ * An unmet requirement of the study.
  */
 export type Unmet = { 
 /**
- * What, as `teampulse check` names it: `battery of robot robot1`.
+ * Its name in `teampulse check`: `battery of robot robot1`.
  */
 what: string, 
 /**
@@ -784,7 +785,7 @@ fix: string, };
  */
 export type Pong = { 
 /**
- * As it was in `ping`.
+ * The value sent in `ping`.
  */
 sent: number, 
 /**
@@ -792,16 +793,16 @@ sent: number,
  */
 received: number, 
 /**
- * When the answer left [s].
+ * When the reply was sent [s].
  */
 replied: number, };
 
 /**
- * What this client did, as it was read back.
+ * An action of this client, as read back from the records.
  */
 export type Echo = { 
 /**
- * As it was sent.
+ * The value sent by the client.
  */
 reference: string, 
 /**
@@ -813,20 +814,20 @@ label: string,
  */
 t: number, 
 /**
- * That time less the one that was sent [s]; `null` where none was sent.
+ * That time minus the requested one [s]; `null` if none was requested.
  */
 off_secs: number | null, 
 /**
- * Whether the recording was synced to the disk since; `null` where nothing is recorded.
+ * Whether the recording was synced to the disk since; `null` if nothing is recorded.
  */
 on_disk: boolean | null, };
 
 /**
- * What is stored of a stream, in columns of one width.
+ * The stored data of a stream, in columns of equal width.
  */
 export type HistoryReply = { 
 /**
- * As it was sent.
+ * The value sent by the client.
  */
 reference: string, 
 /**
@@ -834,7 +835,7 @@ reference: string,
  */
 stream: number, 
 /**
- * When the first column begins [s].
+ * The start of the first column [s].
  */
 from: number, 
 /**
@@ -847,32 +848,32 @@ step: number,
 channels: Array<Column>, };
 
 /**
- * The columns of a channel; `null` where there were no data.
+ * The columns of a channel; `null` if there were no data.
  */
 export type Column = { 
 /**
- * The smallest number of each column.
+ * The minimum of each column.
  */
 min: Array<number | null>, 
 /**
- * The largest.
+ * The maximum of each column.
  */
 max: Array<number | null>, 
 /**
- * The mean.
+ * The mean of each column.
  */
 mean: Array<number | null>, };
 
 /**
- * Why something was not done.
+ * Why a request was not carried out.
  */
 export type Refused = { 
 /**
- * As it was sent; `null` for what could not be read.
+ * The value sent by the client; `null` if it could not be read.
  */
 reference: string | null, 
 /**
- * Why.
+ * The reason.
  */
 reason: string, 
 /**
@@ -885,24 +886,24 @@ hint: string, };
  */
 export type Ended = { 
 /**
- * Why.
+ * The reason.
  */
 reason: string, };
 
 /**
- * The position in a recording, and how it moves on.
+ * The position in a recording, and the state of the playback.
  */
 export type Playback = { 
 /**
- * The time that is shown [s].
+ * The time shown [s].
  */
 t: number, 
 /**
- * How many times as fast as it was recorded.
+ * The playback speed relative to real time.
  */
 rate: number, 
 /**
- * Whether it stands still.
+ * Whether it is paused.
  */
 paused: boolean, 
 /**
@@ -911,28 +912,28 @@ paused: boolean,
 length: number, };
 
 /**
- * What happened in the whole recording.
+ * The events of the whole recording.
  */
 export type Timeline = { 
 /**
- * The events of the session, the team and the robots, without those of bodies.
+ * The events of the session, the team and the robots, without physiological events.
  */
 events: Array<Event>, 
 /**
- * How many events did not fit.
+ * The number of events that did not fit.
  */
 left_out: number, 
 /**
- * When nothing came from people and robots.
+ * The times without data from people and robots.
  */
 absences: Array<Absence>, };
 
 /**
- * When nothing came from a person or a robot.
+ * The times without data from a person or a robot.
  */
 export type Absence = { 
 /**
- * The id.
+ * The ID.
  */
 subject: string, 
 /**
@@ -949,7 +950,7 @@ gaps: Array<Gap>, };
  */
 export type Gap = { 
 /**
- * Its begin [s].
+ * Its start [s].
  */
 from: number, 
 /**
@@ -958,11 +959,11 @@ from: number,
 to: number, };
 
 /**
- * A message of a browser. Any other is refused.
+ * A message from a browser. Any other message is refused.
  */
 export type FromBrowser = { "type": "ping", 
 /**
- * Any number, returned as it is: the browser's own time [ms].
+ * Any number, returned unchanged: the browser's own time [ms].
  */
 sent: number, } | { "type": "want", 
 /**
@@ -970,11 +971,11 @@ sent: number, } | { "type": "want",
  */
 streams: Array<Wanted>, } | { "type": "shown", 
 /**
- * Each once for each picture.
+ * A stream is listed once per picture.
  */
 streams: Array<number>, } | { "type": "history" } & History | { "type": "describe", 
 /**
- * Comes back in `refused`.
+ * Returned in `refused`.
  */
 reference: string, 
 /**
@@ -982,7 +983,7 @@ reference: string,
  */
 stream: number, } | { "type": "command", 
 /**
- * Comes back in `echo` or `refused`.
+ * Returned in `echo` or `refused`.
  */
 reference: string, 
 /**
@@ -990,11 +991,11 @@ reference: string,
  */
 text: string, 
 /**
- * When the key or the button was pressed, by the probed clock [s]; `null` for now.
+ * When the key or the button was pressed, by the probed session clock [s]; `null` for now.
  */
 at: number | null, } | { "type": "note", 
 /**
- * Comes back in `echo` or `refused`.
+ * Returned in `echo` or `refused`.
  */
 reference: string, 
 /**
@@ -1002,11 +1003,11 @@ reference: string,
  */
 text: string, 
 /**
- * What it is about: when its writing began, or the moment that was chosen [s]; `null` for now.
+ * The time that it refers to: when typing began, or the selected moment [s]; `null` for now.
  */
 at: number | null, } | { "type": "annotate", 
 /**
- * Comes back in `echo` or `refused`.
+ * Returned in `echo` or `refused`.
  */
 reference: string, 
 /**
@@ -1014,7 +1015,7 @@ reference: string,
  */
 text: string, 
 /**
- * The begin of the span: at most ten minutes ago [s].
+ * The start of the span: at most ten minutes ago [s].
  */
 from: number, 
 /**
@@ -1022,27 +1023,27 @@ from: number,
  */
 to: number, } | { "type": "acknowledge", 
 /**
- * Comes back in `echo` or `refused`.
+ * Returned in `echo` or `refused`.
  */
 reference: string, 
 /**
- * The event's label, as it came.
+ * The event's label, as received.
  */
 alert: string, 
 /**
- * When [s]; `null` for now.
+ * The time of the acknowledgement [s]; `null` for now.
  */
 at: number | null, } | { "type": "report", 
 /**
- * Comes back in `echo` or `refused`.
+ * Returned in `echo` or `refused`.
  */
 reference: string, 
 /**
- * The person; `null` where there is only one.
+ * The person; `null` if there is only one.
  */
 subject: string | null, 
 /**
- * The scale, one word: `isa`.
+ * The scale, as a single word: `isa`.
  */
 scale: string, 
 /**
@@ -1050,27 +1051,27 @@ scale: string,
  */
 value: number, 
 /**
- * When [s]; `null` for now.
+ * The time of the report [s]; `null` for now.
  */
 at: number | null, } | { "type": "show_estimates", 
 /**
- * Comes back in `echo` or `refused`.
+ * Returned in `echo` or `refused`.
  */
 reference: string, } | { "type": "play", 
 /**
- * Comes back in `refused`.
+ * Returned in `refused`.
  */
 reference: string, 
 /**
- * Another time [s].
+ * The time to seek to [s].
  */
 t: number | null, 
 /**
- * How many times as fast as it was recorded: 0.1 to 20.
+ * The playback speed relative to real time: 0.1 to 20.
  */
 rate: number | null, 
 /**
- * Whether it stands still.
+ * Whether playback is paused.
  */
 paused: boolean | null, };
 
@@ -1083,22 +1084,22 @@ export type Wanted = {
  */
 stream: number, 
 /**
- * How many points, or pictures, a second are drawn at most; a faster wave comes as pairs of its smallest and largest
- * samples, in their order. 0 for all of them.
+ * The most points, or pictures, drawn per second; a faster wave is sent as pairs of its minimum and maximum, in
+ * their order. 0 for all samples.
  */
 points_per_sec: number, 
 /**
- * Of a camera: whether the points found in its pictures are drawn on them. Then those pictures come that points were
- * found in, as soon as these have come; all of them while there are none.
+ * For a camera: whether landmarks are drawn on its pictures. Then the pictures with landmarks are sent, as soon
+ * as the landmarks have arrived; all pictures while there are none.
  */
 with_points: boolean, };
 
 /**
- * What is asked for of what is stored of a stream.
+ * A request for the stored data of a stream.
  */
 export type History = { 
 /**
- * Comes back in the reply.
+ * Returned in the reply.
  */
 reference: string, 
 /**
@@ -1106,21 +1107,21 @@ reference: string,
  */
 stream: number, 
 /**
- * From when [s].
+ * The start [s].
  */
 from: number, 
 /**
- * Until when [s].
+ * The end [s].
  */
 to: number, 
 /**
- * In how many columns at most: as many as pixels. At most 4000.
+ * The most columns, one per pixel. At most 4000.
  */
 points: number, };
 
 export const PROTOCOL = 6;
 export const MOST_WANTED = 256;
-/** The length of what precedes the samples of a binary frame [bytes]. */
+/** The length of the header before the samples of a binary frame [bytes]. */
 export const WAVE_HEAD_BYTES = 24;
-/** The length of what precedes the file of a picture [bytes]. */
+/** The length of the header before the file of a picture [bytes]. */
 export const PICTURE_HEAD_BYTES = 16;

@@ -170,8 +170,8 @@ test("an annotated span is one from its begin to its end, in a recording also be
 
 test("how a computer's clock is known is said, and what can't be counted is not 0", () => {
   const computer = { name: "laptop", offset_secs: 0.06, skew_ppm: 4, uncertainty_secs: 0.001, streams: 2, round_trip_secs: 0.0008, probe_age_secs: 2.1 };
-  expect(knownBy({ ...computer, known_by: "probes" })).toBe("probed, 0.8 ms there and back, 2.1 s ago");
-  expect(knownBy({ ...computer, known_by: "stamps", round_trip_secs: null })).toContain("by the stamps of what arrives");
+  expect(knownBy({ ...computer, known_by: "probes" })).toBe("probed, 0.8 ms round trip, 2.1 s ago");
+  expect(knownBy({ ...computer, known_by: "stamps", round_trip_secs: null })).toContain("by the stamps of received messages");
   expect(knownBy({ ...computer, known_by: "unknown", round_trip_secs: null })).toContain("not known yet");
   const bus = { name: "ROS domain 0", node: "/teampulse", participants: 1, topics: 2, streams: 2, rate_hz: 40, lost: null, uncounted: 2 };
   expect([lostOn(bus), lostOn({ ...bus, lost: 0, uncounted: 0 }), lostOn({ ...bus, lost: 1234 })]).toEqual(["?", "0", "1 234, ? of 2"]);

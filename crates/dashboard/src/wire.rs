@@ -1,9 +1,8 @@
-//! The contract between the server and a browser.
+//! The protocol between the server and a browser.
 //!
-//! Both talk over the WebSocket at `/ws`: texts are JSON with a `type`, binary frames are [waves](waves)
-//! and [pictures](pictures). A time is in
-//! seconds since the session began [s]; `hello` says when that was. What is unknown is `null`, never 0. The types of
-//! the front end, `web/src/wire.ts`, are made of these by a test.
+//! They communicate over the WebSocket at `/ws`: text frames are JSON with a `type`, binary frames are [waves](waves)
+//! and [pictures](pictures). Times are in seconds since the session began [s]; `hello` contains its start. Unknown
+//! values are `null`, never 0. The types of the front end, `web/src/wire.ts`, are generated from these by a test.
 
 mod declared;
 mod from_browser;
@@ -26,10 +25,10 @@ pub use network::{Bus, Computer};
 pub use replay::{Absence, Gap, Playback, Timeline};
 pub use stream::{Channel, Span, Stream};
 
-/// The version of this contract; a browser that knows another one reloads its page.
+/// The version of this protocol; a browser with another version reloads its page.
 pub const PROTOCOL: u32 = 6;
 
-/// The number, unless it is unknown: JSON has neither NaN nor infinities.
+/// The number, or `None` if it is not finite: JSON has neither NaN nor infinities.
 pub fn known(number: f64) -> Option<f64> {
     number.is_finite().then_some(number)
 }

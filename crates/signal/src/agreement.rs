@@ -14,11 +14,11 @@ pub struct Agreement {
     pub median_offset: f64,
 }
 
-/// Pairs true events and found ones, each at most once, that lie at most `within` apart.
+/// Pairs true events with detected ones at most `within` apart, each at most once.
 ///
-/// Both are places in one unit, samples or seconds; those that are not finite are left out. From left
-/// to right each true event takes the found one next to it: the rule of the beat-by-beat comparison of
-/// ANSI/AAMI EC57, at 150 ms for heart beats.
+/// Both are positions in one unit, samples or seconds; those that are not finite are left out. From left to
+/// right, each true event is paired with the nearest detected one: the rule of the beat-by-beat comparison
+/// of ANSI/AAMI EC57, at 150 ms for heartbeats.
 ///
 /// ```
 /// use teampulse_signal::agreement::matched;
@@ -48,17 +48,17 @@ pub fn matched(truth: &[f64], found: &[f64], within: f64) -> Agreement {
 }
 
 impl Agreement {
-    /// The share of true events that were found [0..1]; NaN when there are none.
+    /// The share of true events that were detected [0..1]; NaN without true events.
     pub fn sensitivity(&self) -> f64 {
         self.hits as f64 / (self.hits + self.missed) as f64
     }
 
-    /// The share of found events that are true [0..1]; NaN when there are none.
+    /// The share of detected events that are true [0..1]; NaN without detected events.
     pub fn precision(&self) -> f64 {
         self.hits as f64 / (self.hits + self.extra) as f64
     }
 
-    /// The harmonic mean of sensitivity and precision [0..1]; NaN where there are no events at all.
+    /// The harmonic mean of sensitivity and precision [0..1]; NaN without any events.
     pub fn f1(&self) -> f64 {
         2.0 * self.hits as f64 / (2 * self.hits + self.extra + self.missed) as f64
     }

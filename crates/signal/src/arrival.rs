@@ -1,16 +1,16 @@
-//! Pulse arrival time: how long after each heart beat of an ECG its pulse wave arrives where a PPG is worn.
+//! Pulse arrival time: the delay from a heartbeat in an ECG to its pulse wave at the site of a PPG.
 //!
-//! It falls when blood pressure rises, and with a stiffer artery: a measure of sympathetic arousal within one
+//! It falls with rising blood pressure and stiffer arteries: a measure of sympathetic arousal within one
 //! person and one placement of the sensor. It includes the pre-ejection period (Mukkamala et al. 2015,
 //! doi:10.1109/TBME.2015.2441951), so it is not the transit time.
 //!
-//! Both signals have to be on one clock: an offset between two devices, such as 30 ms between two straps on
-//! Bluetooth, is part of the result. Differences within one recording do not suffer from a constant offset.
+//! Both signals must be on one clock: an offset between two devices, such as 30 ms between two Bluetooth
+//! straps, is part of the result. A constant offset does not affect differences within one recording.
 //!
 //! ```
 //! use teampulse_signal::arrival::{ArrivalLimits, arrivals, summary};
 //!
-//! // A beat each 0.8 s, and the foot of its pulse a quarter of a second later.
+//! // A beat every 0.8 s, and the foot of its pulse a quarter of a second later.
 //! let beats_secs: Vec<f64> = (0..30).map(|k| 0.8 * f64::from(k)).collect();
 //! let feet_secs: Vec<f64> = beats_secs.iter().map(|beat| beat + 0.25).collect();
 //!
@@ -27,17 +27,17 @@ use crate::analysis::Reason;
 use crate::error::{SignalError, checked};
 use crate::robust::{SIGMA_FROM_MAD, mad, median};
 
-/// The longest arrival time that can be asked for [s].
+/// The longest arrival time supported [s].
 const LONGEST_SECS: f64 = 2.0;
 /// The fewest arrivals for a summary.
 const LEAST_COUNT: usize = 5;
-/// The smallest share of beats with a pulse.
+/// The smallest share of beats with a pulse for a summary.
 const LEAST_SHARE: f64 = 0.5;
-/// A wider spread is that of pulses which do not belong to the beats [ms]: at rest it is 5 to 20 ms, and
-/// arrivals at random between the default limits have 150 ms.
+/// A wider spread means that the pulses do not belong to the beats [ms]: at rest it is 5 to 20 ms, and
+/// random arrivals between the default limits have 150 ms.
 const MOST_SPREAD_MS: f64 = 50.0;
 
-/// The arrival times that are possible.
+/// The range of possible arrival times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArrivalLimits {
     /// The shortest [s].
@@ -53,7 +53,7 @@ impl Default for ArrivalLimits {
     }
 }
 
-/// A heart beat and the arrival of its pulse.
+/// A heartbeat and the arrival of its pulse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
     /// The time of the R peak [s].
@@ -73,11 +73,11 @@ pub struct Summary {
     pub share: f64,
 }
 
-/// For each beat the first foot of a pulse within the limits, if there is one.
+/// For each beat, the first foot of a pulse within the limits, if there is one.
 ///
 /// `beats_secs` are the R peaks of an ECG, `feet_secs` the feet of pulses
 /// ([`Pulse::onset`](crate::ppg::Pulse), the intersection of tangents, which is less disturbed by reflected
-/// waves than the peak), both [s] on one clock. They are taken in order of time; those that are not finite are
+/// waves than the peak), both [s] on one clock. They are sorted by time; those that are not finite are
 /// left out. A foot belongs to the last beat that can have caused it, so a missed pulse is not replaced by that
 /// of the next beat.
 ///
@@ -140,7 +140,7 @@ mod tests {
 
     use super::*;
 
-    /// Beats some 0.8 s apart.
+    /// Beats about 0.8 s apart.
     fn beats(count: u32) -> Vec<f64> {
         (0..count).map(|k| 0.8 * f64::from(k) + 0.05 * (0.9 * f64::from(k)).sin()).collect()
     }

@@ -7,9 +7,9 @@ const USUAL_INTERVALS: f64 = 3.0;
 
 /// The share of the span from `begin_ns` to `end_ns` [ns] that has data [0..1].
 ///
-/// Each interval between successive times counts in full, a hole of more than three times the usual
-/// (median) interval only as one of those; so do the intervals to both ends of the span. Expects
-/// ascending times inside the span; 0 with fewer than two.
+/// Each interval between successive times counts in full, but a hole of more than three times the usual
+/// (median) interval counts only as one usual interval; so do the intervals to both ends of the span.
+/// Expects ascending times inside the span; 0 with fewer than two.
 ///
 /// ```
 /// use teampulse_signal::coverage::coverage;

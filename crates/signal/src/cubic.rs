@@ -5,8 +5,8 @@ use crate::gaps::is_usable;
 
 /// A curve of cubic pieces through points, with continuous slope and curvature.
 ///
-/// `scipy.interpolate.CubicSpline`. De Boor (1978), A Practical Guide to Splines, chapter IV. It
-/// overshoots at steps and outliers: free the series of artefacts first.
+/// Equals `scipy.interpolate.CubicSpline`. De Boor (1978), A Practical Guide to Splines, chapter IV. It
+/// overshoots at steps and outliers: remove artefacts from the series first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CubicSpline {
     x: Vec<f64>,
@@ -65,10 +65,11 @@ impl CubicSpline {
         Some(self.on_piece(piece, x))
     }
 
-    /// Heights at `begin` + k / `rate`, for k = 0, 1, …, up to the last point.
+    /// Samples the curve at `begin` + k / `rate`, for k = 0, 1, …, up to the last point.
     ///
-    /// For an even series from an uneven one: beat intervals at 4 Hz. An error when the rate is
-    /// none, when `begin` lies outside of the points, or for more than 100 million heights.
+    /// Makes an evenly sampled series from an uneven one, for example beat intervals at 4 Hz. Returns an
+    /// error for an invalid rate, when `begin` lies outside the points, or for more than 100 million
+    /// samples.
     ///
     /// ```
     /// use teampulse_signal::cubic::{CubicSpline, Ends};

@@ -6,13 +6,13 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum SignalError {
     /// The sampling rate is invalid.
-    #[error("the sampling rate is {rate_hz} Hz; it must lie between 1e-9 and 1e12 Hz")]
+    #[error("the sampling rate is {rate_hz} Hz; it must be between 1e-9 and 1e12 Hz")]
     Rate {
         /// The rate given [Hz].
         rate_hz: f64,
     },
     /// A frequency is outside the range up to Nyquist.
-    #[error("{frequency_hz} Hz does not lie between 0 and {nyquist_hz} Hz, half the sampling rate")]
+    #[error("{frequency_hz} Hz is not between 0 and {nyquist_hz} Hz, half the sampling rate")]
     Frequency {
         /// The frequency given [Hz].
         frequency_hz: f64,
@@ -28,7 +28,7 @@ pub enum SignalError {
         high_hz: f64,
     },
     /// A setting is out of range.
-    #[error("{name} is {value}; it must lie between {least} and {most}")]
+    #[error("{name} is {value}; it must be between {least} and {most}")]
     Setting {
         /// The name of the setting.
         name: &'static str,
@@ -50,10 +50,10 @@ pub enum SignalError {
         /// The number of samples needed.
         least: usize,
     },
-    /// None of the channels is one that is needed.
+    /// None of the channels has a required quantity.
     #[error("none of the channels is {lacking}")]
     Channels {
-        /// What is needed, for people.
+        /// The missing quantity, in words for the user.
         lacking: &'static str,
     },
     /// Two series that must match differ in length.
@@ -74,7 +74,7 @@ pub enum SignalError {
     #[error("all values are the same")]
     Constant,
     /// A computation overflowed.
-    #[error("the numbers are too far apart to compute with")]
+    #[error("the magnitudes of the values are too different to compute with")]
     Overflow,
     /// No value is a usable number.
     #[error("no value is finite")]

@@ -10,10 +10,10 @@ pub fn is_usable(value: f64) -> bool {
     value.abs() <= LARGEST
 }
 
-/// The signal with straight lines across its gaps; before the first and after the last usable value
-/// stand those values.
+/// The signal with gaps interpolated linearly; before the first and after the last usable value, that value
+/// is repeated.
 ///
-/// An error when no value is [usable](is_usable).
+/// Returns an error when no value is [usable](is_usable).
 ///
 /// ```
 /// use teampulse_signal::gaps::bridged;

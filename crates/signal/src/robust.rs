@@ -24,7 +24,7 @@ pub fn median(values: &[f64]) -> Option<f64> {
 
 /// Median absolute deviation from the median, of the finite values.
 ///
-/// Not scaled: times [`SIGMA_FROM_MAD`] it estimates the standard deviation of normal values.
+/// Unscaled: multiplied by [`SIGMA_FROM_MAD`], it estimates the standard deviation of normal values.
 /// Hampel (1974), doi:10.1080/01621459.1974.10482962. `None` without a finite value.
 pub fn mad(values: &[f64]) -> Option<f64> {
     let centre = median(values)?;

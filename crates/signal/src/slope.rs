@@ -40,12 +40,13 @@ pub fn theil_sen(x: &[f64], y: &[f64]) -> Option<RegressionLine> {
     intercept.is_finite().then_some(RegressionLine { slope, intercept })
 }
 
-/// The line of least squares: the least sum of squared distances in y.
+/// The least-squares line: it minimises the sum of squared vertical distances.
 ///
-/// Takes all points, also of long noisy series of which [`theil_sen`] would take a few; one wild point
-/// turns it. The uncertainty is the standard error of the slope, √(Σe² / (n − 2) / Σ(x − x̄)²), which
-/// assumes independent errors (infinite with two points). Points that are not finite are left out.
-/// `None` when fewer than two points differ in x, or when the numbers are too far apart.
+/// Uses all points, including those of long noisy series, which [`theil_sen`] would thin out; a single
+/// outlier can change it. The uncertainty is the standard error of the slope, √(Σe² / (n − 2) / Σ(x −
+/// x̄)²), which assumes independent errors (infinite with two points). Points that are not finite are left
+/// out. `None` when fewer than two points differ in x, or when the magnitudes of the numbers are too
+/// different.
 ///
 /// ```
 /// use teampulse_signal::slope::least_squares;

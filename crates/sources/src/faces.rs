@@ -1,34 +1,34 @@
-//! What is done with faces before pictures are recorded.
+//! Treatment of faces in pictures before they are recorded.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::stream::{Audience, Signal, Stream};
 
-/// The types of messages with pictures, beside those of `sensor_msgs`; of packages that send videos all.
+/// The types of picture messages, in addition to those of `sensor_msgs` and of packages that send only videos.
 const OF_PICTURES: [&str; 4] = [
     "sensor_msgs/msg/Image",
     "sensor_msgs/msg/CompressedImage",
     "foxglove_msgs/msg/CompressedVideo",
     "foxglove_msgs/msg/CompressedImage",
 ];
-/// Packages whose messages are pictures.
+/// Packages whose messages are all pictures.
 const PACKAGES_OF_PICTURES: [&str; 3] =
     ["ffmpeg_image_transport_msgs/", "theora_image_transport/", "stereo_msgs/"];
 
-/// What is done with faces before pictures are recorded.
+/// The treatment of faces in pictures before they are recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Faces {
-    /// Nothing.
+    /// Faces are kept.
     #[default]
     Keep,
-    /// They are hidden by the worker of the type `blur`. Pictures that it has not looked at are neither recorded nor
+    /// Faces are hidden by the worker of type `blur`. Pictures that it has not processed are neither recorded nor
     /// shown.
     Blur,
 }
 
 impl Faces {
-    /// A stream of pictures, for those who may see its faces.
+    /// Returns the stream of pictures, visible only to workers if faces are hidden.
     #[must_use]
     pub fn hidden_in(self, pictures: Stream) -> Stream {
         match self {
@@ -39,7 +39,7 @@ impl Faces {
         }
     }
 
-    /// The same of a stream whose messages have this type, which may be no pictures.
+    /// The same for a stream with messages of this type, which need not be pictures.
     #[must_use]
     pub fn hidden_in_any(self, stream: Stream, type_name: &str) -> Stream {
         let is_of_pictures = OF_PICTURES.contains(&type_name)

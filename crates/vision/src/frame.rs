@@ -1,4 +1,4 @@
-//! What a frame of a camera shows without any model: how bright and how sharp it is, how much moves, and where skin is.
+//! Measures of a camera frame that need no model: brightness, sharpness, movement and skin.
 //!
 //! ```text
 //! Picture ──► blocks (mean colour of 8 × 8 pixels) ──► brightness · movement · skin ──► Frame
@@ -15,11 +15,12 @@ use crate::picture::Picture;
 use blocks::Blocks;
 use movement::Movement;
 
-/// The share of a view that skin must take to be somebody's: less is noise, or wood.
+/// The share of the view that skin must cover to count as a person: less is noise, or wood.
 const LEAST_SKIN: f64 = 0.005;
-/// How much of the region of skin must have moved lately to be a person's: a picture on a wall has skin, too.
+/// The share of the skin region that must have moved recently to count as a person: a picture on a wall shows skin,
+/// too.
 const LEAST_MOVING: f64 = 0.002;
-/// How long somebody who sits still is taken to be there [s].
+/// How long a person who sits still is assumed to be present [s].
 const STILL_SECS: f64 = 20.0;
 
 /// The numbers of a frame.
@@ -27,33 +28,33 @@ const STILL_SECS: f64 = 20.0;
 pub struct Frame {
     /// The mean luma [0..1].
     pub brightness: f64,
-    /// The variance of the Laplacian of the luma, as a share of the variance of the luma [1]: how much of the contrast
-    /// is in details. Lower where the lens is out of focus or the camera moves; it falls with noise removed, too, so that it
-    /// is comparable within one camera only. NaN without contrast.
+    /// The variance of the Laplacian of the luma, as a share of the variance of the luma [1]: the share of the
+    /// contrast in fine details. It is lower where the lens is out of focus or the camera moves, and depends on the
+    /// camera's noise reduction, so it is comparable only within one camera. NaN without contrast.
     pub sharpness: f64,
-    /// The share of the view that changed since the previous frame, beyond the noise and a change of the light [0..1];
+    /// The share of the view that changed since the previous frame, beyond noise and changes of the light [0..1];
     /// NaN in the first frame, after a change of size, and after a gap.
     pub moving: f64,
-    /// The mean change of the luma since the previous frame, less that of the light [0..1]; NaN as above.
+    /// The mean change of the luma since the previous frame, minus that of the light [0..1]; NaN as above.
     pub motion: f64,
-    /// The share of the view in the largest region of the colour of skin [0..1].
+    /// The share of the view in the largest skin-coloured region [0..1].
     pub skin: f64,
     /// The mean red, green and blue of that region [0..1]; NaN where it is too small.
     pub colour: [f64; 3],
-    /// Whether somebody is in view: a region of the colour of skin, in which something moved within 20 s.
+    /// Whether a person is in view: a skin-coloured region in which something moved within 20 s.
     pub is_present: bool,
 }
 
-/// The numbers of the frames of one camera, one after the other.
+/// Measures the frames of one camera, one after the other.
 #[derive(Clone, Debug, Default)]
 pub struct Frames {
     movement: Movement,
-    /// When something moved in the region of skin last [s].
+    /// The last time of movement in the skin region [s].
     moved: Option<f64>,
 }
 
 impl Frames {
-    /// Takes a frame that was taken at a time [s].
+    /// Measures a frame taken at a time [s].
     pub fn push(&mut self, picture: &Picture, at: f64) -> Frame {
         let blocks = Blocks::of(picture);
         let (moving, motion) = self.movement.push(&blocks, at);

@@ -1,13 +1,13 @@
-//! Faces that are hidden in a picture.
+//! Hiding faces in a picture.
 
 use crate::model::decode::Detection;
 use crate::picture::Picture;
 
-/// How many colours remain of a part, along each of its sides: of a face there is no eye, mouth or outline left.
+/// The number of colours that remain along each side of a hidden part: no eye, mouth or outline is left of a face.
 const CELLS: usize = 4;
 
-/// Hides a part of a picture, with this share of its sides more on each side: of all its pixels only the mean colours of
-/// 4 × 4 cells remain, from one to the next without a step. A part whose place is not finite hides the whole picture.
+/// Hides a part of a picture, enlarged on each side by this share of its size: only the mean colours of 4 × 4 cells
+/// remain, interpolated without a step. A part whose position is not finite hides the whole picture.
 pub fn hide(picture: &mut Picture, part: &Detection, margin: f64) {
     let Some(part) = Part::of(picture, part, margin) else { return };
     let colours = part.colours(picture);
@@ -19,7 +19,7 @@ pub fn hide(picture: &mut Picture, part: &Detection, margin: f64) {
     }
 }
 
-/// The pixels of a part, all within the picture.
+/// The pixels of a part, clipped to the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Part {
     left: usize,
@@ -32,7 +32,7 @@ struct Part {
 type Colours = [[[f64; 3]; CELLS]; CELLS];
 
 impl Part {
-    /// `None` where it lies outside of the picture, or has no pixel.
+    /// `None` if it lies outside the picture, or has no pixel.
     fn of(picture: &Picture, part: &Detection, margin: f64) -> Option<Part> {
         let (width, height) = (f64::from(picture.width), f64::from(picture.height));
         let [left, top, across, down] =
@@ -63,7 +63,7 @@ impl Part {
                 *count += 1;
             }
         }
-        // A part of fewer pixels than cells has cells without any.
+        // If a part has fewer pixels than cells, some cells are empty.
         let known = sums.iter().flatten().find(|(_, count)| *count > 0).copied();
         let mean = |(sum, count): ([u64; 3], u64)| {
             let (sum, count) = if count > 0 { (sum, count) } else { known.unwrap_or((sum, 1)) };
@@ -72,7 +72,7 @@ impl Part {
         sums.map(|row| row.map(mean))
     }
 
-    /// The colour at a pixel, between the centres of the nearest cells.
+    /// The colour at a pixel, interpolated between the centres of the nearest cells.
     fn between(&self, colours: &Colours, column: usize, row: usize) -> [u8; 3] {
         let nearest = |place: usize, from: usize, long: usize| {
             let at = ((place - from) as f64 + 0.5) * CELLS as f64 / long as f64 - 0.5;
@@ -102,7 +102,7 @@ mod tests {
         Detection { left, top, width, height, score: 1.0, points: Vec::new() }
     }
 
-    /// Black and white columns by turns.
+    /// Alternating black and white columns.
     fn striped(width: u32, height: u32) -> Picture {
         let row = (0..width).flat_map(|column| [(column % 2 * 255) as u8; 3]);
         let rgb = row.collect::<Vec<_>>().repeat(height as usize);

@@ -1,4 +1,4 @@
-//! What is seen in pictures of cameras, in numbers.
+//! Computer vision for camera images: frame measures, face blurring and ONNX models.
 
 pub mod frame;
 pub mod model;

@@ -1,4 +1,4 @@
-//! Models of the user's own: an ONNX file and a descriptor, which says what goes in and what comes out.
+//! User-supplied models: an ONNX file and a descriptor of its input and output.
 
 pub mod chain;
 pub mod decode;
@@ -19,46 +19,46 @@ use engine::{Engine, EngineError, Library};
 use input::Placement;
 use tensor::Tensor;
 
-/// A model that is loaded.
+/// A loaded model.
 pub struct Model {
-    /// What it is.
+    /// Its descriptor.
     pub descriptor: Descriptor,
     engine: Box<dyn Engine>,
 }
 
-/// Why a model can't be used. The message fits after "failed to".
+/// Why a model cannot be used. The message fits after "failed to".
 #[derive(Debug, Error)]
 pub enum ModelError {
-    /// Its descriptor or file is wrong.
+    /// Its descriptor or file is invalid.
     #[error(transparent)]
     Descriptor(#[from] DescriptorError),
-    /// Its engine refuses it.
+    /// The engine cannot load or run it.
     #[error("{0}")]
     Engine(#[from] EngineError),
-    /// Its outputs are not those of its descriptor.
+    /// Its outputs do not match its descriptor.
     #[error("read the outputs of the model `{name}`: {error}")]
     Outputs {
-        /// The model.
+        /// The name of the model.
         name: String,
-        /// What is wrong with them.
+        /// What is wrong with its outputs.
         error: DecodeError,
     },
 }
 
 impl Model {
-    /// Loads the model that a descriptor describes. Its file is checked first.
+    /// Loads the model of a descriptor, after verifying its file.
     pub fn load(descriptor: &Path, library: &Library) -> Result<Model, ModelError> {
         let (descriptor, file) = Descriptor::open(descriptor)?;
         let engine = engine::load(file, &descriptor, library)?;
         Ok(Model { descriptor, engine })
     }
 
-    /// The engine that runs it, with its version.
+    /// The name and version of the engine that runs it.
     pub fn engine(&self) -> &str {
         self.engine.label()
     }
 
-    /// Runs it on zeros: the outputs as the engine gives them.
+    /// Runs it on an input of zeros; returns the raw outputs.
     pub fn dry_run(&mut self) -> Result<Vec<Tensor>, ModelError> {
         let input = Tensor::zeros(self.descriptor.input.shape());
         let outputs = self.engine.run(&input)?;
@@ -66,8 +66,8 @@ impl Model {
         Ok(outputs)
     }
 
-    /// Looks at a picture, or at the part of it in which an earlier model has found what this one looks at. `None` where
-    /// there is no such part.
+    /// Runs the model on a picture, or on the part that an earlier model has found for it. `None` if there is no such
+    /// part.
     pub fn look(
         &mut self,
         picture: &Picture,

@@ -1,4 +1,4 @@
-//! Pictures, decoded.
+//! Decoded pictures.
 
 use bytes::Bytes;
 use teampulse_messages::pictures::{
@@ -10,7 +10,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// The most pixels of a picture that is decoded: with more, its memory would be beyond 120 MB.
+/// The most pixels of a picture: a larger one would need more than 120 MB.
 pub const MOST_PIXELS: usize = 40_000_000;
 
 /// A picture in red, green and blue.
@@ -20,36 +20,36 @@ pub struct Picture {
     pub width: u32,
     /// The number of rows.
     pub height: u32,
-    /// Three bytes a pixel, row by row from the top.
+    /// Three bytes per pixel, row by row from the top.
     pub rgb: Vec<u8>,
 }
 
-/// Why a picture can't be decoded. The message fits after "failed to".
+/// Why a picture cannot be decoded. The message fits after "failed to".
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum PictureError {
-    /// The message has no picture that can be read.
+    /// The message contains no readable picture.
     #[error("read a picture: {0}")]
     Message(#[from] Unreadable),
-    /// A message of another type.
-    #[error("read a picture in a {0}; {IMAGE} and {COMPRESSED_IMAGE} have one")]
+    /// The message has another type.
+    #[error("read a picture from a {0}; expected {IMAGE} or {COMPRESSED_IMAGE}")]
     Type(String),
-    /// A file of another format.
-    #[error("decode a picture of format `{0}`; JPEG can be decoded")]
+    /// The compressed format is not supported.
+    #[error("decode a picture of format `{0}`; only JPEG is supported")]
     Format(String),
-    /// Pixels without colours.
+    /// The pixels are not colours.
     #[error(
-        "use a picture of 16 bits a pixel: it holds distances, or greys that have no fixed scale"
+        "use a picture of 16 bits a pixel: it holds distances, or grey levels without a fixed scale"
     )]
     Deep,
-    /// Too large.
-    #[error("decode a picture of {width} × {height} pixels; at most {MOST_PIXELS} are decoded")]
+    /// The picture is too large.
+    #[error("decode a picture of {width} × {height} pixels; at most {MOST_PIXELS} are supported")]
     Large {
-        /// Its columns.
+        /// Its number of columns.
         width: usize,
-        /// Its rows.
+        /// Its number of rows.
         height: usize,
     },
-    /// Damaged, or truncated.
+    /// The JPEG is damaged or truncated.
     #[error("decode a JPEG: {0}")]
     Jpeg(String),
 }
@@ -70,7 +70,7 @@ impl Picture {
         }
     }
 
-    /// Decodes a JPEG. One that is truncated is an error, never a picture that is grey below.
+    /// Decodes a JPEG. A truncated one is an error, rather than a picture with a grey lower part.
     pub fn from_jpeg(file: &[u8]) -> Result<Picture, PictureError> {
         let failed = |error: zune_jpeg::errors::DecodeErrors| PictureError::Jpeg(error.to_string());
         let options = DecoderOptions::default()
@@ -121,7 +121,7 @@ impl Picture {
         Ok(Picture { width: width as u32, height: height as u32, rgb })
     }
 
-    /// The red, green and blue of a pixel; `None` outside of the picture.
+    /// The red, green and blue of a pixel; `None` outside the picture.
     pub fn at(&self, column: u32, row: u32) -> Option<[u8; 3]> {
         if column >= self.width || row >= self.height {
             return None;
@@ -131,26 +131,26 @@ impl Picture {
     }
 }
 
-/// Whether a JPEG has its end; some cameras fill the rest of their buffer with zeros.
+/// Whether a JPEG has its end marker; some cameras fill the rest of their buffer with zeros.
 fn ends(file: &[u8]) -> bool {
     let filled = file.iter().rev().take_while(|byte| **byte == 0).count();
     file[..file.len() - filled].ends_with(&[0xff, 0xd9])
 }
 
-/// A row of pairs of pixels that share their colour.
+/// Converts a row of pixel pairs that share their chroma.
 fn yuyv(row: &[u8], rgb: &mut Vec<u8>) {
     let (pairs, odd) = row.as_chunks::<4>();
     for [first, blue, second, red] in pairs {
         rgb.extend(of_video(*first, *blue, *red));
         rgb.extend(of_video(*second, *blue, *red));
     }
-    // The last pixel of an odd row has no colour of its own.
+    // The last pixel of an odd row has no chroma of its own.
     if let [grey, ..] = odd {
         rgb.extend(of_video(*grey, 128, 128));
     }
 }
 
-/// The colour of Y, Cb and Cr as cameras have them (ITU-R BT.601, limited range), in 16.16 fixed point.
+/// Converts Y, Cb and Cr of cameras (ITU-R BT.601, limited range) to RGB, in 16.16 fixed point.
 fn of_video(y: u8, blue: u8, red: u8) -> [u8; 3] {
     let (y, blue, red) = (i32::from(y) - 16, i32::from(blue) - 128, i32::from(red) - 128);
     let byte = |sum: i32| ((sum + 0x8000) >> 16).clamp(0, 255) as u8;

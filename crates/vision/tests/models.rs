@@ -176,7 +176,7 @@ fn a_model_of_faces_needs_one_that_finds_them_before_it() {
     let mut model =
         Model::load(&described(folder.path(), "net.onnx", &rest), &Library::Pure).unwrap();
     let wrong = missing(std::slice::from_ref(&model.descriptor)).unwrap();
-    assert!(wrong.contains("`model` looks at a face"), "{wrong}");
+    assert!(wrong.contains("`model` needs a face"), "{wrong}");
     assert_eq!(model.look(&drawn(1).0, None).unwrap(), None);
     let values = Chain::new(vec![model]).look(&drawn(1).0).unwrap().numbers;
     assert!(values[0].len() == 7 && values[0].iter().all(|value| value.is_nan()));

@@ -28,42 +28,42 @@ use crate::model::process::{Models, Process, Seen, memory_mib, patience_secs};
 use crate::model::read;
 use held::{Held, Picked};
 
-/// How often the end of the session, and that of the process, are checked for while no frame comes.
+/// How often the end of the session and the exit of the process are checked for while no frame arrives.
 const LOOK: Duration = Duration::from_millis(500);
-/// How much earlier than due a frame may be looked at, as a part of the period: cameras are not that regular.
+/// How much earlier than due a frame may be processed, as a share of the period: cameras are not perfectly regular.
 const EARLY: f64 = 0.1;
-/// The longest time for which frames are held [s].
+/// The longest time for which frames can be held [s].
 const MOST_HOLD_SECS: f64 = 10.0;
 
-/// Pictures with hidden faces, of the cameras, robots and topics of which the study says `faces = "blur"`. Their own
-/// pictures are seen by workers and go nowhere else; these are recorded, and shown.
+/// Pictures with hidden faces, from the cameras, robots and topics for which the study sets `faces = "blur"`. The
+/// original pictures are visible only to workers; the blurred ones are recorded and shown.
 ///
-/// A model finds the faces: any number of models, of which each looks at the whole picture. What was not looked at is not
-/// recorded: a frame that can't be decoded, and one that is skipped, as the models can't keep up, are counted as lost.
-/// A face is hidden for a moment before and after it was found, too, at the same place. A model that overlooks a face for
-/// longer than that shows it: try yours on pictures of your own.
+/// Faces are detected by one or more models, each of which processes the whole picture. Frames that were not
+/// processed are not recorded: a frame that cannot be decoded, and one that is skipped because the models are too
+/// slow, are counted as lost. A face is also hidden at the same place for a moment before and after it was found. If
+/// the models miss a face for longer than that, it is visible: test them on your own pictures.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Blur {
-    /// The descriptors of the models that find faces, such as `YuNet`'s; a lower `least_score` there hides more.
+    /// The descriptors of the face detection models, such as `YuNet`'s; a lower `least_score` there hides more.
     pub descriptors: Vec<PathBuf>,
-    /// How much more than a face is hidden on each side of it, as a part of its width and height.
+    /// How much the hidden part is enlarged on each side of a face, as a share of its width and height.
     #[serde(default = "margin")]
     pub margin: f64,
-    /// How long before and after it was found a face is hidden at its place [s]. Pictures are recorded so much later.
+    /// How long before and after its detection a face is hidden at its place [s]. Pictures are delayed by this time.
     #[serde(default = "hold_secs")]
     pub hold_secs: f64,
-    /// The most frames of a camera that are looked at and recorded [Hz]. Without it, all.
+    /// The highest rate at which the frames of a camera are processed and recorded [Hz]. By default all frames.
     #[serde(default)]
     pub max_hz: Option<f64>,
-    /// The library of an ONNX Runtime (1.22 or newer), which is several times faster. Without it the one in
+    /// The library of an ONNX Runtime (1.22 or newer), which is several times faster. By default the one in
     /// `ORT_DYLIB_PATH`, or else the engine in pure Rust.
     #[serde(default)]
     pub onnx_runtime: Option<PathBuf>,
-    /// How long a model may take to load, and to look at a frame [s].
+    /// How long a model may take to load, and to process a frame [s].
     #[serde(default = "patience_secs")]
     pub patience_secs: f64,
-    /// The most memory that the process of these models may have [MiB].
+    /// The memory limit of the process that runs these models [MiB].
     #[serde(default = "memory_mib")]
     pub memory_mib: u64,
 }
@@ -82,14 +82,14 @@ impl Component<dyn Worker, WorkerContext> for Blur {
     fn build(self, _: &WorkerContext) -> Result<Box<dyn Worker>, SettingsError> {
         self.models().check()?;
         if !(0.0..=10.0).contains(&self.margin) {
-            return Err(SettingsError::new("give a margin from 0 to 10").at("margin"));
+            return Err(SettingsError::new("the margin must be from 0 to 10").at("margin"));
         }
         if !(0.0..=MOST_HOLD_SECS).contains(&self.hold_secs) {
-            let message = format!("give seconds from 0 to {MOST_HOLD_SECS}");
+            let message = format!("the hold time must be from 0 to {MOST_HOLD_SECS} s");
             return Err(SettingsError::new(message).at("hold_secs"));
         }
         if self.max_hz.is_some_and(|rate| !rate.is_finite() || rate <= 0.0) {
-            return Err(SettingsError::new("it has to be above 0").at("max_hz"));
+            return Err(SettingsError::new("it must be above 0").at("max_hz"));
         }
         Ok(Box::new(self))
     }
@@ -114,7 +114,7 @@ impl Worker for Blur {
         for camera in cameras.values_mut() {
             match &looked {
                 Ok(()) => camera.let_go(Time::from_nanos(i64::MAX), outlet),
-                // They were looked at, but nobody knows what comes after them.
+                // They were processed, but a face may appear in the frames after them.
                 Err(_) => outlet.lost(camera.stream, camera.held.len() as f64),
             }
         }
@@ -122,12 +122,12 @@ impl Worker for Blur {
     }
 }
 
-/// Whether faces have to be hidden in the pictures of a stream.
+/// Whether faces must be hidden in the pictures of a stream.
 fn is_to_hide(stream: &Stream) -> bool {
     stream.audience == Audience::Workers && stream.signal == Signal::Image
 }
 
-/// Fails for a model that finds no faces, or does not see all of a picture.
+/// Fails for a model that finds no faces, or does not process the whole picture.
 fn refuse_blind(descriptor: &Descriptor) -> Result<(), WorkerError> {
     let name = &descriptor.name;
     let refuse = |why: &str, hint: &str| {
@@ -138,7 +138,10 @@ fn refuse_blind(descriptor: &Descriptor) -> Result<(), WorkerError> {
         return refuse("finds no faces", "YuNet does: `teampulse models list`");
     }
     if descriptor.input.source != Source::Frame || descriptor.input.resize == Resize::Crop {
-        return refuse("sees a part of the picture", "use `source = \"frame\"` and no `crop`");
+        return refuse(
+            "processes only a part of the picture",
+            "use `source = \"frame\"` and no `crop`",
+        );
     }
     Ok(())
 }
@@ -153,7 +156,7 @@ impl Blur {
         }
     }
 
-    /// Looks at frames until there are no more.
+    /// Processes frames until there are no more.
     fn look(
         &self,
         feed: &Feed,
@@ -201,9 +204,7 @@ impl Blur {
             signal: Signal::Image,
             inputs: vec![pictures.name.clone()],
             method: process.engine().to_owned(),
-            doc:
-                "pictures with hidden faces, as JPEG; those in which no face was found as they were"
-                    .to_owned(),
+            doc: "pictures with hidden faces, as JPEG; unchanged if no face was found".to_owned(),
             ..Stream::raw(
                 blurred(&pictures.name),
                 pictures.subject(),
@@ -230,15 +231,15 @@ struct Camera {
     /// The stream of its pictures with hidden faces.
     stream: StreamId,
     held: Held,
-    /// The least time between two frames that are looked at [s].
+    /// The least time between two processed frames [s].
     period_secs: f64,
     last: Option<Time>,
-    /// Why its last frame is left out: said once, until one is not.
+    /// Why its last frame was left out: reported once, until a frame succeeds.
     failing: Option<String>,
 }
 
 impl Camera {
-    /// Looks at a frame. Returns whether the session goes on.
+    /// Processes a frame. Returns whether the session continues.
     fn look(
         &mut self,
         record: &Record,
@@ -254,7 +255,7 @@ impl Camera {
         self.last = Some(taken);
         let Some(type_name) = type_of(&record.stream) else {
             let Shape::Message(schema) = &record.stream.shape else { return Ok(true) };
-            let why = format!("look for faces in a {}", schema.name);
+            let why = format!("detect faces in a {}", schema.name);
             self.leave_out(&record.stream.name, why, outlet);
             return Ok(true);
         };
@@ -278,18 +279,17 @@ impl Camera {
         }
     }
 
-    /// Counts a frame that is not recorded, and says why.
+    /// Counts a frame that is not recorded, and reports the reason.
     fn leave_out(&mut self, name: &str, why: String, outlet: &Outlet) {
         outlet.lost(self.stream, 1.0);
         if self.failing.as_ref() != Some(&why) {
-            let message =
-                format!("{name}: failed to {why}; what was not looked at is not recorded");
+            let message = format!("{name}: failed to {why}; unprocessed frames are not recorded");
             outlet.happen(passing(message));
         }
         self.failing = Some(why);
     }
 
-    /// Offers the frames that are held no longer when this time has come.
+    /// Offers the frames whose holding time ends at this time.
     fn let_go(&mut self, now: Time, outlet: &Outlet) {
         while let Some((taken, hidden)) = self.held.next(now) {
             match hidden {

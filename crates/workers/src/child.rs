@@ -1,4 +1,4 @@
-//! The process of a program: what goes in, the lines that come out, and how it ends.
+//! The process of a program: its input, its output lines, and its exit.
 
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -27,7 +27,7 @@ const FAREWELL: Duration = Duration::from_secs(1);
 /// How often its exit is checked for.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// A running program. Dropping it kills it with all processes that it has started.
+/// A running program. Dropping it kills it together with all processes that it has started.
 pub(crate) struct Child {
     process: std::process::Child,
     /// What to write to it; `None` once its input is closed.
@@ -90,7 +90,7 @@ impl Child {
     ) -> Result<Child, WorkerError> {
         let failed = |why: String| WorkerError {
             message: format!("start `{}`: {why}", command.join(" ")),
-            hint: "try the command by hand".into(),
+            hint: "run the command by hand".into(),
         };
         let (program, arguments) =
             command.split_first().ok_or_else(|| failed("no command".into()))?;
@@ -119,9 +119,9 @@ impl Child {
         Ok(Child { process, input: Some(input), lines, last_words, listener, guard })
     }
 
-    /// Queues what it reads next, without waiting until it is read.
+    /// Queues its next input, without waiting until it is read.
     pub(crate) fn write(&self, bytes: Vec<u8>) {
-        // Where this fails it has ended, which the answer says.
+        // If this fails, the program has exited, which the next answer reports.
         if let Some(input) = &self.input {
             drop(input.try_send(bytes));
         }
@@ -137,7 +137,7 @@ impl Child {
         }
     }
 
-    /// Fails if it has exited without having been asked anything.
+    /// Fails if it has exited although it was not asked for anything.
     pub(crate) fn check(&mut self) -> Result<(), Ended> {
         match self.process.try_wait() {
             Ok(None) => Ok(()),
@@ -154,7 +154,7 @@ impl Child {
         }
     }
 
-    /// How it exited; a program that has closed its output is ended.
+    /// Reports how it exited; a program that has closed its output is killed.
     fn ended(&mut self) -> Ended {
         self.end();
         self.kill();
@@ -176,7 +176,7 @@ impl Child {
 
     fn kill(&self) {
         if let Some(group) = Pid::from_raw(self.process.id().cast_signed()) {
-            // It fails where all of the group have ended.
+            // It fails if all processes of the group have exited.
             let _ended = kill_process_group(group, Signal::KILL);
         }
     }
@@ -184,7 +184,7 @@ impl Child {
 
 impl Drop for Child {
     fn drop(&mut self) {
-        // Before the process is waited for: its group is still its own.
+        // Before the process is reaped: its group id cannot have been reused yet.
         self.guard = None;
         self.kill();
         drop(self.process.wait());
@@ -198,7 +198,7 @@ fn shown(status: ExitStatus) -> String {
     }
 }
 
-/// Writes what comes until there is no more or the reader is gone.
+/// Writes all input until there is no more or the reader is gone.
 fn write_all(mut to: impl Write, pieces: &Receiver<Vec<u8>>) {
     while let Ok(piece) = pieces.recv() {
         if to.write_all(&piece).and_then(|()| to.flush()).is_err() {
@@ -207,7 +207,7 @@ fn write_all(mut to: impl Write, pieces: &Receiver<Vec<u8>>) {
     }
 }
 
-/// Passes on each line of a pipe until it ends, a line is too long, or `take` has enough.
+/// Passes on each line of a pipe until the pipe closes, a line is too long, or `take` returns `false`.
 fn each_line(from: impl Read, mut take: impl FnMut(Written) -> bool) {
     let mut from = BufReader::new(from);
     loop {

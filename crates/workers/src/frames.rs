@@ -1,4 +1,4 @@
-//! What cameras show without any model, in numbers.
+//! Frame measures of cameras that need no model.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -23,9 +23,9 @@ use teampulse_vision::picture::{Picture, PictureError};
 
 use crate::WorkerContext;
 
-/// How often the end of the session is checked for while no frame comes.
+/// How often the end of the session is checked for while no frame arrives.
 const LOOK: Duration = Duration::from_millis(500);
-/// The numbers of a frame.
+/// The values of a frame.
 const CHANNELS: &[(&str, &str)] = &[
     ("brightness", "1"),
     ("sharpness", "1"),
@@ -37,21 +37,21 @@ const CHANNELS: &[(&str, &str)] = &[
     ("green", "1"),
     ("blue", "1"),
 ];
-/// Last tokens of the names of topics that do not name a camera.
+/// Last tokens of topic names that do not name a camera.
 pub(crate) const OF_TRANSPORTS: &[&str] =
     &["compressed", "image", "image_raw", "image_rect", "image_color"];
 
-/// What cameras show without any model, in numbers: of each frame how bright and how sharp it is, how much of it moves,
-/// whether somebody is in view, and the mean colour of skin. Pictures themselves go nowhere.
+/// Measures of camera frames that need no model: brightness, sharpness, movement, the presence of a person, and the
+/// mean colour of skin. The pictures themselves are not passed on.
 ///
-/// A frame takes a few milliseconds. Where it can't keep up, it takes the newest frame of each camera next; the skipped
-/// ones are counted. A picture that can't be decoded is a fault and counted as lost; the next one is tried.
+/// A frame takes a few milliseconds. Under overload, the newest frame of each camera is processed next; skipped ones
+/// are counted. A picture that cannot be decoded is a fault and counted as lost; the next one is tried.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Frames {
     /// The cameras, by the name of their stream; `*` matches a part of a token: `"/robot1/front/compressed"`.
     pub streams: Vec<Pattern>,
-    /// The person that these cameras look at. Without it the numbers are about whom the pictures are about: the robot
+    /// The person in view of these cameras. By default the values are about the subject of the pictures: the robot
     /// that carries the camera.
     #[serde(default)]
     pub person: Option<String>,
@@ -65,7 +65,7 @@ person  = "p001"
 
     fn build(self, _: &WorkerContext) -> Result<Box<dyn Worker>, SettingsError> {
         if self.streams.is_empty() {
-            let error = SettingsError::new("it looks at no camera").at("streams");
+            let error = SettingsError::new("no camera is selected").at("streams");
             return Err(error.with_hint("name its stream, such as \"/robot1/front/compressed\""));
         }
         Ok(Box::new(self))
@@ -98,7 +98,7 @@ impl Worker for Frames {
 }
 
 impl Frames {
-    /// Declares the stream of a camera's numbers.
+    /// Declares the stream of a camera's values.
     fn camera(&self, record: &Record, outlet: &Outlet) -> Camera {
         let pictures = &record.stream;
         let (name, subject) = match &self.person {
@@ -110,12 +110,12 @@ impl Frames {
         };
         let stream = Stream {
             signal: Signal::Video,
-            // No device: what is seen late keeps the time of its frame.
+            // No device: results of late frames keep the time of their frame.
             device: String::new(),
-            // Frames that are skipped are not missing.
+            // Skipped frames do not count as missing.
             rate_hz: 0.0,
             inputs: vec![pictures.name.clone()],
-            doc: "what a camera shows, in numbers: each frame without its picture".to_owned(),
+            doc: "measures of each camera frame, without its picture".to_owned(),
             ..Stream::raw(name, subject, Shape::Sample)
         };
         let stream = outlet.declare(stream.with_channels(CHANNELS));
@@ -123,7 +123,7 @@ impl Frames {
     }
 }
 
-/// The name of a camera, by that of its topic: `robot1_front` of `/robot1/front/compressed`.
+/// The name of a camera, from its topic: `robot1_front` for `/robot1/front/compressed`.
 pub(crate) fn named(topic: &str) -> String {
     let mut tokens: Vec<&str> = topic.split('/').filter(|token| !token.is_empty()).collect();
     while tokens.len() > 1 && tokens.last().is_some_and(|last| OF_TRANSPORTS.contains(last)) {
@@ -132,17 +132,17 @@ pub(crate) fn named(topic: &str) -> String {
     tokens.join("_")
 }
 
-/// The type of a stream's messages, where these are pictures.
+/// The message type of a stream, if its messages are pictures.
 pub(crate) fn type_of(stream: &Stream) -> Option<&'static str> {
     let Shape::Message(schema) = &stream.shape else { return None };
     [COMPRESSED_IMAGE, IMAGE].into_iter().find(|name| *name == schema.name)
 }
 
-/// A camera that is looked at.
+/// A camera that is being processed.
 struct Camera {
     stream: StreamId,
     frames: frame::Frames,
-    /// Why its last frame could not be decoded: said once, until one can.
+    /// Why its last frame could not be decoded: reported once, until one can.
     failing: Option<PictureError>,
 }
 

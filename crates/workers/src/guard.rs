@@ -1,4 +1,4 @@
-//! Ends a program when teampulse itself is killed.
+//! Kills a program when teampulse itself is killed.
 
 use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, Stdio};
@@ -7,11 +7,11 @@ use std::process::{Child, Command, Stdio};
 /// program that reads its input has exited by then.
 const SCRIPT: &str = r#"read -r _; sleep 1; kill -s KILL -- "-$1""#;
 
-/// A shell that outlives teampulse and then ends a program with all that it has started.
+/// A shell that outlives teampulse and then kills a program with all processes that it has started.
 pub(crate) struct Guard(Child);
 
 impl Guard {
-    /// Guards the process group of a program; `None` where no shell can be started.
+    /// Guards the process group of a program; `None` if no shell can be started.
     pub(crate) fn of(program: &Child) -> Option<Guard> {
         let mut shell = Command::new("sh");
         shell.args(["-c", SCRIPT, "guard"]).arg(program.id().to_string());
@@ -22,7 +22,7 @@ impl Guard {
 
 impl Drop for Guard {
     fn drop(&mut self) {
-        // It fails where the shell has ended.
+        // It fails if the shell has exited.
         drop(self.0.kill());
         drop(self.0.wait());
     }

@@ -1,4 +1,4 @@
-//! Models of the user's own, as ONNX files: what they find in pictures of cameras.
+//! User-supplied ONNX models that process camera pictures.
 
 pub(crate) mod process;
 pub mod serve;
@@ -32,41 +32,42 @@ use crate::frames::{named, type_of};
 use process::{Models, Process, Seen, memory_mib, patience_secs};
 use signal::signal_of;
 
-/// How often the end of the session, and that of the process, are checked for while no frame comes.
+/// How often the end of the session and the exit of the process are checked for while no frame arrives.
 const LOOK: Duration = Duration::from_millis(500);
-/// How much earlier than due a frame may be looked at, as a part of the period: cameras are not that regular.
+/// How much earlier than due a frame may be processed, as a share of the period: cameras are not perfectly regular.
 const EARLY: f64 = 0.1;
 
-/// Models of your own, as ONNX files, that look at cameras: points of bodies, faces, expressions, gaze, or any numbers. A
-/// descriptor beside each file says what goes in and what comes out; `teampulse models` lists those that are ready,
-/// writes and verifies them.
+/// Your own ONNX models, run on camera pictures: keypoints of bodies, faces, expressions, gaze, or any other numbers.
+/// A descriptor next to each file describes its input and output; `teampulse models` lists, writes and verifies
+/// descriptors of published models.
 ///
-/// They run in a process of their own, on one thread, with bounded memory: one that crashes, hangs or asks for too much is
-/// a fault and started again, and the session goes on. Where they can't keep up, they take the newest frame next; the
-/// skipped ones are counted.
+/// Models run in a separate process, on one thread, with bounded memory: a crash, a time-out or excessive memory use
+/// is a fault after which the process is restarted, and the session continues. Under overload, the newest frame is
+/// processed next; skipped ones are counted.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
     /// The cameras, by the name of their stream; `*` matches a part of a token: `"/robot1/front/compressed"`.
     pub streams: Vec<Pattern>,
-    /// The descriptors, in the order in which the models look at a frame: one that finds faces comes before those that
-    /// look at a face.
+    /// The descriptors, in the order in which the models process a frame: put a face detector before the models that
+    /// process a face.
     pub descriptors: Vec<PathBuf>,
-    /// The person that these cameras look at. Without it the numbers are about whom the pictures are about: the robot
+    /// The person in view of these cameras. By default the values are about the subject of the pictures: the robot
     /// that carries the camera.
     #[serde(default)]
     pub person: Option<String>,
-    /// The most frames of a camera that are looked at [Hz]. Without it, the least of the descriptors, or as many as can be.
+    /// The highest rate at which the frames of a camera are processed [Hz]. By default the lowest limit of the
+    /// descriptors, or as high as possible.
     #[serde(default)]
     pub max_hz: Option<f64>,
-    /// The library of an ONNX Runtime (1.22 or newer), which is several times faster. Without it the one in
+    /// The library of an ONNX Runtime (1.22 or newer), which is several times faster. By default the one in
     /// `ORT_DYLIB_PATH`, or else the engine in pure Rust.
     #[serde(default)]
     pub onnx_runtime: Option<PathBuf>,
-    /// How long a model may take to load, and to look at a frame [s].
+    /// How long a model may take to load, and to process a frame [s].
     #[serde(default = "patience_secs")]
     pub patience_secs: f64,
-    /// The most memory that the process of these models may have [MiB].
+    /// The memory limit of the process that runs these models [MiB].
     #[serde(default = "memory_mib")]
     pub memory_mib: u64,
 }
@@ -82,12 +83,12 @@ max_hz      = 10
     fn build(self, _: &WorkerContext) -> Result<Box<dyn Worker>, SettingsError> {
         let wrong = |message: &str, at: &str| Err(SettingsError::new(message).at(at));
         if self.streams.is_empty() {
-            return wrong("it looks at no camera", "streams").map_err(|error| {
+            return wrong("no camera is selected", "streams").map_err(|error| {
                 error.with_hint("name its stream, such as \"/robot1/front/compressed\"")
             });
         }
         if self.max_hz.is_some_and(|rate| !rate.is_finite() || rate <= 0.0) {
-            return wrong("it has to be above 0", "max_hz");
+            return wrong("it must be above 0", "max_hz");
         }
         self.models().check()?;
         Ok(Box::new(self))
@@ -127,12 +128,12 @@ impl Worker for Model {
     }
 }
 
-/// Descriptors of models that look at pictures in this order. They are read again at each start, so that a file can be
-/// mended while the session runs.
+/// Descriptors of models, in the order in which they process pictures. They are read again at each start, so that a
+/// file can be corrected during a session.
 pub(crate) fn read(descriptors: &[PathBuf]) -> Result<Vec<Descriptor>, WorkerError> {
     let failed = |message: String| WorkerError {
         message,
-        hint: "`teampulse models verify` says more".to_owned(),
+        hint: "run `teampulse models verify` for details".to_owned(),
     };
     let read: Result<Vec<_>, _> = descriptors
         .iter()
@@ -158,7 +159,7 @@ impl Model {
         }
     }
 
-    /// Declares the streams of a camera, one a model.
+    /// Declares the streams of a camera, one per model.
     fn camera(
         &self,
         pictures: &Stream,
@@ -175,7 +176,7 @@ impl Model {
                 }
                 None => (format!("{}/{}", pictures.name, descriptor.name), pictures.subject()),
             };
-            // Who publishes places needs the size of the frame that they are in.
+            // Positions are published together with the size of their frame.
             let size = FRAME_CHANNELS.map(|name| Channel::new(name, "px"));
             let size = size.into_iter().filter(|_| descriptor.output.has_places());
             let channels = descriptor.output.channels();
@@ -197,7 +198,7 @@ impl Model {
     }
 }
 
-/// What a model is, with its licence and its file.
+/// A description of a model, with its licence and its file.
 fn about(descriptor: &Descriptor) -> String {
     let hash = descriptor.sha256.get(..12).unwrap_or_default();
     let Descriptor { doc, licence, .. } = descriptor;
@@ -205,14 +206,14 @@ fn about(descriptor: &Descriptor) -> String {
     format!("{doc} (model {file}, SHA-256 {hash}…, licence {licence})")
 }
 
-/// A camera that is looked at.
+/// A camera that is being processed.
 struct Camera {
-    /// A stream a model.
+    /// The streams, one per model.
     streams: Vec<StreamId>,
-    /// The least time between two frames that are looked at [s].
+    /// The least time between two processed frames [s].
     period_secs: f64,
     last: Option<Time>,
-    /// Why its last frame could not be decoded: said once, until one can.
+    /// Why its last frame could not be decoded: reported once, until one can.
     failing: Option<String>,
 }
 
@@ -252,7 +253,7 @@ impl Camera {
         }
     }
 
-    /// Offers the numbers of a frame, with its time.
+    /// Offers the values of a frame, with its time.
     fn offer(
         &self,
         numbers: Vec<Vec<f64>>,
@@ -260,7 +261,7 @@ impl Camera {
         outlet: &Outlet,
     ) -> Result<(), WorkerError> {
         if numbers.len() != self.streams.len() {
-            let message = "read the numbers of the models: a descriptor has changed".to_owned();
+            let message = "read the outputs of the models: a descriptor has changed".to_owned();
             return Err(WorkerError { message, hint: String::new() });
         }
         for (stream, numbers) in self.streams.iter().zip(numbers) {

@@ -1,4 +1,4 @@
-//! A program of the user's as a worker: it reads records as lines of JSON and answers each line with readings.
+//! A user-supplied program as a worker: it reads records as lines of JSON and answers each line with readings.
 
 mod answer;
 mod offers;
@@ -25,11 +25,11 @@ use question::Questions;
 use crate::WorkerContext;
 use crate::child::{self, Answer, Child, Ended, LONGEST_LINE};
 
-/// How often the end of the session is checked for while the program works.
+/// How often the end of the session is checked for while the program runs.
 const LOOK: Duration = Duration::from_millis(50);
 
-const ONE_LINE_EACH: &str = "for each line that it reads it writes one: a JSON array of readings, which may be empty; \
-     what is missing in them is `null`, and messages go to standard error";
+const ONE_LINE_EACH: &str = "write one line for each line read: a JSON array of readings, which may be empty; \
+     missing values are `null`, and messages go to standard error";
 
 /// Your own program, in any language: a model, a score, a rule. It reads the new records of its streams as a
 /// line of JSON, and answers with a line of JSON that holds its readings.
@@ -44,15 +44,15 @@ pub struct Program {
     /// The streams that it reads, by name; `*` matches a part of a token.
     #[serde(default)]
     pub streams: Vec<Pattern>,
-    /// The streams of which it reads every record, not only the newest, as a score that counts needs. At most
-    /// 64 MiB wait for it.
+    /// The streams of which it reads every record instead of only the newest, as a score that counts needs. At most
+    /// 64 MiB are queued for it.
     #[serde(default)]
     pub keeps: Vec<Pattern>,
     /// The streams that it publishes readings on.
     #[serde(default)]
     pub offers: Vec<Offer>,
-    /// The name under which it takes commands: it reads the request of `do NAME REQUEST`. Without a name it
-    /// takes none.
+    /// The name under which it accepts commands: it reads the request of `do NAME REQUEST`. Without a name it accepts
+    /// none.
     #[serde(default)]
     pub name: Option<String>,
     /// How long it may take to answer [s].
@@ -79,24 +79,24 @@ offers  = [{ name = "/humans/persons/p001/own/attention", person = "p001", chann
         };
         if !child::is_installed(program) {
             let error =
-                SettingsError::new(format!("there is no program `{program}`")).at("command");
+                SettingsError::new(format!("the program `{program}` was not found")).at("command");
             return Err(error.with_hint("install it, or give its path"));
         }
         if self.streams.is_empty() && self.name.is_none() {
-            let error = SettingsError::new("it looks at no stream").at("streams");
+            let error = SettingsError::new("no stream is selected").at("streams");
             return Err(error.with_hint("name streams, such as \"/robot*/odom\""));
         }
         for (place, pattern) in self.streams.iter().enumerate() {
             if self.offers.iter().any(|offer| offer.name == pattern.text()) {
-                let message = format!("it looks at {}, which it offers itself", pattern.text());
+                let message = format!("it reads {}, which it offers itself", pattern.text());
                 let error = SettingsError::new(message).at(format!("streams.{place}"));
                 return Err(error.with_hint("name the streams that it computes from"));
             }
         }
         if !(self.patience_secs > 0.0 && self.patience_secs <= 3600.0) {
-            let message = format!("a patience of {} s is impossible", self.patience_secs);
+            let message = format!("a time limit of {} s is invalid", self.patience_secs);
             let error = SettingsError::new(message).at("patience_secs");
-            return Err(error.with_hint("give seconds above 0, and an hour at most"));
+            return Err(error.with_hint("the time limit must be above 0 s and at most an hour"));
         }
         for (place, offer) in self.offers.iter().enumerate() {
             offer.check().map_err(|error| {
@@ -170,7 +170,7 @@ struct Dialogue<'a> {
 }
 
 impl Dialogue<'_> {
-    /// Sends a line about records of these times, waits for the answer, and offers its readings.
+    /// Sends a line with records of these times, waits for the answer, and offers its readings.
     fn ask(&mut self, times: RangeInclusive<Time>, question: String) -> Result<(), WorkerError> {
         self.declared.check(self.outlet)?;
         if let Answer::Read(line) = self.child.read(Duration::ZERO) {
@@ -201,8 +201,8 @@ impl Dialogue<'_> {
         }
     }
 
-    /// Fails if the program has exited without having been asked, or if another publisher took one of its
-    /// streams.
+    /// Fails if the program has exited although it was not asked for anything, or if another publisher uses one of
+    /// its stream names.
     fn check(&mut self) -> Result<(), WorkerError> {
         self.declared.check(self.outlet)?;
         self.child.check().map_err(|ended| self.stopped(&ended))
@@ -211,7 +211,7 @@ impl Dialogue<'_> {
     fn unasked(&self, line: &str) -> WorkerError {
         let start: String = line.chars().take(60).collect();
         let message = format!(
-            "match the answers of `{}`: it wrote more lines than it read: {start}",
+            "match the answers from `{}`: it wrote more lines than it read: {start}",
             self.shown()
         );
         WorkerError { message, hint: ONE_LINE_EACH.into() }
@@ -219,27 +219,28 @@ impl Dialogue<'_> {
 
     fn too_long(&self) -> WorkerError {
         let mib = LONGEST_LINE >> 20;
-        let message = format!("read an answer of `{}`: it is longer than {mib} MiB", self.shown());
+        let message =
+            format!("read an answer from `{}`: it is longer than {mib} MiB", self.shown());
         WorkerError { message, hint: "answer with fewer readings at a time".into() }
     }
 
     fn misunderstood(&self, wrong: &AnswerError) -> WorkerError {
-        let message = format!("understand the answer of `{}`: {wrong}", self.shown());
+        let message = format!("understand the answer from `{}`: {wrong}", self.shown());
         WorkerError { message, hint: ONE_LINE_EACH.into() }
     }
 
     fn too_slow(&self) -> WorkerError {
         let patience_secs = self.program.patience_secs;
-        let message = format!("get an answer of `{}` within {patience_secs} s", self.shown());
-        let hint = "it has to flush what it writes; if it is slow, raise `patience_secs`".into();
+        let message = format!("get an answer from `{}` within {patience_secs} s", self.shown());
+        let hint = "the program must flush its output; if it is slow, raise `patience_secs`".into();
         WorkerError { message, hint }
     }
 
     fn stopped(&self, ended: &Ended) -> WorkerError {
         let Ended { status, last_words } = ended;
         let said = if last_words.is_empty() { String::new() } else { format!(": {last_words}") };
-        let message = format!("go on: `{}` ended with {status}{said}", self.shown());
-        WorkerError { message, hint: "try the command by hand".into() }
+        let message = format!("continue: `{}` ended with {status}{said}", self.shown());
+        WorkerError { message, hint: "run the command by hand".into() }
     }
 
     fn shown(&self) -> String {

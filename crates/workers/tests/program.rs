@@ -238,7 +238,7 @@ sys.exit('no memory for the model')
     let faults = faults(&records);
     assert!(faults.len() <= 2, "{faults:?}");
     let end = "ended with code 1: no memory for the model";
-    assert!(faults[0].starts_with("program: failed to go on: `python3 -c"), "{faults:?}");
+    assert!(faults[0].starts_with("program: failed to continue: `python3 -c"), "{faults:?}");
     assert!(faults[0].ends_with(end), "{faults:?}");
     assert!(levels(&records).len() >= 2);
     assert_eq!(outcome.workers[0].error, None);
@@ -275,7 +275,7 @@ async fn an_answer_that_is_none_is_a_fault_that_says_so() {
     let worker = python("print('loading…', flush=True)\ntime.sleep(600)", "");
     let (_, records) = session(worker, |records| !faults(records).is_empty()).await;
     let faults = faults(&records);
-    assert!(faults[0].contains("failed to understand the answer of `python3 -c"), "{faults:?}");
+    assert!(faults[0].contains("failed to understand the answer from `python3 -c"), "{faults:?}");
     assert!(faults[0].ends_with("expected value at line 1 column 1"), "{faults:?}");
 }
 
@@ -308,7 +308,7 @@ async fn a_stream_that_the_session_has_already_is_not_offered() {
     let worker = worker(&settings).expect("it can be built");
     let (_, records) = session(worker, |records| !faults(records).is_empty()).await;
     let wrong =
-        format!("program: failed to offer {ECG}: the session has a stream of that name already");
+        format!("program: failed to offer {ECG}: the session already has a stream with that name");
     assert_eq!(faults(&records)[0], wrong);
 }
 
@@ -333,29 +333,29 @@ fn mistakes_in_settings_are_named_at_their_place() {
         ("command = []\nstreams = ['/x']".to_owned(), "command: the command is empty"),
         (
             "command = ['no-such-program']\nstreams = ['/x']".into(),
-            "command: there is no program `no-such-program` (install it, or give its path)",
+            "command: the program `no-such-program` was not found (install it, or give its path)",
         ),
         (
             "command = ['/etc/passwd']\nstreams = ['/x']".into(),
-            "command: there is no program `/etc/passwd`",
+            "command: the program `/etc/passwd` was not found",
         ),
-        ("command = ['sh']\nstreams = []".into(), "streams: it looks at no stream"),
+        ("command = ['sh']\nstreams = []".into(), "streams: no stream is selected"),
         (
             "command = ['sh']\nstreams = ['/x']\npatience_secs = nan".into(),
-            "patience_secs: a patience of NaN s is impossible",
+            "patience_secs: a time limit of NaN s is invalid",
         ),
         (
             format!("{offer}[{{ name = '/x' }}]"),
-            "streams.0: it looks at /x, which it offers itself (name the streams that it computes from)",
+            "streams.0: it reads /x, which it offers itself (name the streams that it computes from)",
         ),
-        (format!("{offer}[{{ name = 'x' }}]"), "offers.0.name: `x` is not the name of a topic"),
+        (format!("{offer}[{{ name = 'x' }}]"), "offers.0.name: `x` is not a valid topic name"),
         (
             format!("{offer}[{{ name = '/x/1y' }}]"),
-            "offers.0.name: `/x/1y` is not the name of a topic",
+            "offers.0.name: `/x/1y` is not a valid topic name",
         ),
         (
             format!("{offer}[{{ name = '/y', person = 'p', robot = 'r' }}]"),
-            "offers.0.robot: it is about a person and about a robot",
+            "offers.0.robot: it is about both a person and a robot",
         ),
         (
             format!("{offer}[{{ name = '/y' }}, {{ name = '/y' }}]"),

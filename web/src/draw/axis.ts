@@ -5,7 +5,7 @@ import { GUTTER } from "./strip";
 export interface Tag {
   t: number;
   label: string;
-  /** How long it lasts [s]. */
+  /** Its duration [s]. */
   duration?: number | null;
 }
 
@@ -35,7 +35,7 @@ export function drawSpans(canvas: HTMLCanvasElement, spans: readonly Tag[], from
   }
 }
 
-/** Draws the names of markers above the strips; those that would collide are left out, their ticks never. */
+/** Draws the names of markers above the strips; names that would collide are left out, but their ticks are always drawn. */
 export function drawTags(canvas: HTMLCanvasElement, tags: readonly Tag[], from: number, to: number): void {
   const prepare = prepared(canvas);
   if (!prepare) return;
@@ -60,7 +60,7 @@ export function drawTags(canvas: HTMLCanvasElement, tags: readonly Tag[], from: 
   }
 }
 
-/** Draws the time of day below the strips, with the cursor's own. */
+/** Draws the time of day below the strips, and that of the cursor. */
 export function drawAxis(canvas: HTMLCanvasElement, from: number, to: number, cursor: number | undefined, selection: readonly [number, number] | undefined, words: (t: number, decimals: number) => string): void {
   const prepare = prepared(canvas);
   if (!prepare) return;

@@ -3,13 +3,13 @@ export interface Ink {
   of: (token: string) => string;
   font: (weight?: number) => string;
   size: number;
-  /** Differs from that of another theme, screen or size. */
+  /** A key that differs for every theme, screen and size. */
   theme: string;
 }
 
 let known: { theme: string; ink: Ink } | undefined;
 
-/** The page's colours as they are now. */
+/** The page's current colours. */
 export function ink(): Ink {
   const theme = `${document.documentElement.dataset["theme"] ?? ""}${devicePixelRatio}${innerWidth >= 1600}`;
   if (known?.theme === theme) return known.ink;
@@ -26,7 +26,7 @@ export function ink(): Ink {
   return known.ink;
 }
 
-/** A canvas of the size of its element, with what is on it; `undefined` while it has none. One on a panel is opaque: cheaper. */
+/** A canvas of its element's size, with its content kept; `undefined` while it has no size. One on a panel is opaque, which is cheaper. */
 export function fitted(canvas: HTMLCanvasElement, ground?: string): { x: CanvasRenderingContext2D; w: number; h: number; scale: number } | undefined {
   const [w, h] = [canvas.clientWidth, canvas.clientHeight];
   const x = canvas.getContext("2d", { alpha: ground === undefined });
@@ -43,7 +43,7 @@ export function fitted(canvas: HTMLCanvasElement, ground?: string): { x: CanvasR
   return { x, w, h, scale };
 }
 
-/** A canvas of the size of its element, cleared; `undefined` while it has none. */
+/** A cleared canvas of its element's size; `undefined` while it has no size. */
 export function prepared(canvas: HTMLCanvasElement): { x: CanvasRenderingContext2D; w: number; h: number } | undefined {
   const sized = fitted(canvas);
   sized?.x.clearRect(0, 0, sized.w, sized.h);
@@ -67,7 +67,7 @@ export function hatch(x: CanvasRenderingContext2D, left: number, right: number, 
   x.restore();
 }
 
-/** A word on a ground of its own, so that it can be read above a trace. */
+/** A word on its own background, so that it is legible above a trace. */
 export function label(x: CanvasRenderingContext2D, text: string, at: number, y: number, colour: string, ground: string): void {
   const width = x.measureText(text).width + 8;
   x.fillStyle = ground;
@@ -78,7 +78,7 @@ export function label(x: CanvasRenderingContext2D, text: string, at: number, y: 
   x.textAlign = "left";
 }
 
-/** Round numbers that divide a scale into few parts. */
+/** Round numbers that divide a scale into a few parts. */
 export function ticks(low: number, high: number, most: number): number[] {
   const rough = (high - low) / Math.max(1, most);
   if (!(rough > 0)) return [];

@@ -1,11 +1,11 @@
-/** What is drawn again with each frame. */
+/** The canvases that are redrawn continuously. */
 const drawn = new Set<{ draw: () => void; canvas: Element }>();
 const visible = new Set<Element>();
 let running = false;
 let last = 0;
 
-/** The browser's frames go on at full speed. A few strips are drawn 30 times a second, many less often, so that all of them
- * together take a bounded part of a processor: each at least 12 times. */
+/** The browser's frames continue at full rate. A few strips are drawn 30 times a second, many less often, so that all of them
+ * together use a bounded share of a processor: each at least 12 times. */
 const [SHORTEST_MS, LONGEST_MS] = [33, 80];
 const MS_FOR_EACH = 3.3;
 /** Samples that come at a steady pace may each wait for nearly a whole step: where they wait for more than this share of it,
@@ -23,7 +23,7 @@ const watcher = new IntersectionObserver((entries) => {
   }
 });
 
-/** Draws a canvas again and again while it is in view; the result ends that. */
+/** Redraws a canvas continuously while it is in view; call the result to stop. */
 export function everyFrame(canvas: Element, draw: () => void): () => void {
   const entry = { draw, canvas };
   drawn.add(entry);
@@ -39,22 +39,22 @@ export function everyFrame(canvas: Element, draw: () => void): () => void {
   };
 }
 
-/** Draws with the next frame: the page changes with it anyway, and is painted once instead of twice. */
+/** Draws with the next frame: the page changes then anyway, and is painted once instead of twice. */
 export function drawSoon(): void {
   last = Number.NEGATIVE_INFINITY;
 }
 
-/** When what waits to be drawn came [ms], in sum, and how many; and how long what was drawn had waited. */
+/** Samples waiting to be drawn: the sum of their arrival times [ms] and their number; and how long drawn samples had waited. */
 const waiting = { sum: 0, count: 0 };
 const waited = { sum: 0, count: 0, since: 0 };
 
-/** Samples came that will be drawn. */
+/** Registers samples that will be drawn. */
 export function arrived(): void {
   waiting.sum += performance.now();
   waiting.count += 1;
 }
 
-/** By how much the next drawing is to be later than usual [ms], once a second. */
+/** By how much the next drawing is delayed [ms], computed once a second. */
 function shift(now: number): number {
   waited.sum += waiting.count * now - waiting.sum;
   waited.count += waiting.count;
@@ -66,7 +66,7 @@ function shift(now: number): number {
   return isLong ? FRAME_MS : 0;
 }
 
-/** From one drawing to the next [ms]. */
+/** The interval between drawings [ms]. */
 function step(): number {
   if (reduced.matches) return REDUCED_MS;
   return Math.min(LONGEST_MS, Math.max(SHORTEST_MS, MS_FOR_EACH * visible.size));

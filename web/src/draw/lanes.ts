@@ -16,14 +16,14 @@ export interface Lane {
   ticks?: readonly number[];
   dots?: readonly number[];
   spans?: readonly LaneSpan[];
-  /** The colour of spans that are there. */
+  /** The colour of spans with data. */
   colour?: string;
 }
 
-/** The width of the names at the left [px]. */
+/** The width of the names on the left [px]. */
 export const NAMES = 88;
 
-/** Draws the session from its start: phases, markers, alerts, and what there is of whom. */
+/** Draws the session from its start: phases, markers, alerts, and the data of people and robots. */
 export function drawLanes(canvas: HTMLCanvasElement, lanes: readonly Lane[], now: number, total: number): void {
   const prepare = prepared(canvas);
   if (!prepare) return;

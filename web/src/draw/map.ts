@@ -1,6 +1,6 @@
 import { ink, prepared } from "./canvas";
 
-/** A place where a robot was, with the level of its link there [dBm]. */
+/** A position of a robot, with the signal level of its link there [dBm]. */
 export interface Spot {
   t: number;
   x: number;
@@ -8,10 +8,10 @@ export interface Spot {
   dbm: number | undefined;
 }
 
-/** Of more robots than this only those in need are named. */
+/** With more robots than this, only those in need are labelled. */
 const NAMED = 16;
 
-/** Nothing is drawn between places that are further apart in time [s]. */
+/** The longest time between two positions that are connected by a line [s]. */
 const GAP_SECS = 3;
 
 /** A robot on the map. */
@@ -19,7 +19,7 @@ export interface Placed {
   id: string;
   trail: readonly Spot[];
   state: "online" | "watch" | "needs" | "offline" | "never";
-  /** Beside its name: how long ago it was there. */
+  /** The text beside its name: how long ago it was there. */
   note: string;
 }
 
@@ -54,7 +54,7 @@ export function drawMap(canvas: HTMLCanvasElement, robots: readonly Placed[], sp
   length(x, scale, h);
   robots.forEach((robot) => trail(x, robot, at, up));
   const inNeed = (robot: Placed) => robot.state !== "online";
-  // Those in need last, so that they lie on top.
+  // Robots in need last, so that they are on top.
   const ordered = [...robots].sort((a, b) => Number(inNeed(a)) - Number(inNeed(b)));
   const isNamed = (robot: Placed) => robots.length <= NAMED || inNeed(robot);
   ordered.forEach((robot) => marker(x, robot, at, up, isNamed(robot) ? 6.5 : 4.5));
@@ -63,7 +63,7 @@ export function drawMap(canvas: HTMLCanvasElement, robots: readonly Placed[], sp
   ordered.filter(isNamed).forEach((robot) => named(x, robot, at, up, w, taken));
 }
 
-/** A scale of length at the lower left. */
+/** A length scale at the lower left. */
 function length(x: CanvasRenderingContext2D, scale: number, h: number): void {
   const metres = [0.5, 1, 2, 5, 10, 20, 50, 100].find((each) => each * scale >= 36) ?? 200;
   const colours = ink();
@@ -115,10 +115,10 @@ function marker(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => n
   }
 }
 
-/** Where something is already written: its left, its middle, its width [px]. */
+/** An occupied area: its left, its vertical middle and its width [px]. */
 type Taken = [number, number, number];
 
-/** Writes a robot's name beside it, where there is room. */
+/** Writes a robot's name beside it, if there is room. */
 function named(x: CanvasRenderingContext2D, robot: Placed, at: (v: number) => number, up: (v: number) => number, w: number, taken: Taken[]): void {
   const spot = robot.trail.at(-1);
   if (!spot) return;

@@ -6,19 +6,19 @@ export interface Size {
   h: number;
 }
 
-/** What was found in a picture, and the colour in which it is drawn. */
+/** The landmarks of a picture, and their colour. */
 export interface Drawn {
   found: Found;
   colour: string;
 }
 
-/** Where a whole picture is in a box that has another shape. */
+/** The position of a whole picture in a box with another aspect ratio. */
 export function placed(picture: Size, box: Size): { scale: number; left: number; top: number } {
   const scale = Math.min(box.w / picture.w, box.h / picture.h);
   return { scale, left: (box.w - scale * picture.w) / 2, top: (box.h - scale * picture.h) / 2 };
 }
 
-/** Draws what was found in a picture over that picture in a box; what is outside of the picture is left out. */
+/** Draws landmarks over their picture in a box; those outside the picture are left out. */
 export function drawFound(x: CanvasRenderingContext2D, all: readonly Drawn[], picture: Size, box: Size, ground: string): void {
   const { scale, left, top } = placed(picture, box);
   // The centre of a picture's first pixel is 0, 0.
@@ -39,7 +39,7 @@ export function drawFound(x: CanvasRenderingContext2D, all: readonly Drawn[], pi
     }
     const dots = new Path2D();
     for (const point of found.points) dot(dots, at(point), radius);
-    // A rim in the colour of the page: a trace is seen on a picture of any colour.
+    // A rim in the page's colour keeps the lines visible on a picture of any colour.
     x.strokeStyle = ground;
     x.lineWidth = 1.1 * radius + 2;
     x.stroke(shapes);

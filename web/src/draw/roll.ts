@@ -1,26 +1,26 @@
 import type { Strip } from "./strip";
 
-/** Pixels to the left of what is new that are drawn again: half a line's width, and its joins. */
+/** The number of pixels left of the new part that are redrawn: half a line's width, and its joins. */
 const BACK = 4;
 
-/** Draws a strip between two places of a canvas [px]: what is there at each time, at each level. */
+/** Draws a strip between two positions of a canvas [px], with the maps from time and level to pixels. */
 export type Paint = (x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => number, y: (v: number) => number, left: number, right: number) => void;
 
-/** Where the moving part of a strip lies on the screen's pixels. */
+/** The position of the moving part of a strip on the screen's pixels. */
 export interface Frame {
   /** Its width and height [px of the screen]. */
   width: number;
   height: number;
-  /** The time that a column of pixels takes [s]. */
+  /** The time span of a column of pixels [s]. */
   secs: number;
-  /** The column behind the last that is shown, counted from the session's start. */
+  /** The column after the last one shown, counted from the session's start. */
   end: number;
-  /** What else it depends on: when this changes all is drawn anew. */
+  /** A key of everything else that it depends on: when it changes, all is redrawn. */
   key: string;
   y: (v: number) => number;
 }
 
-/** The part of a strip that moves, kept as a ring of pixel columns: a frame draws only what is new, and the rest is shifted. */
+/** The moving part of a strip, kept as a ring of pixel columns: a frame draws only the new columns and shifts the rest. */
 export class Roll {
   private readonly pixels = document.createElement("canvas");
   private readonly x = this.pixels.getContext("2d", { alpha: false });
@@ -28,7 +28,7 @@ export class Roll {
   private end = 0;
   private newest = Number.NEGATIVE_INFINITY;
 
-  /** Draws what is new since the last frame; returns whether anything is. */
+  /** Draws the columns that are new since the last frame; returns whether there are any. */
   update(strip: Strip, frame: Frame, paint: Paint): boolean {
     const room = frame.width + 2 * BACK;
     const isSame = frame.key === this.key && frame.end >= this.end && frame.end - this.end < frame.width;
@@ -60,7 +60,7 @@ export class Roll {
     return true;
   }
 
-  /** Puts the last columns onto a canvas whose unit is a pixel of the screen. */
+  /** Copies the last columns onto a canvas whose unit is a screen pixel. */
   show(onto: CanvasRenderingContext2D, left: number, { width, height }: Frame): void {
     const first = this.end - width;
     this.runs(first, this.end, (from, to, shift) => {
@@ -68,7 +68,7 @@ export class Roll {
     });
   }
 
-  /** A range of columns as the runs in which they lie in the ring, and how far each of these is shifted. */
+  /** Splits a range of columns into its contiguous runs in the ring, each with its shift. */
   private runs(from: number, to: number, take: (left: number, right: number, shift: number) => void): void {
     const room = this.pixels.width;
     for (let column = from; column < to; ) {

@@ -1,7 +1,7 @@
 import type { Track } from "../store/track";
 import { ink, prepared } from "./canvas";
 
-/** Draws the last minutes of a number on the band of its baseline; the last point is marked. */
+/** Draws the last minutes of a value over its baseline band; the last point is marked. */
 export function drawSpark(canvas: HTMLCanvasElement, track: Track, from: number, to: number, band: { mean: number; sd: number } | undefined, colour: string): void {
   const prepare = prepared(canvas);
   if (!prepare) return;

@@ -4,7 +4,7 @@ import { fitted, hatch, ink, label, ticks } from "./canvas";
 import { Roll } from "./roll";
 import { bands, trace, type Plot } from "./trace";
 
-/** The width of the scale at the left of a strip [px]. */
+/** The width of the scale on the left of a strip [px]. */
 export const GUTTER = 38;
 
 /** A mark on a strip at a time: a beat, a response, a breath. */
@@ -15,7 +15,7 @@ export interface Tick {
   duration: number | null;
 }
 
-/** What a strip shows. */
+/** The content of a strip. */
 export interface Strip {
   track: Track;
   from: number;
@@ -26,19 +26,19 @@ export interface Strip {
   ticks: readonly Tick[];
   /** The times of markers and phases. */
   markers: readonly number[];
-  /** Spans that were annotated. */
+  /** Annotated spans. */
   spans: readonly Pick<Tick, "t" | "duration">[];
   cursor?: number | undefined;
   selection?: readonly [number, number] | undefined;
-  /** How far back the newest point may be before that is a gap [s]. */
+  /** The age of the newest point above which there is a gap [s]. */
   patienceSecs: number;
-  /** Since when the signal is too poor, and why: hatched. */
+  /** The time from which the signal is too poor, and why: hatched. */
   poor?: { from: number; word: string } | undefined;
-  /** Lines hold their value until the next one, as of numbers that come now and then. */
+  /** Whether values are held until the next one, for irregular streams. */
   steps?: boolean;
 }
 
-/** A strip on its canvas: what moves is kept, and drawn only where it is new. */
+/** A strip on its canvas: the moving part is kept, and only its new columns are drawn. */
 export class StripCanvas {
   private readonly roll = new Roll();
   private shown = "";
@@ -46,14 +46,14 @@ export class StripCanvas {
 
   constructor(private readonly canvas: HTMLCanvasElement) {}
 
-  /** Draws a strip as it is now; nothing is ever drawn across a gap. */
+  /** Draws the current state of a strip; nothing is ever drawn across a gap. */
   draw(asked: Strip): void {
     const sized = fitted(this.canvas, "panel");
     if (!sized) return;
     const { x, w, h, scale } = sized;
     const [width, left] = [Math.round((w - GUTTER) * scale), Math.round(GUTTER * scale)];
     if (width <= 0) return;
-    // A column of pixels is always the same span of time: what is drawn once is only shifted.
+    // A column of pixels always has the same time span: once drawn, it is only shifted.
     const secs = Math.round(1e6 * (asked.to - asked.from)) / 1e6 / width;
     const end = Math.floor(asked.to / secs + 1e-3);
     const strip = { ...asked, from: (end - width) * secs, to: end * secs };
@@ -74,7 +74,7 @@ export class StripCanvas {
     this.above(x, strip, at, y, w, h);
   }
 
-  /** A part of what moves: the ground and what is on it. */
+  /** A part of the moving content: the background and everything on it. */
   private paint(x: CanvasRenderingContext2D, strip: Strip, plot: Plot, height: number): void {
     const colours = ink();
     const { at, y, left, right, scale } = plot;
@@ -90,7 +90,7 @@ export class StripCanvas {
     trace(x, strip, this.isDense, plot);
   }
 
-  /** What comes and goes above the trace. */
+  /** The transient elements above the trace. */
   private above(x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => number, y: (v: number) => number, w: number, h: number): void {
     const colours = ink();
     x.save();
@@ -115,18 +115,18 @@ export class StripCanvas {
   }
 }
 
-/** Whether there are more points than columns; near that it stays as it was. */
+/** Whether there are more points than columns, with hysteresis. */
 function dense({ track, from, to }: Strip, width: number, was: boolean): boolean {
   const points = track.indexAt(to) - track.indexAt(from);
   return points > (was ? 0.9 : 1) * width;
 }
 
-/** The levels with a line. */
+/** The grid lines. */
 function levels({ low, high }: Strip): number[] {
   return ticks(low, high, 2.4);
 }
 
-/** The scale, at the left. */
+/** The scale, on the left. */
 function gutter(x: CanvasRenderingContext2D, strip: Strip, y: (v: number) => number, h: number): void {
   const colours = ink();
   x.fillStyle = colours.of("sunk");
@@ -138,7 +138,7 @@ function gutter(x: CanvasRenderingContext2D, strip: Strip, y: (v: number) => num
   x.textAlign = "left";
 }
 
-/** Annotated spans: their ground is tinted, with a bar above and an edge at either end. */
+/** Annotated spans: a tinted background, with a bar above and an edge at either end. */
 function annotated(x: CanvasRenderingContext2D, spans: Strip["spans"], at: (t: number) => number, h: number): void {
   x.fillStyle = ink().of("accent");
   for (const { t, duration } of spans) {
@@ -165,7 +165,7 @@ function lines(x: CanvasRenderingContext2D, places: number[], h: number): void {
   x.setLineDash([]);
 }
 
-/** How far the trace leaves the scale: never a silent autoscale. */
+/** Shows how far the trace leaves the scale: there is never a silent autoscale. */
 function farthest(x: CanvasRenderingContext2D, { track, from, to, high }: Strip, w: number): void {
   const values = track.values;
   const last = track.indexAt(to);
@@ -173,7 +173,7 @@ function farthest(x: CanvasRenderingContext2D, { track, from, to, high }: Strip,
   for (let k = track.indexAt(from); k < last; k += 1) most = Math.max(most, values[k] || high);
   if (most <= high) return;
   const colours = ink();
-  const text = `goes to ${decimal(most, most < 10 ? 1 : 0)}: fit (⇧F)`;
+  const text = `reaches ${decimal(most, most < 10 ? 1 : 0)}: fit (⇧F)`;
   label(x, text, w - x.measureText(text).width / 2 - 8, 11, colours.of("ink"), colours.of("panel"));
 }
 
@@ -191,7 +191,7 @@ function silence(x: CanvasRenderingContext2D, strip: Strip, from: number, w: num
   label(x, text, Math.min(w - half, Math.max(GUTTER + half, (from + w) / 2)), h / 2, colours.of("ink"), colours.of("panel"));
 }
 
-/** Beats, responses, breaths, bursts and blinks: those that are filled as one path, as many small ones take longer. */
+/** Beats, responses, breaths, bursts and blinks: filled ones as a single path, which is faster than many small ones. */
 function body(x: CanvasRenderingContext2D, strip: Strip, at: (t: number) => number, y: (v: number) => number, h: number): void {
   const colours = ink();
   x.fillStyle = colours.of("ink-2");

@@ -1,10 +1,10 @@
 import { ink } from "./canvas";
 import type { Strip } from "./strip";
 
-/** How many points are stroked at once: without a GPU a browser takes ever longer for longer paths. */
+/** The number of points stroked at once: without a GPU the cost of a path grows faster than its length. */
 const STROKED = 48;
 
-/** Where a strip is drawn: its places and levels, the part of it, and how many pixels of the screen one of the page has. */
+/** The geometry of a strip: its maps from time and level to pixels, the part to draw, and the screen pixels per page pixel. */
 export interface Plot {
   at: (t: number) => number;
   y: (v: number) => number;
@@ -16,7 +16,7 @@ export interface Plot {
 /** Draws a part of the trace, with the points before and after it. */
 export function trace(x: CanvasRenderingContext2D, strip: Strip, isDense: boolean, plot: Plot): void {
   const { track } = strip;
-  // Places grow with time by a constant.
+  // Positions are linear in time.
   const secs = 1 / (plot.at(1) - plot.at(0));
   const begin = (plot.left - plot.at(0)) * secs;
   const first = Math.max(0, track.indexAt(begin) - 1);
@@ -56,7 +56,7 @@ function line(x: CanvasRenderingContext2D, strip: Strip, first: number, last: nu
   x.stroke();
 }
 
-/** Many points: in each column of pixels from the smallest to the largest, joined with the column before. */
+/** Many points: a line from the minimum to the maximum in each column of pixels, joined with the previous column. */
 function columns(x: CanvasRenderingContext2D, strip: Strip, first: number, last: number, { at, y, scale }: Plot): void {
   const { times, values } = strip.track;
   const half = 0.6 * scale;
@@ -77,7 +77,7 @@ function columns(x: CanvasRenderingContext2D, strip: Strip, first: number, last:
       bottom = Math.max(bottom, level);
     } else {
       fill();
-      // Where there are fewer points than pixels for a while, the line goes on.
+      // Where there are temporarily fewer points than pixels, the line continues.
       for (let c = column + 1; c < place && !Number.isNaN(held); c += 1) {
         x.fillRect(c, held + ((level - held) * (c - column)) / (place - column) - half, 1, 2 * half);
       }
@@ -98,7 +98,7 @@ function outside(x: CanvasRenderingContext2D, strip: Strip, first: number, last:
   }
 }
 
-/** What was before the first point, as bands from the smallest to the largest number. */
+/** The data before the first point, as bands from the minimum to the maximum. */
 export function bands(x: CanvasRenderingContext2D, strip: Strip, { at, y, left, right }: Plot): void {
   const { coarse, times } = strip.track;
   if (!coarse) return;

@@ -1,4 +1,4 @@
-/** THE table of panels: a file each, and where each stands is up to its page. */
+/** THE table of panels: one file per panel; its page decides where it is placed. */
 export { default as Alerts } from "./Alerts.svelte";
 export { default as Banner } from "./Banner.svelte";
 export { default as GoNoGo } from "./GoNoGo.svelte";

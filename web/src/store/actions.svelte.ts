@@ -1,29 +1,29 @@
 import type { Echo, FromBrowser, Refused } from "../wire";
 import type { Live } from "./live.svelte";
 
-/** After so long without an echo a click is not in the bag [ms]. */
+/** The time without an echo after which a click counts as not in the bag [ms]. */
 const UNANSWERED_MS = 2000;
-/** How many of the newest are kept. */
+/** The number of the newest actions that are kept. */
 const KEPT = 50;
 
-/** Something that was done on this page, and what became of it. */
+/** A user action on this page, and its outcome. */
 export interface Done {
   reference: string;
   /** `mark`, `span`, `note`, `acknowledge`, `report` or the verb of another command. */
   verb: string;
   /** The marker's label, the note, … */
   text: string;
-  /** When it was done [s]. */
+  /** When it happened [s]. */
   at: number | undefined;
   sentMs: number;
   state: "sent" | "recorded" | "on disk" | "unrecorded" | "refused" | "unanswered";
-  /** How far the time in the bag may be from the truth [ms]. */
+  /** The uncertainty of its time in the bag [ms]. */
   offMs: number | undefined;
-  /** Why it was refused, and what helps. */
+  /** Why it was refused, and the remedy. */
   reason: string;
 }
 
-/** What people do on this page. */
+/** The user actions on this page. */
 export class Actions {
   done = $state.raw<Done[]>([]);
 
@@ -41,7 +41,7 @@ export class Actions {
     return right === "mark" || right === "control";
   }
 
-  /** A command at a moment of the browser's clock [ms]. */
+  /** Sends a command with a time by the browser's clock [ms]. */
   command(text: string, browserMs: number): void {
     const [verb = "", ...rest] = text.split(" ");
     this.send(verb, rest.join(" "), browserMs, (reference, at) => ({ type: "command", reference, text, at }));
@@ -83,7 +83,7 @@ export class Actions {
     if (refused.reference !== null) this.change(refused.reference, { state: "refused", reason });
   }
 
-  /** The connection is lost: what was not answered is not known to be in the bag. */
+  /** The connection is lost: unanswered actions may not be in the bag. */
   lose(): void {
     const reason = "The connection was lost before the answer";
     this.done = this.done.map((each) => (each.state === "sent" ? { ...each, state: "unanswered", reason } : each));

@@ -1,20 +1,20 @@
-/** Probes whose round trip is this much longer than the shortest are not believed [ms]. */
+/** Probes whose round trip is this much longer than the shortest are ignored [ms]. */
 const SLACK_MS = 2;
-/** How many of the newest probes are kept. */
+/** The number of the newest probes that are kept. */
 const KEPT = 20;
 
 interface Probe {
-  /** The session's time less the browser's [s]. */
+  /** The session's time minus the browser's [s]. */
   offset: number;
   rttMs: number;
 }
 
-/** The session's clock, as probes through the connection place it on the browser's own. */
+/** The session's clock relative to the browser's, measured by probes over the connection. */
 export class SessionClock {
   private probes: Probe[] = [];
   private offset: number | undefined;
 
-  /** A first, rough reading: the session's time as the server gave it, on arrival. */
+  /** A first, rough reading: the session's time as stated by the server, on arrival. */
   roughly(sessionSecs: number, arrivedMs: number): void {
     if (this.probes.length === 0) this.offset = sessionSecs - arrivedMs / 1000;
   }
@@ -25,11 +25,11 @@ export class SessionClock {
     const offset = (received + replied) / 2 - (sentMs + arrivedMs) / 2000;
     this.probes = [...this.probes, { offset, rttMs }].slice(-KEPT);
     const shortest = Math.min(...this.probes.map((probe) => probe.rttMs));
-    const believed = this.probes.filter((probe) => probe.rttMs <= shortest + SLACK_MS);
-    this.offset = believed.reduce((sum, probe) => sum + probe.offset, 0) / believed.length;
+    const accepted = this.probes.filter((probe) => probe.rttMs <= shortest + SLACK_MS);
+    this.offset = accepted.reduce((sum, probe) => sum + probe.offset, 0) / accepted.length;
   }
 
-  /** Forgets what it knows: another connection may lead to another session. */
+  /** Resets the clock: another connection may lead to another session. */
   reset(): void {
     this.probes = [];
     this.offset = undefined;
@@ -45,7 +45,7 @@ export class SessionClock {
     return this.probes.at(-1)?.rttMs;
   }
 
-  /** Half the shortest round trip: the placing of a click is no worse than this [ms]. */
+  /** Half the shortest round trip: the largest error of a click's time [ms]. */
   get uncertaintyMs(): number | undefined {
     if (this.probes.length === 0) return undefined;
     return Math.min(...this.probes.map((probe) => probe.rttMs)) / 2;

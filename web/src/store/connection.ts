@@ -1,12 +1,12 @@
 import type { FromBrowser, FromServer } from "../wire";
 
-/** How long a lost connection waits before it is tried again: the first time, and at most [ms]. */
+/** The delay before reconnecting: the first and the longest one [ms]. */
 const FIRST_WAIT_MS = 300;
 const LONGEST_WAIT_MS = 5000;
-/** A connection on which nothing came for so long is given up [ms]. */
+/** The silence after which a connection is given up [ms]. */
 const SILENT_MS = 6000;
 
-/** What a connection reports. */
+/** The callbacks of a connection. */
 export interface Listener {
   text(message: FromServer): void;
   frame(frame: ArrayBuffer): void;
@@ -14,7 +14,7 @@ export interface Listener {
   closed(reason: string): void;
 }
 
-/** The connection to the server, opened anew whenever it is lost. */
+/** The connection to the server, reopened whenever it is lost. */
 export class Connection {
   private socket: WebSocket | undefined;
   private waitMs = FIRST_WAIT_MS;
@@ -55,7 +55,7 @@ export class Connection {
     return true;
   }
 
-  /** The session is over: a connection that closes is not opened again. */
+  /** The session is over: a connection that closes is not reopened. */
   finish(): void {
     this.over = true;
   }

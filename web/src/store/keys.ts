@@ -2,11 +2,11 @@ import { waiting, alertsOf } from "../view/alerts";
 import { live } from "./live.svelte";
 import { PAGES, place } from "./page.svelte";
 
-/** What a page does with keys of its own; returns whether it took one. */
+/** A page's own key handler; returns whether it handled the key. */
 type PageKeys = (event: KeyboardEvent) => boolean;
 let ofPage: PageKeys | undefined;
 
-/** Takes keys for the page that is shown; the result takes that back. */
+/** Registers the key handler of the shown page; call the result to remove it. */
 export function pageKeys(keys: PageKeys): () => void {
   ofPage = keys;
   return () => {
@@ -18,7 +18,7 @@ function isTyping(target: EventTarget | null): boolean {
   return target instanceof HTMLElement && target.matches("input, textarea, select, [contenteditable]");
 }
 
-/** Bare letters are the study's markers, at the time of the key; others are those of the page. */
+/** Bare letters set the study's markers at the time of the key press; other keys belong to the page. */
 export function onKey(event: KeyboardEvent): void {
   if (event.key === "Escape") {
     place.opened = undefined;

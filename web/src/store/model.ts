@@ -3,76 +3,76 @@ import { Moments, type Values } from "./moments";
 import { Track } from "./track";
 import type { Wave } from "./wave";
 
-/** How many events of the body (beats, breaths, …) and how many others are kept. */
+/** The number of physiological events (beats, breaths, …) and of other events that are kept. */
 const BODY_EVENTS = 4000;
 const OTHER_EVENTS = 5000;
-/** How many points of a drawn channel are kept. */
+/** The number of points of a drawn channel that are kept. */
 const POINTS = 40_000;
-/** From one sample to the next of a wave, so many periods are a gap. */
+/** A step between samples of a wave of this many periods is a gap. */
 const GAP_PERIODS = 2.5;
 
-/** So many runs of signals more that were missed mean a slow link: joining alone may leave out a few. */
+/** This many additional missed runs of signals mean a slow link: a few may be left out while joining. */
 const SLOW = 5;
 
 const OF_THE_BODY = new Set(["beat", "breath", "response", "burst", "blink"]);
 const STEPS = new Set(["/teampulse/stamped_by", "/teampulse/lost_source", "/teampulse/clock_probes"]);
 
-/** A number and when it was measured [s]. */
+/** A value and the time of its measurement [s]. */
 export interface Measured {
   value: number;
   t: number;
 }
 
-/** All that the server has sent of a session: plain data, without any framework. */
+/** Everything that the server has sent about a session: plain data, without any framework. */
 export class Model {
   hello: Hello | undefined;
   readonly streams = new Map<number, Stream>();
   readonly byName = new Map<string, Stream>();
   readonly health = new Map<number, StreamHealth>();
-  /** When the health was judged [s]. */
+  /** The time of the health assessment [s]. */
   judged: number | undefined;
   /** The newest values of each feature. */
   readonly features = new Map<number, Feature>();
   /** The newest readings of each stream. */
   readonly readings = new Map<number, { t: number; values: (number | null)[] }>();
-  /** The last value that each channel of a feature had, for what is stale. */
+  /** The last value of each channel of a feature, to show stale values. */
   private readonly lasts = new Map<string, Measured>();
   private readonly tracks = new Map<string, Track>();
-  /** The newest samples of what is drawn on pictures. */
+  /** The newest samples of landmarks drawn on pictures. */
   readonly moments = new Moments();
   /** Beats, responses, breaths, bursts and blinks, by stream. */
   readonly body = new Map<number, Event[]>();
-  /** All other events, in the order in which they came. */
+  /** All other events, in order of arrival. */
   events: Event[] = [];
-  /** The numbers of the events that are known: some come again. */
+  /** The numbers of the known events: some are sent again. */
   private readonly taken = new Set<number>();
   recording: Recording | undefined;
   /** The bytes written in each of the last seconds. */
   growth: number[] = [];
   machine: Machine | undefined;
-  /** Other computers and their clocks, and the buses that were joined. */
+  /** Other computers and their clocks, and the joined buses. */
   computers: Computer[] = [];
   buses: Bus[] = [];
   missed: Missed = { events: 0, states: 0, signals: 0, pictures: 0 };
-  /** When many signals were missed last, by the browser's clock [ms]. */
+  /** The last time that many signals were missed, by the browser's clock [ms]. */
   missedAt = Number.NEGATIVE_INFINITY;
   nextPhase: string | undefined;
-  /** Why the pictures of a stream can't be shown. */
+  /** Why the pictures of a stream cannot be shown. */
   readonly unshown = new Map<number, string>();
-  /** What the study requires and is not there; `undefined` before that was looked at. */
+  /** The unmet requirements of the study; `undefined` before they are known. */
   unmet: Unmet[] | undefined;
   ready = false;
-  /** The position in a recording; `undefined` of a session that happens now. */
+  /** The position in a recording; `undefined` for a live session. */
   playback: Playback | undefined;
-  /** What happened in all of a recording. */
+  /** The events of the whole recording. */
   timeline: Timeline | undefined;
   ended: string | undefined;
-  /** Becomes more with each stream that is declared. */
+  /** Increases with each declared stream. */
   streamsVersion = 0;
-  /** Becomes more with each event. */
+  /** Increases with each event. */
   eventsVersion = 0;
 
-  /** Takes a message; those for one part of a page, such as `history`, are handled elsewhere. */
+  /** Handles a message; those for one part of a page, such as `history`, are handled elsewhere. */
   apply(message: FromServer): void {
     switch (message.type) {
       case "hello":
@@ -95,7 +95,7 @@ export class Model {
         message.samples.forEach(({ stream, t, values }) => this.takeReading(stream, t, values));
         break;
       case "events":
-        // On joining, those that are kept for long come before the others.
+        // On joining, events that are kept longer are sent before the others.
         message.events.forEach((event) => this.takeEvent(event));
         this.forget();
         break;
@@ -157,7 +157,7 @@ export class Model {
     return this.lasts.get(keyOf(stream, channel));
   }
 
-  /** The sample of a stream that is nearest to a time, at most this much off [s]. */
+  /** The sample of a stream that is nearest to a time, within this tolerance [s]. */
   sampleAt(stream: number, t: number, most: number): Values | undefined {
     const newest = this.readings.get(stream);
     return this.moments.at(stream, t, most) ?? (newest && Math.abs(newest.t - t) <= most ? newest.values : undefined);
@@ -177,7 +177,7 @@ export class Model {
     }
   }
 
-  /** A new connection: what happened comes again; of another session nothing is kept. */
+  /** Handles a new connection: past events are sent again; data of another session are dropped. */
   private greet(hello: Hello): void {
     const isOther = this.hello !== undefined && this.hello.began_unix_ms !== hello.began_unix_ms;
     this.hello = hello;
@@ -196,7 +196,7 @@ export class Model {
     this.ended = undefined;
   }
 
-  /** Another moment of a recording: what was known then follows. */
+  /** Handles another moment of a recording: the data known at that time follow. */
   private move(): void {
     this.ready = false;
     this.events = [];
@@ -207,7 +207,7 @@ export class Model {
     for (const track of this.tracks.values()) track.clear();
   }
 
-  /** Takes streams; what is left out of them is empty, and their words stay as they were asked for before. */
+  /** Handles declared streams; omitted fields are empty, and descriptions requested before are kept. */
   private declare({ whose, channels, streams }: Declared): void {
     const lists = channels.map(({ names, units }) => names.map((name, k) => ({ name, unit: units[k] ?? "" })));
     for (const row of streams) {
@@ -266,7 +266,7 @@ export class Model {
     if (this.events.length > OTHER_EVENTS) this.events.splice(0, OTHER_EVENTS / 5);
   }
 
-  /** Forgets the oldest numbers of events: they don't come again so late. */
+  /** Forgets the oldest event numbers: they are not sent again so late. */
   private forget(): void {
     if (this.taken.size < 4 * OTHER_EVENTS) return;
     const oldest = [...this.taken].sort((a, b) => a - b).slice(0, OTHER_EVENTS);
@@ -280,7 +280,7 @@ export class Model {
   }
 }
 
-/** Puts an event behind those before it: nearly always at the end. */
+/** Inserts an event in order: nearly always at the end. */
 function insert(events: Event[], event: Event): void {
   let at = events.length;
   while (at > 0 && (events[at - 1]?.number ?? -1) > event.number) at -= 1;

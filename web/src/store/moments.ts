@@ -1,15 +1,15 @@
-/** How many samples of a stream are kept: at 30 a second those of two seconds. */
+/** The number of samples of a stream that are kept: two seconds at 30 per second. */
 const KEPT = 64;
 
 /** The values of a sample; `null` is unknown. */
 export type Values = readonly (number | null)[];
 
-/** The newest samples of the streams that are drawn on pictures, found by their times. */
+/** The newest samples of the streams drawn on pictures, indexed by time. */
 export class Moments {
   private readonly kept = new Map<number, { t: number; values: Values }[]>();
   private readonly watchers = new Map<number, Set<(t: number) => void>>();
 
-  /** Keeps the samples of a stream from now on, and calls with the time of each [s]; the result ends that. */
+  /** Keeps the samples of a stream from now on, and calls back with the time of each [s]; call the result to stop. */
   watch(stream: number, changed: (t: number) => void): () => void {
     const known = this.watchers.get(stream) ?? new Set();
     known.add(changed);
@@ -22,7 +22,7 @@ export class Moments {
     };
   }
 
-  /** Takes a sample; those of streams that nobody watches are left out. */
+  /** Takes a sample; those of unwatched streams are dropped. */
   take(stream: number, t: number, values: Values): void {
     const watchers = this.watchers.get(stream);
     if (!watchers) return;
@@ -33,7 +33,7 @@ export class Moments {
     watchers.forEach((changed) => changed(t));
   }
 
-  /** The sample of a stream that is nearest to a time, at most this much off [s]. */
+  /** The sample of a stream that is nearest to a time, within this tolerance [s]. */
   at(stream: number, t: number, most: number): Values | undefined {
     let best: { t: number; values: Values } | undefined;
     for (const each of this.kept.get(stream) ?? []) {

@@ -8,14 +8,14 @@ export const PAGES = [
 
 export type PageKey = (typeof PAGES)[number]["key"];
 
-/** Where this browser is, and how it likes the page to look. */
+/** The current page of this browser, and its display preferences. */
 class Place {
   page = $state<PageKey>(fromHash());
   theme = $state<"light" | "dark">(remembered());
-  /** The stream and channel that is opened, to see where a number comes from. */
+  /** The stream and channel whose origin is shown. */
   opened = $state<{ stream: number; channel: number } | undefined>(undefined);
   keysShown = $state(false);
-  /** Whether what was found in pictures is drawn on them. */
+  /** Whether landmarks are drawn on pictures. */
   landmarks = $state(localStorage.getItem("landmarks") !== "hidden");
 
   go(page: PageKey): void {

@@ -4,7 +4,7 @@ import { FrameDecoder, isVideo } from "./video";
 /** Acknowledgements leave together at most this often [ms]. */
 const TOGETHER_MS = 15;
 
-/** A picture, as it comes in a binary frame. */
+/** A picture from a binary frame. */
 export interface Picture {
   stream: number;
   /** When it was taken [s]. */
@@ -13,7 +13,7 @@ export interface Picture {
   bytes: Uint8Array<ArrayBuffer>;
 }
 
-/** Reads a binary frame; `undefined` if it is no picture. */
+/** Decodes a binary frame; `undefined` if it is not a picture. */
 export function readPicture(frame: ArrayBuffer): Picture | undefined {
   if (frame.byteLength <= PICTURE_HEAD_BYTES) return undefined;
   const head = new DataView(frame);
@@ -21,7 +21,7 @@ export function readPicture(frame: ArrayBuffer): Picture | undefined {
   return { stream: head.getUint32(0, true), t: head.getFloat64(8, true), bytes: new Uint8Array(frame, PICTURE_HEAD_BYTES) };
 }
 
-/** A picture as it can be drawn. */
+/** A drawable picture. */
 export type Shot = ImageBitmap | VideoFrame;
 
 /** Its width and height [px]. */
@@ -29,7 +29,7 @@ export function sizeOf(shot: Shot): [number, number] {
   return "displayWidth" in shot ? [shot.displayWidth, shot.displayHeight] : [shot.width, shot.height];
 }
 
-/** Draws a picture that was taken at a time [s]; `undefined` of one that can't be decoded, and why, where that is known. */
+/** Draws a picture taken at a time [s]; `undefined` if it cannot be decoded, with the reason if known. */
 export type Show = (shot: Shot | undefined, t: number, why: string) => void;
 
 /** The newest picture of a stream. */
@@ -40,7 +40,7 @@ interface Newest {
   why: string;
 }
 
-/** The pictures of the session: each is decoded and drawn, and the newest kept; the server sends the next one when it was. */
+/** The pictures of the session: each is decoded and drawn, and the newest kept; the server sends the next one after that. */
 export class Pictures {
   private readonly shows = new Map<number, Set<Show>>();
   private readonly newest = new Map<number, Newest>();
@@ -53,7 +53,7 @@ export class Pictures {
     private readonly decode: (file: Blob) => Promise<ImageBitmap> = (file) => createImageBitmap(file),
   ) {}
 
-  /** Draws the pictures of a stream; the result ends that. */
+  /** Draws the pictures of a stream; call the result to stop. */
   watch(stream: number, show: Show): () => void {
     const known = this.shows.get(stream) ?? new Set();
     known.add(show);
@@ -66,7 +66,7 @@ export class Pictures {
     };
   }
 
-  /** Takes a picture that has come. */
+  /** Handles a received picture. */
   async take({ stream, t, bytes }: Picture): Promise<void> {
     this.numbers += 1;
     const number = this.numbers;
@@ -76,13 +76,13 @@ export class Pictures {
     this.shown(stream);
   }
 
-  /** Forgets what has not left: it was of another connection. */
+  /** Drops pending acknowledgements: they belong to the previous connection. */
   reset(): void {
     this.acknowledged = [];
     for (const stream of [...this.videos.keys()]) this.endVideo(stream);
   }
 
-  /** Forgets the newest: another moment is shown. */
+  /** Drops the newest pictures: another moment is shown. */
   clear(): void {
     for (const { shot } of this.newest.values()) shot?.close();
     this.newest.clear();
@@ -90,7 +90,7 @@ export class Pictures {
   }
 
   private put(stream: number, picture: Newest): void {
-    // Two of a stream may be decoded at once, and the later one first.
+    // Two pictures of a stream may be decoded at once, and the later one may finish first.
     const before = this.newest.get(stream);
     if (before && before.number > picture.number) return picture.shot?.close();
     before?.shot?.close();

@@ -2,7 +2,7 @@ import type { Spot } from "../draw/map";
 import { isFresh, robots, type Robot } from "../view/robots";
 import { live } from "./live.svelte";
 
-/** How long a trail is [s], and how far apart spots are kept [m]. */
+/** The duration of a trail [s], and the spacing of kept spots [m]. */
 const TRAIL_SECS = 60;
 const APART_M = 0.25;
 const MOST_SPOTS = 1500;
@@ -10,7 +10,7 @@ const MOST_SPOTS = 1500;
 const trails = new Map<string, Spot[]>();
 const spots = new Map<string, Spot>();
 
-/** Takes where each robot is now. */
+/** Records the current position of each robot. */
 export function follow(all: readonly Robot[]): void {
   for (const robot of all) {
     if (!robot.x || !robot.y) continue;
@@ -34,12 +34,12 @@ function forget(): void {
   spots.clear();
 }
 
-/** Where a robot was over the last minute. */
+/** The positions of a robot over the last minute. */
 export function trailOf(id: string): readonly Spot[] {
   return trails.get(id) ?? [];
 }
 
-/** How well the Wi-Fi was heard where somebody drove. */
+/** The Wi-Fi level along the paths of the robots. */
 export function heardSpots(): Spot[] {
   return [...spots.values()];
 }

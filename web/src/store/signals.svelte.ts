@@ -1,12 +1,12 @@
 import { usual, type Choice } from "../view/signals";
 import { live } from "./live.svelte";
 
-/** The lengths of the window that can be chosen [s]. */
+/** The available window lengths [s]. */
 export const WINDOWS = [5, 10, 30, 60, 120, 300] as const;
 /** The most lines at once. */
 export const MOST_LINES = 48;
 
-/** What the Signals page shows; the layout is kept in this browser. */
+/** The content of the Signals page; the layout is kept in this browser. */
 class Signals {
   choices = $state<Choice[]>(remembered());
   windowSecs = $state(30);
@@ -14,12 +14,12 @@ class Signals {
   pausedAt = $state<number | undefined>(undefined);
   cursor = $state<number | undefined>(undefined);
   selection = $state<[number, number] | undefined>(undefined);
-  /** Becomes more when the scales are to be fitted. */
+  /** Increases when the scales should be fitted. */
   fit = $state(0);
-  /** Whether the cameras are shown beside. */
+  /** Whether the cameras are shown, too. */
   video = $state(localStorage.getItem("video") !== "off");
 
-  /** What is chosen, or the usual. */
+  /** The chosen lines, or the default ones. */
   get lines(): Choice[] {
     return this.choices.length > 0 ? this.choices : usual(live.model);
   }
@@ -54,7 +54,7 @@ class Signals {
     this.windowSecs = WINDOWS[Math.min(WINDOWS.length - 1, Math.max(0, at + steps))] ?? 30;
   }
 
-  /** Moves the cursor, and the window with it when it leaves it. */
+  /** Moves the cursor, and the window with it when the cursor leaves it. */
   move(secs: number): void {
     this.pausedAt ??= this.end;
     this.cursor = Math.max(0, (this.cursor ?? this.end - this.windowSecs / 2) + secs);
@@ -62,7 +62,7 @@ class Signals {
     if (this.cursor < this.pausedAt - this.windowSecs) this.pausedAt = this.cursor + this.windowSecs;
   }
 
-  /** Puts the begin or the end of the selection at the cursor. */
+  /** Sets the start or the end of the selection to the cursor. */
   edge(isBegin: boolean): void {
     const at = this.cursor ?? this.end;
     const [from, to] = this.selection ?? [at, at];

@@ -1,9 +1,9 @@
 import type { HistoryReply } from "../wire";
 
-/** Where no rate is declared, a silence of this is a gap [s]. */
+/** The shortest silence that is a gap if no rate is declared [s]. */
 const GAP_SECS = 5;
 
-/** What is stored of a channel as points: the smallest and the largest of each column, and NaN in each gap. */
+/** Converts stored data of a channel to points: the minimum and the maximum of each column, and NaN in each gap. */
 export function stored(reply: HistoryReply, channel: number, rateHz: number): { times: number[]; values: number[] } {
   const column = reply.channels[channel];
   const [times, values]: [number[], number[]] = [[], []];

@@ -1,4 +1,4 @@
-/** What is stored of an earlier time, too coarse for a line: the smallest and the largest number of each column. */
+/** Stored data of an earlier time, too coarse for a line: the minimum and the maximum of each column. */
 export interface Coarse {
   from: number;
   step: number;
@@ -6,18 +6,18 @@ export interface Coarse {
   max: readonly (number | null)[];
 }
 
-/** The numbers of one channel over time, the newest of them: a ring without one, as both halves stay contiguous. */
+/** The newest values of one channel over time, in a mirrored ring buffer that stays contiguous. */
 export class Track {
   private t: Float64Array;
   private v: Float32Array;
   private end = 0;
-  /** Before its first point. */
+  /** The data before its first point. */
   coarse: Coarse | undefined;
-  /** Becomes more whenever what is before the newest point changes. */
+  /** Increases whenever data before the newest point change. */
   revision = 0;
 
   constructor(
-    /** How many points are kept. */
+    /** The number of points that are kept. */
     readonly capacity: number,
   ) {
     this.t = new Float64Array(2 * capacity);
@@ -37,7 +37,7 @@ export class Track {
     return this.t.subarray(this.start, this.end);
   }
 
-  /** Their numbers; NaN is a gap. */
+  /** Their values; NaN is a gap. */
   get values(): Float32Array {
     return this.v.subarray(this.start, this.end);
   }
@@ -47,7 +47,7 @@ export class Track {
     return this.end > 0 ? this.t[this.end - 1] : undefined;
   }
 
-  /** Adds a point; one that is older than the newest is left out. */
+  /** Adds a point; one that is older than the newest is dropped. */
   push(time: number, value: number): void {
     const newest = this.newest;
     if (newest !== undefined && time <= newest) return;
@@ -57,7 +57,7 @@ export class Track {
     this.end += 1;
   }
 
-  /** Puts earlier points before those it has. */
+  /** Inserts earlier points before the existing ones. */
   prepend(times: readonly number[], values: readonly number[]): void {
     const [ownTimes, ownValues] = [this.times.slice(), this.values.slice()];
     const first = ownTimes[0] ?? Number.POSITIVE_INFINITY;
@@ -76,7 +76,7 @@ export class Track {
     this.revision += 1;
   }
 
-  /** Takes what is stored of an earlier time. */
+  /** Takes stored data of an earlier time. */
   before(coarse: Coarse): void {
     this.coarse = coarse;
     this.revision += 1;
@@ -94,7 +94,7 @@ export class Track {
     return low;
   }
 
-  /** The number at a time: that of the last point before it, unless it is older than `most` [s]. */
+  /** The value at a time: that of the last point before it, unless it is older than `most` [s]. */
   at(time: number, most: number): number | undefined {
     const index = this.indexAt(time + 1e-9) - 1;
     const when = this.times[index];

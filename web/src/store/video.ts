@@ -1,21 +1,21 @@
-/** Types of NAL units (ITU-T H.264, table 7-1): of a picture that needs none before, and of a sequence's parameters. */
+/** Types of NAL units (ITU-T H.264, table 7-1): an IDR picture, which needs no earlier one, and a sequence parameter set. */
 const [IDR, PARAMETERS] = [5, 7];
-/** So many frames wait for the decoder before the server is asked for no more. */
+/** The number of frames waiting for the decoder above which no more are requested from the server. */
 const WAITING = 4;
-/** While frames wait, one is drawn after this time at the latest [ms]: those of a jump are passed over. */
+/** While frames wait, one is drawn at least this often [ms]; the others are skipped, as after a jump. */
 const PASSED_MS = 200;
 
-/** Whether this browser can decode H.264 here: it does on secure pages only. */
+/** Whether this browser can decode H.264 here: browsers do so on secure pages only. */
 export function decodesVideo(): boolean {
   return "VideoDecoder" in globalThis;
 }
 
-/** Whether bytes are a frame of H.264: in Annex B it begins with a start code, which no file of a picture does. */
+/** Whether bytes are an H.264 frame: in Annex B it begins with a start code, unlike any picture file. */
 export function isVideo(bytes: Uint8Array): boolean {
   return bytes[0] === 0 && bytes[1] === 0 && (bytes[2] === 1 || (bytes[2] === 0 && bytes[3] === 1));
 }
 
-/** What a frame of H.264 says of itself: whether it needs none before, and its codec, `avc1.42e01e`, where that is in it. */
+/** The properties of an H.264 frame: whether it is a key frame, and its codec, `avc1.42e01e`, if it contains one. */
 export function described(bytes: Uint8Array): { isFirst: boolean; codec: string | undefined } {
   let codec: string | undefined;
   for (let at = 2; at + 1 < bytes.length; at += 1) {
@@ -28,15 +28,15 @@ export function described(bytes: Uint8Array): { isFirst: boolean; codec: string 
   return { isFirst: false, codec };
 }
 
-/** What becomes of the frames of a stream. */
+/** The consumer of the frames of a stream. */
 export interface Viewer {
-  /** Draws a frame, which it closes; or why there is none. */
+  /** Draws a frame and closes it; or shows why there is none. */
   show(frame: VideoFrame | undefined, t: number, why: string): void;
-  /** A frame was taken: the next one may come. */
+  /** A frame was accepted: the next one may be sent. */
   taken(): void;
 }
 
-/** Decodes the frames of one stream in their order. */
+/** Decodes the frames of one stream in order. */
 export class FrameDecoder {
   private decoder: VideoDecoder | undefined;
   private codec = "";
@@ -46,7 +46,7 @@ export class FrameDecoder {
 
   constructor(private readonly viewer: Viewer) {}
 
-  /** Takes a frame that was taken at a time [s]; one whose predecessors are missing is left out. */
+  /** Decodes a frame with its capture time [s]; one whose predecessors are missing is dropped. */
   take(bytes: Uint8Array, t: number): void {
     const { isFirst, codec } = described(bytes);
     this.newest = t;
@@ -58,7 +58,7 @@ export class FrameDecoder {
     this.answer();
   }
 
-  /** Forgets what it would have shown. */
+  /** Drops pending frames. */
   close(): void {
     if (this.decoder && this.decoder.state !== "closed") this.decoder.close();
     this.decoder = undefined;

@@ -1,13 +1,13 @@
 import { MOST_WANTED, type Wanted } from "../wire";
 
-/** The streams that something on the page draws, each at the finest resolution that anything asks for. */
+/** The streams drawn on the page, each at the finest resolution requested. */
 export class Wants {
   private readonly asked = new Map<symbol, Wanted>();
   private scheduled = false;
 
   constructor(private readonly send: (streams: Wanted[]) => void) {}
 
-  /** Asks for a stream, of a camera for the pictures in which points were found; the result takes that back. */
+  /** Requests a stream, for a camera optionally the pictures with landmarks; call the result to withdraw the request. */
   want(stream: number, pointsPerSec: number, withPoints = false): () => void {
     const key = Symbol();
     this.asked.set(key, { stream, points_per_sec: pointsPerSec, with_points: withPoints });
@@ -18,12 +18,12 @@ export class Wants {
     };
   }
 
-  /** Asks again, of a new connection. */
+  /** Repeats all requests on a new connection. */
   resend(): void {
     this.send(this.all());
   }
 
-  /** What is asked for in all. */
+  /** All requests combined. */
   all(): Wanted[] {
     const finest = new Map<number, Wanted>();
     for (const asked of this.asked.values()) {

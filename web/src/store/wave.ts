@@ -1,18 +1,18 @@
 import { WAVE_HEAD_BYTES } from "../wire";
 
-/** A run of samples, as it comes in a binary frame. */
+/** A run of samples from a binary frame. */
 export interface Wave {
   stream: number;
   channels: number;
   /** The time of the first sample [s]. */
   start: number;
-  /** From one sample to the next [s]. */
+  /** The sampling period [s]. */
   period: number;
   /** Sample by sample, each with its channels. */
   samples: Float32Array;
 }
 
-/** Reads a binary frame; `undefined` if it is not whole. */
+/** Decodes a binary frame; `undefined` if it is incomplete. */
 export function readWave(frame: ArrayBuffer): Wave | undefined {
   if (frame.byteLength < WAVE_HEAD_BYTES) return undefined;
   const head = new DataView(frame);

@@ -3,10 +3,10 @@ import type { Event } from "../wire";
 import { age, byName, significant } from "./format";
 import { isHappening, remedy, sensorName } from "./words";
 
-/** How long an alert that is over stays listed [s]. */
+/** How long an alert stays listed after it is over [s]. */
 const OVER_SECS = 60;
 
-/** Something that somebody should look at. */
+/** A problem that needs attention. */
 export interface Alert {
   /** Its label in the bag, by which it is acknowledged. */
   key: string;
@@ -15,9 +15,9 @@ export interface Alert {
   cause: string;
   urgency: "act" | "soon" | "note";
   stage: "open" | "acknowledged" | "answered" | "over";
-  /** Whether it is not known at present if it lasts: no value comes. */
+  /** Whether it is unknown if it persists, as there is no value. */
   unknown: boolean;
-  /** The first sentence: what. */
+  /** The first sentence: what happened. */
   what: string;
   /** Why. */
   why: string;
@@ -39,11 +39,11 @@ interface Cause {
 /** THE table of causes; the first whose pattern fits. */
 const CAUSES: readonly [RegExp, Cause][] = [
   [/^offline/, { what: (robot) => `${robot} is offline.`, short: "offline", remedy: "Check its power first, then its Wi-Fi." }],
-  [/empty within/, { what: (robot) => `${robot} is empty soon.`, short: "empty soon", remedy: "Send it home, or bring a battery." }],
+  [/empty within/, { what: (robot) => `${robot} will be empty soon.`, short: "empty soon", remedy: "Send it home, or bring a battery." }],
   [/^battery below/, { what: (robot) => `${robot} has a low battery.`, short: "low battery", remedy: "Send it home, or bring a battery." }],
   [/^diagnostics/, { what: (robot) => `${robot} reports an error.`, short: "error", remedy: "Read its diagnostics on Health." }],
-  [/link/, { what: (robot) => `${robot} has a weak link.`, short: "weak link", remedy: "Bring it nearer, or send a robot that is nearer." }],
-  [/is stuck$/, { what: (robot) => `${robot} has a sensor that is stuck.`, short: "stuck", remedy: "The same value again and again. Restart its driver." }],
+  [/link/, { what: (robot) => `${robot} has a weak link.`, short: "weak link", remedy: "Bring it closer, or send a robot that is closer." }],
+  [/is stuck$/, { what: (robot) => `${robot} has a sensor that is stuck.`, short: "stuck", remedy: "It keeps repeating the same value. Restart its driver." }],
 ];
 
 const UNKNOWN: Cause = { what: (robot) => `${robot} needs someone.`, short: "needs you", remedy: "" };
@@ -74,13 +74,13 @@ function acknowledged(alert: Alert, seen: Alert["seen"]): Alert {
   return counts && alert.stage === "open" ? { ...alert, stage: "acknowledged", seen } : alert;
 }
 
-/** An alert from when it was raised to the newest that is known of it. */
+/** The course of an alert, from when it was raised to its newest event. */
 export interface Course {
   raised: Event;
   newest: Event;
 }
 
-/** The alerts of the streams of alerts, one for each time that a cause began. */
+/** The alerts on the alert streams, one for each time that a cause began. */
 export function courses(model: Pick<Model, "events">): Course[] {
   const all: Course[] = [];
   const open = new Map<string, Course>();
@@ -88,7 +88,7 @@ export function courses(model: Pick<Model, "events">): Course[] {
     if (!event.alert) continue;
     const key = `${event.stream} ${event.alert.who} ${event.alert.why}`;
     const before = open.get(key);
-    // One that was unknown for a while and goes on is the same alert.
+    // An alert that was unknown for a while and continues is the same alert.
     if (before && !(event.alert.stage === "raised" && before.newest.alert?.stage !== "unknown")) before.newest = event;
     else {
       const course = { raised: event, newest: event };
@@ -100,7 +100,7 @@ export function courses(model: Pick<Model, "events">): Course[] {
   return all;
 }
 
-/** What the streams of alerts say: the newest of each cause. */
+/** The state of the alerts: the newest event of each cause. */
 function concluded(model: Model, now: number): Alert[] {
   const newest = new Map<string, Course>();
   for (const course of courses(model)) {
@@ -109,7 +109,7 @@ function concluded(model: Model, now: number): Alert[] {
   }
   return [...newest.values()].flatMap((course) => {
     const { alert, t } = course.newest;
-    // One that was answered lasts until its cause does not.
+    // An answered alert lasts until its cause has ended.
     if (!alert || (alert.stage === "over" && now - t > OVER_SECS)) return [];
     const stage = alert.stage === "over" ? "over" : alert.stage === "answered" ? "answered" : "open";
     return [ofCourse(model, course, stage, now)];
@@ -121,11 +121,11 @@ function ofCourse(model: Model, { raised, newest }: Course, stage: Alert["stage"
   const isOfStudy = raised.alert?.is_of_study === true;
   const words = isOfStudy ? ofStudy(cause) : (CAUSES.find(([pattern]) => pattern.test(cause))?.[1] ?? UNKNOWN);
   const unknown = newest.alert?.stage === "unknown";
-  const lost = unknown ? ` No value comes any more, for ${age(now - newest.t)}.` : "";
+  const lost = unknown ? ` No value for ${age(now - newest.t)}.` : "";
   return {
     key: raised.label, subject: who, cause, urgency: isUrgency(tier) ? tier : "soon", stage, unknown, what: words.what(who),
     why: stage === "over" ? "It is over." : `${isOfStudy ? measured(cause, raised) : reason(model, who, cause)}${lost}`,
-    remedy: stage === "over" ? "" : unknown ? "Whether it lasts is not known. Check the sensor." : words.remedy,
+    remedy: stage === "over" ? "" : unknown ? "It is unknown whether it persists. Check the sensor." : words.remedy,
     short: words.short, since: raised.t, waitsSecs: Math.max(0, now - raised.t), seen: undefined,
   };
 }
@@ -134,10 +134,10 @@ function isUrgency(tier: string): tier is Alert["urgency"] {
   return tier === "act" || tier === "soon" || tier === "note";
 }
 
-/** The words of the study, if it has some, and the number with its limit. */
+/** The text of the study, if there is one, and the value with its limit. */
 const OF_STUDY = /^(.*) \((.* (?:above|below) .*)\)$/;
 
-/** An alert that the study asks for. */
+/** An alert that the study defines. */
 function ofStudy(cause: string): Cause {
   const text = OF_STUDY.exec(cause)?.[1];
   const what = (who: string) => (text ? `${who}: ${text}.` : `${who} is beyond a limit of the study.`);
@@ -157,19 +157,19 @@ function reason(model: Model, robot: string, cause: string): string {
   return ages.length > 0 ? `Silent for ${age(Math.min(...ages))} on all ${own.length} streams.` : "Silent.";
 }
 
-/** What went wrong in the session itself. */
+/** Faults in the session itself. */
 function faults(model: Model, now: number): Alert[] {
   const own = model.byName.get("/session/events");
   return model.events
     .filter((event) => event.kind === "fault" && event.stream === own?.id)
     .map((event) => ({
       key: event.label, subject: "teampulse", cause: "fault", urgency: "act", stage: "open", unknown: false, what: "A part of teampulse failed.",
-      why: `${event.label}.`, remedy: "The rest goes on. See the log of the terminal.", short: "fault", since: event.t,
+      why: `${event.label}.`, remedy: "The rest continues. See the log in the terminal.", short: "fault", since: event.t,
       waitsSecs: Math.max(0, now - event.t), seen: undefined,
     }));
 }
 
-/** Sensors of people that were there and are silent now. */
+/** Sensors of people that delivered data and are silent now. */
 function ofSensors(model: Model, now: number): Alert[] {
   return [...model.streams.values()].flatMap((stream) => {
     const health = model.health.get(stream.id);
@@ -186,7 +186,7 @@ function ofSensors(model: Model, now: number): Alert[] {
   });
 }
 
-/** The number of alerts that nobody has seen, by urgency, and how long the oldest waits [s]. */
+/** The number of unacknowledged alerts by urgency, and how long the oldest has waited [s]. */
 export function waiting(alerts: readonly Alert[]): { act: number; soon: number; oldestSecs: number } {
   const open = alerts.filter((each) => each.stage === "open");
   const count = (urgency: Alert["urgency"]) => open.filter((each) => each.urgency === urgency).length;

@@ -12,20 +12,20 @@ export interface Check {
   fix: string;
 }
 
-/** What has to be right before and while it is recorded, the worst first. */
+/** The conditions for recording, checked before and during it, the worst first. */
 export function checks(model: Model, now: number, lostSecs: number | undefined): Check[] {
   const all = [...required(model), ...ofPeople(model, now), ...ofRobots(model, now), clocks(model), recorded(model, lostSecs), disk(model)];
   const rank = (check: Check) => ["act", "soon", "never", "late", "ok"].indexOf(check.glyph);
   return all.sort((a, b) => rank(a) - rank(b));
 }
 
-/** What the study requires, as `teampulse check` finds it. */
+/** The requirements of the study, as reported by `teampulse check`. */
 function required(model: Model): Check[] {
   if (!model.unmet) return [];
-  if (model.unmet.length === 0) return [{ glyph: "ok", what: "Required by the study", value: "all there", fix: "" }];
+  if (model.unmet.length === 0) return [{ glyph: "ok", what: "Required by the study", value: "all present", fix: "" }];
   return model.unmet.map(({ what, fix }): Check => {
     const [name = what, ...rest] = what.split(": ");
-    return { glyph: "act", what: name, value: rest.join(": ") || "required, and not there", fix };
+    return { glyph: "act", what: name, value: rest.join(": ") || "required, but missing", fix };
   });
 }
 
@@ -57,14 +57,14 @@ function ofRobots(model: Model, now: number): Check[] {
 
 const COMPUTERS = new Set(["host", "remote", "two_way"]);
 
-/** The clocks of computers; those of sensors are judged with them. */
+/** The clocks of computers; those of sensors are assessed with the sensors. */
 function clocks(model: Model): Check {
   const ofComputers = [...model.health.values()].filter((each) => COMPUTERS.has(each.clock));
   const known = ofComputers.flatMap((each) => (each.uncertainty_secs === null ? [] : [each.uncertainty_secs]));
   const worst = Math.max(0, ...known);
   if (known.length === 0) return { glyph: "late", what: "Clocks", value: "not known yet", fix: "Known after the first seconds of data." };
   const value = `${counted(known.length, "stream")} within ± ${Math.ceil(1000 * worst)} ms`;
-  return worst > 0.1 ? { glyph: "soon", what: "Clocks", value, fix: "See Health for which; run chrony on its computer." } : { glyph: "ok", what: "Clocks", value, fix: "" };
+  return worst > 0.1 ? { glyph: "soon", what: "Clocks", value, fix: "See Health for the stream; run chrony on its computer." } : { glyph: "ok", what: "Clocks", value, fix: "" };
 }
 
 function recorded(model: Model, lostSecs: number | undefined): Check {
@@ -75,8 +75,8 @@ function recorded(model: Model, lostSecs: number | undefined): Check {
 
 function disk(model: Model): Check {
   const recording = model.recording;
-  if (!recording?.free_bytes || recording.bytes_per_sec <= 0) return { glyph: "late", what: "Disk", value: "room not known yet", fix: "" };
+  if (!recording?.free_bytes || recording.bytes_per_sec <= 0) return { glyph: "late", what: "Disk", value: "free space unknown", fix: "" };
   const secs = recording.free_bytes / recording.bytes_per_sec;
   const glyph = secs < 1800 ? "act" : secs < 7200 ? "soon" : "ok";
-  return { glyph, what: "Disk", value: `room for ${lasts(secs)}`, fix: glyph === "ok" ? "" : "Make room, or record to another disk." };
+  return { glyph, what: "Disk", value: `room for ${lasts(secs)}`, fix: glyph === "ok" ? "" : "Free some space, or record to another disk." };
 }

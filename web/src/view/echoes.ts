@@ -1,6 +1,6 @@
 import type { Done } from "../store/actions.svelte";
 
-/** What became of something that was done on this page, in words. */
+/** The outcome of an action on this page, in words. */
 export function inWords(done: Done): string {
   switch (done.state) {
     case "sent":
@@ -16,7 +16,7 @@ export function inWords(done: Done): string {
   }
 }
 
-/** Whether it is not, or not known to be, in the bag. */
+/** Whether it is not, or may not be, in the bag. */
 export function isLost(done: Done | undefined): boolean {
   return done?.state === "refused" || done?.state === "unanswered" || done?.state === "unrecorded";
 }

@@ -1,24 +1,24 @@
 import { decimal, significant } from "./format";
 
-/** A number of a person that is always on screen. */
+/** A value of a person that is always on screen. */
 export interface Figure {
   /** The family of the feature that computes it, and the channel. */
   family: string;
   channel: string;
-  /** What people call it. */
+  /** Its everyday name. */
   word: string;
   unit: string;
   write: (value: number) => string;
-  /** The measure of the state that compares it with the baseline; empty where there is none. */
+  /** The measure of the feature `state` that compares it with the baseline; empty if there is none. */
   measure: string;
   decimals: number;
-  /** A count beside it, with its unit. */
+  /** An additional count, with its unit. */
   beside?: { channel: string; unit: string };
 }
 
 const rate = (value: number) => decimal(value);
 
-/** THE table of the numbers of a person, in the order shown; of one word the first that has a value. */
+/** THE table of the values of a person, in the order shown; of rows with the same word, the first one with a value. */
 export const FIGURES: readonly Figure[] = [
   { family: "heart", channel: "ECG_Rate_Mean", word: "Heart", unit: "/min", write: rate, measure: "heart_rate", decimals: 0 },
   { family: "intervals", channel: "HRV_MeanHR", word: "Heart", unit: "/min", write: rate, measure: "heart_rate", decimals: 0 },
@@ -38,5 +38,5 @@ export const FIGURES: readonly Figure[] = [
   { family: "movement", channel: "ACC_ENMO", word: "Movement", unit: "g", write: (value) => decimal(value, 3), measure: "", decimals: 3 },
 ];
 
-/** How many figures a wide tile has room for. */
+/** The number of figures that fit on a wide tile. */
 export const MOST_FIGURES = 6;

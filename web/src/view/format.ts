@@ -1,4 +1,4 @@
-/** A number with a true minus and so many decimals. */
+/** A number with a true minus sign and a fixed number of decimals. */
 export function decimal(value: number, decimals = 0): string {
   const text = value.toFixed(decimals);
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
@@ -10,7 +10,7 @@ export function signed(value: number, decimals = 0): string {
   return value > 0 && Number(value.toFixed(decimals)) !== 0 ? `+${text}` : text;
 }
 
-/** A number in three significant digits, for any unit. */
+/** A number with three significant digits, for any unit. */
 export function significant(value: number): string {
   const size = Math.abs(value);
   if (size >= 100 || value === 0) return decimal(value);
@@ -19,28 +19,28 @@ export function significant(value: number): string {
   return size >= 0.001 ? decimal(value, 3) : value.toExponential(1).replace("-", "−");
 }
 
-/** A mean and its SD, which has two digits, and the mean as many places: `95.7 ± 1.9`. */
+/** A mean and its SD with two digits, and the mean with as many decimals: `95.7 ± 1.9`. */
 export function meanAndSd(mean: number, sd: number | undefined): string {
   return sd === undefined ? `${significant(mean)} ± ?` : `${decimal(mean, placesOf(sd))} ± ${decimal(sd, placesOf(sd))}`;
 }
 
-/** A number in as many places as its SD has. */
+/** A number with as many decimals as its SD. */
 export function likeItsSd(value: number, sd: number | undefined): string {
   return sd === undefined ? significant(value) : decimal(value, placesOf(sd));
 }
 
-/** The decimals of two digits. */
+/** The number of decimals for two significant digits. */
 function placesOf(sd: number): number {
   return sd > 0 ? Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(sd)))) : 2;
 }
 
-/** How far a clock is ahead: `1.2 ms`, or that it counts from a moment of its own. */
+/** The offset of a clock: `1.2 ms`, or `its own` if it has its own origin. */
 export function ahead(secs: number | null | undefined): string {
   if (typeof secs !== "number") return "?";
   return Math.abs(secs) > 86_400 ? "its own" : `${decimal(1000 * secs, 1)} ms`;
 }
 
-/** A length of time as `14:32` or `1:02:03`. */
+/** A duration as `14:32` or `1:02:03`. */
 export function clock(secs: number): string {
   const whole = Math.max(0, Math.floor(secs));
   const [h, m, s] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
@@ -48,7 +48,7 @@ export function clock(secs: number): string {
   return h > 0 ? `${h}:${two(m)}:${two(s)}` : `${m}:${two(s)}`;
 }
 
-/** A length of time with hours always, for the recording. */
+/** A duration that always includes hours, for the recording. */
 export function longClock(secs: number): string {
   return secs < 3600 ? `0:${clock(secs).padStart(5, "0")}` : clock(secs);
 }
@@ -77,12 +77,12 @@ export function bytes(count: number): string {
   return `${decimal(value, name === "B" || value >= 100 ? 0 : value >= 10 ? 1 : 2)} ${name}`;
 }
 
-/** How fast bytes are written, short: `2.1 MB/s`. */
+/** A write rate: `2.1 MB/s`. */
 export function byteRate(perSec: number): string {
   return perSec >= 1e6 ? `${decimal(perSec / 1e6, 1)} MB/s` : `${decimal(perSec / 1e3)} kB/s`;
 }
 
-/** How long something lasts, roughly: `28 h`, `3:41 h`, `12 min`. */
+/** An approximate duration: `28 h`, `3:41 h`, `12 min`. */
 export function lasts(secs: number): string {
   const mins = Math.floor(secs / 60);
   if (secs >= 36_000) return `${Math.floor(secs / 3600)} h`;
@@ -104,7 +104,7 @@ const UNITS: Record<string, string> = {
   "uS/s": "µS/s", "uV/s": "µV/s", "%/min": "%/min",
 };
 
-/** A unit as people write it. */
+/** A unit in its usual notation. */
 export function unit(ascii: string): string {
   return UNITS[ascii] ?? ascii;
 }
@@ -115,5 +115,5 @@ export function listed(words: readonly string[]): string {
   return words.length < 2 || last === undefined ? words.join("") : `${words.slice(0, -1).join(", ")} and ${last}`;
 }
 
-/** Names in the order in which people count: `robot2` before `robot10`. */
+/** Natural order of names: `robot2` before `robot10`. */
 export const byName = new Intl.Collator("en", { numeric: true }).compare;

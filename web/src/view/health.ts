@@ -3,16 +3,16 @@ import type { Stream, StreamHealth } from "../wire";
 import { byName } from "./format";
 import { isHappening, remedy, stateOf, STATE_WORDS, why, type State } from "./words";
 
-/** A stream and how it is doing. */
+/** A stream and its health. */
 export interface Row {
   stream: Stream;
   health: StreamHealth | undefined;
   state: State;
   why: string;
   remedy: string;
-  /** Whether something should be done: a stream of what happens may be silent. */
+  /** Whether it needs attention: event streams may be silent. */
   isBad: boolean;
-  /** Its rate as a share of the declared one; `undefined` where none is declared. */
+  /** Its rate as a share of the declared one; `undefined` if none is declared. */
   share: number | undefined;
 }
 
@@ -40,7 +40,7 @@ export function healthGroups(model: Model): Group[] {
     const key = `${stream.about} ${stream.subject}`;
     const share = stream.rate_hz > 0 && health ? health.rate_hz / stream.rate_hz : undefined;
     const [state, isAwaited] = [stateOf(health), isHappening(stream) && stateOf(health) === "never"];
-    const words = isAwaited ? { why: "Nothing yet; it comes now and then", remedy: "" } : { why: why(health), remedy: remedy(stream, health) };
+    const words = isAwaited ? { why: "Nothing yet; it is sent only occasionally", remedy: "" } : { why: why(health), remedy: remedy(stream, health) };
     const row = { stream, health, state, isBad: state !== "ok" && !isAwaited, ...words, share };
     groups.set(key, [...(groups.get(key) ?? []), row]);
   }
@@ -66,7 +66,7 @@ function groupOf(key: string, rows: Row[]): Group {
   };
 }
 
-/** All of them in short. */
+/** A summary of all streams. */
 export function totals(groups: readonly Group[]) {
   const rows = groups.flatMap((each) => each.rows);
   const of = (state: State) => rows.filter((each) => each.isBad && each.state === state).length;

@@ -24,12 +24,12 @@ export function log(model: Model, most: number): Line[] {
   return lines.sort((a, b) => b.t - a.t || b.number - a.number);
 }
 
-/** The line of an event; `undefined` for what is shown elsewhere or comes too often. */
+/** The line of an event; `undefined` for events that are shown elsewhere or are too frequent. */
 export function lineOf(event: Event, stream: Stream): Line | undefined {
   const base = { number: event.number, t: event.t };
   const isOfTask = stream.about === "person" && event.kind === "marker" && !stream.derived;
   if (isOfTask || stream.family === "notes" || stream.family === "stuck" || stream.family === "level") return undefined;
-  // The marker that a command sets comes as an event of its own.
+  // The marker set by a command is sent as a separate event.
   if (event.request?.verb === "mark" && event.kind === "command") return undefined;
   if (event.request) return { ...base, ...requested(event.request.verb, event.request.text, event.request.who) };
   if (event.alert) {

@@ -4,7 +4,7 @@ import { FIGURES, MOST_FIGURES, type Figure } from "./figures";
 import { byName } from "./format";
 import { isHappening, reasonWords, remedy, sensorName, stateOf, why, type State } from "./words";
 
-/** A value that ended longer ago is not one of now [s]. */
+/** The age above which a value is not current [s]. */
 const OLD_SECS = 10;
 /** Below this quality a value is marked as degraded. */
 const POOR = 0.5;
@@ -18,7 +18,7 @@ export interface Light {
   remedy: string;
 }
 
-/** How a number is compared with its own baseline. */
+/** The comparison of a value with its own baseline. */
 export interface Compared {
   difference: number;
   z: number | undefined;
@@ -27,7 +27,7 @@ export interface Compared {
   sd: number | undefined;
 }
 
-/** A number of a person, or the reason why there is none. */
+/** A value of a person, or the reason why it is missing. */
 export interface Stat {
   figure: Figure;
   stream: Stream;
@@ -40,7 +40,7 @@ export interface Stat {
   usable: number | undefined;
   beside: number | undefined;
   compared: Compared | undefined;
-  /** Why it can't be compared; empty where it is, or never will be. */
+  /** Why it cannot be compared; empty if it is, or never will be. */
   comparedWhy: string;
 }
 
@@ -48,7 +48,7 @@ export interface Person {
   id: string;
   lights: Light[];
   stats: Stat[];
-  /** The streams drawn as strips, the most telling first. */
+  /** The streams drawn as strips, the most informative first. */
   strips: Stream[];
   /** Whether something is hidden from this viewer. */
   hidden: boolean;
@@ -79,11 +79,11 @@ function person(model: Model, id: string, now: number): Person {
   };
 }
 
-/** What has no light of its own: the sensors of a device show that it is out of reach or empty. */
+/** Signals without their own light: the sensors of a device show when it is out of range or empty. */
 const UNLIT = new Set(["other", "battery", "link"]);
 const ORDER = ["ecg", "interval", "ppg", "eda", "respiration", "eeg", "emg", "acceleration", "temperature", "image", "video", "face", "body", "expression", "audio"];
 
-/** Sensors of one name get that of their device as well. */
+/** Adds the device name to sensors with the same name. */
 function apart(lights: Light[]): Light[] {
   const isTwice = (light: Light) => lights.some((other) => other !== light && other.name === light.name);
   return lights.map((each) => (isTwice(each) && each.stream.device ? { ...each, name: `${each.name} ${each.stream.device.replaceAll("_", " ")}` } : each));
@@ -94,7 +94,7 @@ export function light(model: Model, stream: Stream): Light {
   return { stream, name: sensorName(stream), state: stateOf(health), why: why(health), remedy: remedy(stream, health) };
 }
 
-/** The numbers of a person: of each word the best source, the shortest window. */
+/** The values of a person: for each word the best source and the shortest window. */
 function stats(model: Model, own: Stream[], now: number): Stat[] {
   const best = new Map<string, Stat>();
   for (const figure of FIGURES) {
@@ -117,7 +117,7 @@ function windowSecs(stream: Stream): number {
   return stream.window !== null && stream.window !== "phases" ? stream.window.secs : 0;
 }
 
-/** What has a value comes first; then the shortest window, then the faster sensor. */
+/** Streams with a value come first, then shorter windows, then faster sensors. */
 function rank(model: Model, stat: Stat): number {
   const states = { fresh: 0, degraded: 0, stale: 1, none: 2 };
   const rate = model.byName.get(stat.stream.inputs[0] ?? "")?.rate_hz ?? 0;
@@ -135,7 +135,7 @@ function stat(model: Model, figure: Figure, stream: Stream, channel: number, now
   const value = feature?.values[channel] ?? null;
   if (silent || (feature && now - feature.t > OLD_SECS)) {
     if (!last) return { ...base, state: "none", value: undefined, ageSecs: undefined, why: why(health) };
-    const words = health ? `${why(health)}. ${input ? remedy(input, health) : ""}` : "nothing new";
+    const words = health ? `${why(health)}. ${input ? remedy(input, health) : ""}` : "no new data";
     return { ...base, state: "stale", value: last.value, ageSecs: now - last.t, why: words };
   }
   if (!feature || value === null) {
@@ -162,7 +162,7 @@ function beside(figure: Figure, stream: Stream, feature: Feature): number | unde
   return feature.values[place] ?? undefined;
 }
 
-/** The difference from the own baseline, as the feature `state` computed it; never computed here. */
+/** The difference from the person's own baseline, as computed by the feature `state`; never computed here. */
 function comparedOf(model: Model, figure: Figure, of: Stream, value: number): { compared: Compared | undefined; why: string } {
   if (!figure.measure) return { compared: undefined, why: "" };
   for (const stream of model.streams.values()) {
@@ -184,22 +184,22 @@ function comparedOf(model: Model, figure: Figure, of: Stream, value: number): { 
   return { compared: undefined, why: isHidden ? "comparison hidden" : (NO_COMPARISON["no_baseline"] ?? "") };
 }
 
-/** The own baseline of a channel, or why it has none; `undefined` of what is never compared. */
+/** The baseline of a channel, or why it has none; `undefined` for channels that are never compared. */
 export function baselineOf(model: Model, stream: Stream, channel: number): { compared: Compared | undefined; why: string } | undefined {
   const figure = FIGURES.find((each) => each.family === stream.family && each.channel === stream.channels[channel]?.name);
   if (!figure?.measure) return undefined;
   const value = model.features.get(stream.id)?.values[channel] ?? undefined;
-  return value === undefined ? { compared: undefined, why: "no number now" } : comparedOf(model, figure, stream, value);
+  return value === undefined ? { compared: undefined, why: "no current value" } : comparedOf(model, figure, stream, value);
 }
 
-/** Why a number can't be compared, by the reason that the feature `state` gives. */
+/** Why a value cannot be compared, by the reason from the feature `state`. */
 const NO_COMPARISON: Record<string, string> = {
   no_baseline: "no baseline yet",
   brief_baseline: "baseline too short: needs 150 s",
   gap: "comparison: gap in the data",
 };
 
-/** Whether a person's sensor has been lost: it was there and is not any more. */
+/** Whether a person's sensor has been lost: it delivered data and no longer does. */
 export function isLost(health: StreamHealth | undefined): boolean {
   return health?.state === "dead";
 }

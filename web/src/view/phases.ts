@@ -1,6 +1,6 @@
 import type { Model } from "../store/model";
 
-/** A phase: done, now or still to come. */
+/** A phase: done, current or still to come. */
 export interface Phase {
   name: string;
   from: number;
@@ -8,7 +8,7 @@ export interface Phase {
   state: "done" | "now" | "next";
 }
 
-/** The phases of the session as they were and as they are planned. */
+/** The past and the planned phases of the session. */
 export function phases(model: Pick<Model, "events" | "byName" | "hello">, now: number): Phase[] {
   const own = model.byName.get("/session/events");
   const begun = model.events.filter((each) => each.kind === "phase" && each.stream === own?.id).sort((a, b) => a.t - b.t);
@@ -33,7 +33,7 @@ export function phases(model: Pick<Model, "events" | "byName" | "hello">, now: n
   return [...known, ...ahead];
 }
 
-/** The phase that it is, and the one that follows. */
+/** The current phase, and the next one. */
 export function present(all: readonly Phase[]): { now: Phase | undefined; next: Phase | undefined; place: number } {
   const index = all.findIndex((each) => each.state === "now");
   return { now: all[index], next: all.find((each) => each.state === "next"), place: index };

@@ -3,7 +3,7 @@ import { decodesVideo } from "../store/video";
 import type { Stream } from "../wire";
 import { sensorName } from "./words";
 
-/** The messages of video, and all whose pictures are shown. */
+/** The message types of video, and all types whose pictures can be shown. */
 const VIDEO = new Set(["foxglove_msgs/msg/CompressedVideo", "ffmpeg_image_transport_msgs/msg/FFMPEGPacket"]);
 const SHOWN = new Set(["sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image", ...VIDEO]);
 
@@ -13,22 +13,22 @@ export function cameras(model: Model): Stream[] {
   return all.sort((a, b) => (a.name < b.name ? -1 : 1));
 }
 
-/** Whether this browser can show the pictures of a camera: it decodes video on secure pages only. */
+/** Whether this browser can show the pictures of a camera: browsers decode video on secure pages only. */
 export function isDecodable(stream: Stream, hasDecoder = decodesVideo()): boolean {
   return hasDecoder || !VIDEO.has(stream.message_type);
 }
 
-/** Why the pictures of a camera are not shown; empty where they are. */
+/** Why the pictures of a camera are not shown; empty if they are. */
 export function unshown(model: Model, stream: Stream, hasDecoder = decodesVideo()): string {
-  if (!isDecodable(stream, hasDecoder)) return "Browsers decode H.264 on secure pages only. Open this page at localhost or by https.";
+  if (!isDecodable(stream, hasDecoder)) return "Browsers decode H.264 on secure pages only. Open this page via localhost or https.";
   if (!SHOWN.has(stream.message_type)) return `${stream.message_type || "Such messages"} can’t be shown`;
   return model.unshown.get(stream.id) ?? "";
 }
 
-/** Last parts of topics that say how pictures are sent, and not which camera it is. */
+/** Last parts of topic names that state how pictures are sent, not which camera it is. */
 const TRANSPORTS = new Set(["compressed", "image_raw", "image", "h264", "ffmpeg", "video"]);
 
-/** What people call a camera: `robot1 · camera`. */
+/** The display name of a camera: `robot1 · camera`. */
 export function cameraName(stream: Stream): string {
   const name = stream.signal === "image" ? "camera" : sensorName(stream);
   const leaf = stream.name.split("/").filter((part) => part !== stream.subject && !TRANSPORTS.has(part));

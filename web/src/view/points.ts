@@ -2,7 +2,7 @@ import type { Model } from "../store/model";
 import type { Values } from "../store/moments";
 import type { Stream } from "../wire";
 
-/** A point that something found in a picture. */
+/** A landmark in a picture. */
 export interface Point {
   name: string;
   /** In pixels of the camera's frame, the centre of the first being 0, 0. */
@@ -10,7 +10,7 @@ export interface Point {
   y: number;
 }
 
-/** What a stream found in a picture. */
+/** The landmarks that a stream found in a picture. */
 export interface Found {
   points: Point[];
   /** Lines between points that belong together. */
@@ -18,13 +18,13 @@ export interface Found {
   box: { left: number; top: number; width: number; height: number } | undefined;
 }
 
-/** Points that are less certain are not shown. */
+/** Points with a lower score are not shown. */
 export const LEAST_SCORE = 0.3;
 
-/** Half the time from one picture to the next where no rate is known, and at most [s]. */
+/** Half a frame period if no rate is known, and its upper limit [s]. */
 const [USUAL_HALF_SECS, LONGEST_HALF_SECS] = [1 / 60, 0.25];
 
-/** Lines between the points of a side of a body, by their names: those of COCO and of MediaPipe. */
+/** Lines between the points on one side of a body, named as in COCO and MediaPipe. */
 const OF_A_SIDE = [
   ["shoulder", "elbow"], ["elbow", "wrist"], ["wrist", "pinky"], ["wrist", "index"], ["wrist", "thumb"], ["shoulder", "hip"], ["hip", "knee"],
   ["knee", "ankle"], ["ankle", "heel"], ["heel", "foot_index"], ["ankle", "foot_index"], ["eye", "ear"],
@@ -38,10 +38,10 @@ const BONES: readonly (readonly [string, string])[] = [
   ...SIDES.map((side) => ["nose", `${side}_eye`] as const),
   ["mouth_left", "mouth_right"],
 ];
-/** The points around an eye, as hri_msgs names them. */
+/** The points around an eye, named as in hri_msgs. */
 const LIDS = ["outside", "top_1", "top_2", "inside", "bottom_1", "bottom_2"];
 
-/** Where the points and the box are among a stream's channels; a channel that is missing is −1. */
+/** The channel indices of the points and the box of a stream; −1 for a missing channel. */
 interface Layout {
   points: { name: string; x: number; y: number; score: number }[];
   box: number[] | undefined;
@@ -63,19 +63,19 @@ function layout(stream: Stream): Layout {
   return found;
 }
 
-/** The streams of what is found in the pictures of a camera, as far as this viewer may see them. */
+/** The streams of landmarks in the pictures of a camera, as far as this viewer may see them. */
 export function pointStreams(model: Model, camera: Stream): Stream[] {
   const all = [...model.streams.values()].filter((each) => !each.hidden && !each.derived && each.shape === "sample" && each.inputs.length === 1 && each.inputs[0] === camera.name);
   return all.filter((each) => layout(each).points.length > 0 || layout(each).box !== undefined);
 }
 
-/** How far a picture and what was found in it may be apart [s]: half the time from one picture to the next. */
+/** The largest time between a picture and its landmarks [s]: half a frame period. */
 export function halfPeriod(model: Model, camera: Stream): number {
   const rate = model.health.get(camera.id)?.rate_hz || camera.rate_hz;
   return rate > 0 ? Math.min(0.5 / rate, LONGEST_HALF_SECS) : USUAL_HALF_SECS;
 }
 
-/** What a sample of a stream of points has that is certain enough; `undefined` where nothing was found. */
+/** The points of a sample with a sufficient score; `undefined` if nothing was found. */
 export function found(stream: Stream, values: Values): Found | undefined {
   const { points: places, box: sides } = layout(stream);
   const number = (place: number) => values[place] ?? undefined;
@@ -105,7 +105,7 @@ function lids(points: Map<string, Point>): Point[][] {
   });
 }
 
-/** Points in their order around their middle, closed: whatever the lids are numbered by, no line crosses another. */
+/** Points sorted by their angle around the centre, closed: no lines cross, however the lids are numbered. */
 function outline(points: Point[]): Point[] {
   const middle = (of: (point: Point) => number) => points.reduce((sum, point) => sum + of(point), 0) / points.length;
   const [x, y] = [middle((point) => point.x), middle((point) => point.y)];

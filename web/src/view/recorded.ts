@@ -3,21 +3,21 @@ import type { Model } from "../store/model";
 import { present } from "./phases";
 import { timeline, type Happened } from "./timeline";
 
-/** How many people and robots have a lane. */
+/** The most people and robots with their own lane. */
 const MOST_LANES = 8;
 
-/** What happened in a recording, as its scrubber shows it. */
+/** The events of a recording, as shown by its scrubber. */
 export interface Recorded {
   lanes: Lane[];
   /** The name of the phase at the position. */
   phase: string | undefined;
-  /** When alerts were raised, when somebody went missing, and when markers were set [s]. */
+  /** The times of alerts, of the starts of gaps, and of markers [s]. */
   alerts: number[];
   gaps: number[];
   markers: number[];
 }
 
-/** What happened in all of a recording; while that is not read yet, what is known up to the position. */
+/** The events of the whole recording; until it has been read, those known up to the position. */
 export function recorded(model: Model, now: number, isTall: boolean): Recorded {
   const whole: Happened = model.timeline ? { streams: model.streams, byName: model.byName, hello: model.hello, events: model.timeline.events } : model;
   const length = model.playback?.length ?? now;

@@ -1,7 +1,7 @@
 import type { Recording } from "../wire";
 import { age, longClock } from "./format";
 
-/** Nothing on disk for so long means that the recording does not grow [s]. */
+/** The time without a sync to disk after which the recording counts as not growing [s]. */
 const STILL_SECS = 2.5;
 
 /** The recording in words. */
@@ -11,7 +11,7 @@ export interface RecordingWords {
   detail: string;
 }
 
-/** What the recording bar says; `undefined` of a recording that is not known, as without a connection. */
+/** The text of the recording bar; `recording` is `undefined` if unknown, as without a connection. */
 export function recordingWords(recording: Recording | undefined, lostSecs: number | undefined): RecordingWords {
   if (!recording) return { kind: "unknown", title: "Recording ?", detail: "not known yet" };
   const elapsed = longClock(recording.elapsed_secs);
@@ -23,7 +23,7 @@ export function recordingWords(recording: Recording | undefined, lostSecs: numbe
     case "tables":
       return { kind: "none", title: "No bag", detail: "tables only" };
     case "not_begun":
-      return { kind: "none", title: elapsed, detail: "begins" };
+      return { kind: "none", title: elapsed, detail: "starting" };
     case "paused": {
       const kept = recording.kept_secs ?? 0;
       return { kind: "none", title: "Not recording", detail: kept > 0 ? `paused, last ${kept.toFixed(0)} s kept` : "paused" };
@@ -31,7 +31,7 @@ export function recordingWords(recording: Recording | undefined, lostSecs: numbe
     case "ended_early":
       return { kind: "fail", title: "Recording ended", detail: recording.reason };
     case "finished":
-      return { kind: "none", title: "Finished", detail: "the bag is whole" };
+      return { kind: "none", title: "Finished", detail: "the bag is complete" };
     case "open":
       return still > STILL_SECS
         ? { kind: "fail", title: "Not growing", detail: `nothing on disk for ${age(still)}` }

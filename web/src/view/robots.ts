@@ -5,10 +5,10 @@ import { age, byName, clock, decimal } from "./format";
 import { light, type Light } from "./people";
 import { isHappening } from "./words";
 
-/** A value that is older is not one of now [s]. */
+/** The age above which a value is not current [s]. */
 const OLD_SECS = 10;
 
-/** A number of a robot with its age; `undefined` where it is not known. */
+/** A value of a robot with its age; `undefined` if unknown. */
 export interface Known {
   value: number;
   sigma: number | undefined;
@@ -20,7 +20,7 @@ export interface Known {
 export interface Robot {
   id: string;
   state: "online" | "watch" | "needs" | "offline" | "never";
-  /** The state in a word or two, with since when. */
+  /** The state in a word or two, with its duration. */
   word: string;
   lights: Light[];
   okLights: number;
@@ -37,7 +37,7 @@ export interface Robot {
   y: Known | undefined;
 }
 
-/** Every robot of the session, in the order of names; none ever vanishes. */
+/** Every robot of the session, sorted by name; none is ever removed. */
 export function robots(model: Model, now: number): Robot[] {
   const ids = new Map<string, Stream[]>();
   for (const stream of model.streams.values()) {
@@ -111,12 +111,12 @@ function reading(model: Model, own: Stream[], signal: string, name: string, now:
   return undefined;
 }
 
-/** Whether a value is one of now. */
+/** Whether a value is current. */
 export function isFresh(known: Known | undefined): known is Known {
   return known !== undefined && known.ageSecs <= OLD_SECS;
 }
 
-/** How good a link is, in a word, and how many of four bars. */
+/** The quality of a link, in a word and in bars out of four. */
 export function linkWords(robot: Robot): { bars: 0 | 1 | 2 | 3 | 4; word: string } {
   if (!isFresh(robot.linkDbm) || robot.state === "offline") return { bars: 0, word: "no link" };
   const dbm = robot.linkDbm.value;
@@ -126,14 +126,14 @@ export function linkWords(robot: Robot): { bars: 0 | 1 | 2 | 3 | 4; word: string
   return dbm >= -75 ? { bars: 2, word: "fair" } : { bars: 1, word: "weak" };
 }
 
-/** How fast it drives. */
+/** The speed of a robot, in words. */
 export function speedWords(robot: Robot): string {
   if (!isFresh(robot.speed)) return "–";
   const speed = Math.abs(robot.speed.value);
-  return speed < 0.01 ? "stands" : `${decimal(speed, 2)} m/s`;
+  return speed < 0.01 ? "stopped" : `${decimal(speed, 2)} m/s`;
 }
 
-/** How old a value is, where that needs to be shown. */
+/** The age of a value, if it should be shown. */
 export function ageWords(known: Known | undefined): string {
   return known && known.ageSecs > OLD_SECS ? `${age(known.ageSecs)} ago` : "";
 }

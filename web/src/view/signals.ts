@@ -5,21 +5,21 @@ import { FIGURES } from "./figures";
 import { byName } from "./format";
 import { isHappening, sensorName } from "./words";
 
-/** A line of the Signals page: a channel of a stream, by name, so that it means the same in the next session. */
+/** A line of the Signals page: a channel of a stream, by name, so that it stays valid in the next session. */
 export interface Choice {
   stream: string;
   channel: string;
 }
 
-/** A mean of these says nothing: they swing around a level. */
+/** Signals whose mean is meaningless, as they oscillate around a level. */
 const WAVES = new Set(["ecg", "ppg", "eeg", "emg", "respiration", "acceleration", "audio"]);
 
-/** Whether a channel's mean and SD say something. */
+/** Whether a channel's mean and SD are meaningful. */
 export function hasLevel(stream: Stream): boolean {
   return stream.derived || !WAVES.has(stream.signal);
 }
 
-/** All that can be drawn: sensors first, then the numbers of people, then all other channels. */
+/** All drawable channels: sensors first, then the values of people, then all others. */
 export function drawable(model: Model): { choice: Choice; stream: Stream; label: string }[] {
   const all = [...model.streams.values()].filter((each) => !each.hidden && each.channels.length > 0 && !isHappening(each));
   const ordered = all.filter((each) => each.window !== "phases").sort((a, b) => Number(a.derived) - Number(b.derived) || byName(a.name, b.name));
@@ -28,7 +28,7 @@ export function drawable(model: Model): { choice: Choice; stream: Stream; label:
   );
 }
 
-/** What people call a channel: `p001 ECG`, `robot4 battery voltage`. */
+/** The display name of a channel: `p001 ECG`, `robot4 battery voltage`. */
 export function labelOf(stream: Stream, channel: string): string {
   const figure = FIGURES.find((each) => each.family === stream.family && each.channel === channel);
   const who = stream.subject ? `${stream.subject} ` : "";
@@ -37,7 +37,7 @@ export function labelOf(stream: Stream, channel: string): string {
   return stream.channels.length > 1 ? `${who}${sensor} ${channel.split(".").slice(-2).join(".")}` : `${who}${sensor}`;
 }
 
-/** What is shown at first: an operator's signals above a robot's link and battery. */
+/** The default lines: an operator's signals above a robot's link and battery. */
 export function usual(model: Model): Choice[] {
   const streams = [...model.streams.values()].filter((each) => !each.hidden);
   const people = streams.filter((each) => each.about === "person");
@@ -59,7 +59,7 @@ export function usual(model: Model): Choice[] {
   return chosen;
 }
 
-/** What a span of a channel says. */
+/** Summary statistics of a span of a channel. */
 export interface Summary {
   count: number;
   mean: number;
@@ -72,7 +72,7 @@ export interface Summary {
   covered: number;
 }
 
-/** Sums up a span; `undefined` without any number in it. */
+/** Summarises a span; `undefined` without any value in it. */
 export function summary(track: Track, from: number, to: number): Summary | undefined {
   const [first, last] = [track.indexAt(from), track.indexAt(to)];
   const values = track.values.slice(first, last).filter(Number.isFinite);
@@ -103,7 +103,7 @@ function covered(times: Float64Array, from: number, to: number): number {
   return Math.max(0, Math.min(1, 1 - gaps / (to - from)));
 }
 
-/** Since when a stream's signal is too poor, and why; `undefined` where it is not. */
+/** The time from which a stream's signal is too poor, and why; `undefined` if it is not. */
 export function poorSince(model: Model, stream: Stream): { from: number; word: string } | undefined {
   // The analysis of the signal itself, over its shortest window: others need more than a good signal.
   const families = new Set(FIGURES.map((each) => each.family));

@@ -7,7 +7,7 @@ import { sensorName, STATE_WORDS, stateOf } from "./words";
 /** Signals whose level drifts: their scale grows with them. */
 const DRIFTING = new Set(["eda", "temperature", "battery", "link", "odometry", "input"]);
 
-/** The scale of a strip, from its first seconds of data. It holds until it is fitted anew; that of a level only grows. */
+/** The scale of a strip, from its first seconds of data. It is kept until it is fitted again; that of a level only grows. */
 export function scaleOf(stream: Stream): (track: Track, from: number, to: number) => [number, number] {
   const grows = stream.derived || DRIFTING.has(stream.signal);
   let fixed: [number, number] | undefined;
@@ -26,7 +26,7 @@ export function scaleOf(stream: Stream): (track: Track, from: number, to: number
   };
 }
 
-/** The smallest and the largest numbers of what is stored in columns since a time. */
+/** The minima and maxima of the stored columns since a time. */
 function coarseOf(track: Track, from: number): number[] {
   const { coarse } = track;
   if (!coarse) return [];
@@ -40,7 +40,7 @@ function grown([low, high]: [number, number], value: number | undefined): [numbe
   return [value < low ? value - step : low, value > high ? value + step : high];
 }
 
-/** Beats, responses, breaths, bursts and blinks that were found in a stream. */
+/** Beats, responses, breaths, bursts and blinks detected in a stream. */
 export function bodyTicks(model: Model, stream: Stream, from: number, to: number): Event[] {
   const found: Event[] = [];
   for (const [id, events] of model.body) {
@@ -57,7 +57,7 @@ export function bodyTicks(model: Model, stream: Stream, from: number, to: number
 
 let ofSession: { model: Model; version: number; whole: Timeline | undefined; events: Event[]; spans: Event[] } | undefined;
 
-/** Phases, markers and annotated spans of the session, sought once for each event that comes: strips ask with each frame. */
+/** Phases, markers and annotated spans of the session, searched for once per new event, as strips need them in every frame. */
 function marksOf(model: Model): { events: Event[]; spans: Event[] } {
   const [version, whole] = [model.eventsVersion, model.timeline];
   if (ofSession?.model === model && ofSession.version === version && ofSession.whole === whole) return ofSession;
@@ -66,7 +66,7 @@ function marksOf(model: Model): { events: Event[]; spans: Event[] } {
   return ofSession;
 }
 
-/** Whether an event is a span that was annotated: a marker that lasts. */
+/** Whether an event is an annotated span: a marker with a duration. */
 export function isSpan(event: Event): boolean {
   return event.kind === "marker" && (event.duration ?? 0) > 0;
 }
@@ -85,7 +85,7 @@ export function markers(model: Model, from: number, to: number): Event[] {
   return marksOf(model).events.filter((event) => event.t >= from && event.t <= to);
 }
 
-/** Annotated spans of which a part lies between two times. */
+/** Annotated spans that overlap an interval. */
 export function spans(model: Model, from: number, to: number): Event[] {
   return marksOf(model).spans.filter((event) => event.t <= to && event.t + (event.duration ?? 0) >= from);
 }
@@ -94,12 +94,12 @@ export function markerTimes(model: Model, from: number, to: number): number[] {
   return markers(model, from, to).map((each) => each.t);
 }
 
-/** How long a stream may be silent before that is shown as a gap [s]. */
+/** The longest silence of a stream that is not shown as a gap [s]. */
 export function patience(stream: Stream): number {
   return stream.rate_hz > 0 ? Math.max(1.5, 3 / stream.rate_hz) : 5;
 }
 
-/** A strip in words, for those who don't see it. */
+/** A strip in words, for screen readers. */
 export function spoken(model: Model, stream: Stream, track: Track, now: number, secs: number): string {
   const first = track.indexAt(now - secs);
   const values = [...track.values.subarray(first)].filter(Number.isFinite);

@@ -4,10 +4,10 @@ import { courses } from "./alerts";
 import { phases, type Phase } from "./phases";
 import { isSpan, spansOf } from "./strips";
 
-/** What happened, and what is known of the streams that it happened on. */
+/** The events, and what is known about their streams. */
 export type Happened = Pick<Model, "events" | "streams" | "byName" | "hello">;
 
-/** The session as lanes, and how long it is planned to be [s]; what is open lasts until now, or to the end of a recording. */
+/** The session as lanes, and its planned duration [s]; open spans last until now, or to the end of a recording. */
 export function timeline(model: Happened, now: number, end = now): { lanes: Lane[]; total: number; all: Phase[] } {
   const all = phases(model, now);
   const planned = Math.max(0, ...all.map((each) => each.to ?? each.from));
@@ -34,7 +34,7 @@ function alertSpans(model: Happened, now: number): LaneSpan[] {
   });
 }
 
-/** When robots were there, and when one of them was not. */
+/** The times when all robots were present, and when one was missing. */
 function robotSpans(model: Happened, now: number): LaneSpan[] {
   const gaps: LaneSpan[] = [];
   const open = new Map<string, number>();

@@ -8,10 +8,10 @@ export interface Watching {
   microphones: string[];
 }
 
-/** States in which a device gives something. */
+/** The states in which a device delivers data. */
 const ON = new Set(["ok", "late", "degraded"]);
 
-/** Of whom there are pictures or sound now: people, robots, or the team. */
+/** The subjects with pictures or sound now: people, robots, or the team. */
 export function watching(model: Model): Watching {
   const of = (signal: string) => {
     const on = [...model.streams.values()].filter((each) => each.signal === signal && !each.derived && ON.has(stateOf(model.health.get(each.id))));
@@ -20,7 +20,7 @@ export function watching(model: Model): Watching {
   return { cameras: of("image"), microphones: of("audio") };
 }
 
-/** What is on, in words: of many the first are named. */
+/** The devices that are on, in words: only the first ones are named if there are many. */
 export function words({ cameras, microphones }: Watching): string {
   const of = (device: string, names: string[]) => (names.length > 0 ? [`${device} on: ${few(names)}`] : []);
   return [...of("camera", cameras), ...of("microphone", microphones)].join(" · ");

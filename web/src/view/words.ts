@@ -8,16 +8,16 @@ export const STATE_WORDS: Record<State, string> = {
   ok: "ok", late: "late", degraded: "degraded", stale: "stale", dead: "dead", never: "never seen",
 };
 
-/** From this latency on a stream comes late, though its times are right [s]. */
+/** The latency from which a stream counts as late, although its times are correct [s]. */
 export const LATE_SECS = 1;
 
-/** The state of a stream as it is shown; `late` for one that is fine otherwise. */
+/** The displayed state of a stream; `late` for one that is otherwise ok. */
 export function stateOf(health: StreamHealth | undefined): State {
   const state = (health?.state ?? "never") as State;
   return state === "ok" && (health?.latency_secs ?? 0) > LATE_SECS ? "late" : state;
 }
 
-/** Whether a stream is one of what happens: one that is silent lacks nothing. */
+/** Whether a stream carries events, so that silence is normal. */
 export function isHappening(stream: Stream): boolean {
   return stream.signal === "event" || stream.signal === "input" || stream.shape === "event";
 }
@@ -28,7 +28,7 @@ const SENSORS: Record<string, string> = {
   battery: "battery", link: "link", odometry: "odometry", diagnostics: "diagnostics",
 };
 
-/** What people call a stream: `ECG`, `EDA fingers`, `battery`. */
+/** The display name of a stream: `ECG`, `EDA fingers`, `battery`. */
 export function sensorName(stream: Stream): string {
   const leaf = stream.name.split("/").at(-1) ?? stream.name;
   if (stream.about === "person" && stream.signal === "temperature") return "skin temp";
@@ -46,33 +46,33 @@ export function why(health: StreamHealth | undefined): string {
   }
   if (stateOf(health) === "late") {
     const error = health.uncertainty_secs;
-    return `${age(health.latency_secs ?? 0)} behind; its times are right${error === null ? "" : ` to ± ${decimal(1000 * error)} ms`}`;
+    return `${age(health.latency_secs ?? 0)} behind; its times are correct${error === null ? "" : ` to ± ${decimal(1000 * error)} ms`}`;
   }
   return health.reason;
 }
 
 const BODY_SENSORS = new Set(["ecg", "ppg", "eda", "emg", "eeg", "respiration", "interval"]);
 
-/** What helps against the state of a stream. */
+/** The remedy for the state of a stream. */
 export function remedy(stream: Stream, health: StreamHealth | undefined): string {
   const state = stateOf(health);
   const isWorn = stream.about === "person" && (BODY_SENSORS.has(stream.signal) || stream.signal === "acceleration");
   switch (state) {
     case "never":
-      return "Plug it in, or take it out of the study.";
+      return "Connect it, or remove it from the study.";
     case "dead":
     case "stale":
-      return isWorn ? "Is it still worn, switched on and in reach?" : "Check its power first, then its network.";
+      return isWorn ? "Is it still worn, switched on and in range?" : "Check its power first, then its network.";
     case "degraded":
-      return isWorn ? "Check how it sits, and its battery." : "Check its driver and its network.";
+      return isWorn ? "Check its fit and its battery." : "Check its driver and its network.";
     default:
       return "";
   }
 }
 
 const REASONS: Record<string, string> = {
-  short: "not enough data in the window yet", gap: "data are missing in the window", quality: "signal too poor",
-  missing: "not measured by this device", undefined: "means nothing for these data",
+  short: "not enough data in the window yet", gap: "data missing in the window", quality: "signal too poor",
+  missing: "not measured by this device", undefined: "undefined for these data",
   no_baseline: "no baseline yet to compare with", nothing: "there is none",
   brief_baseline: "the baseline is too short to compare with",
 };

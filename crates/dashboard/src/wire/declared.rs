@@ -6,11 +6,11 @@ use serde::Serialize;
 
 use super::stream::{Span, Stream};
 
-/// Streams that are new, or of which more is known.
+/// New streams, and streams whose declaration changed.
 #[derive(Clone, Debug, Default, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Declared {
-    /// Whom they are about, and by which devices they are measured.
+    /// Their subjects and devices.
     pub whose: Vec<Whose>,
     /// The channels that they have.
     pub channels: Vec<ChannelList>,
@@ -18,7 +18,7 @@ pub struct Declared {
     pub streams: Vec<StreamRow>,
 }
 
-/// Whom streams are about, and by which device they are measured.
+/// A subject and the device that measures it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Whose {
@@ -30,7 +30,7 @@ pub struct Whose {
     pub device: String,
 }
 
-/// The numbers of each sample, in their order.
+/// The channels of each sample, in order.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ChannelList {
@@ -40,7 +40,7 @@ pub struct ChannelList {
     pub units: Vec<String>,
 }
 
-/// A stream, without what is asked for by `describe`. What is left out is empty, false or 0.
+/// A stream without its descriptive text, which `describe` requests. Omitted fields are empty, false or 0.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[cfg_attr(test, ts(optional_fields))]
@@ -53,9 +53,9 @@ pub struct StreamRow {
     pub signal: &'static str,
     /// The shape of its data.
     pub shape: &'static str,
-    /// The place in `whose` of whom it is about.
+    /// The index of its subject and device in `whose`.
     pub whose: u32,
-    /// The place of its channels in `channels`.
+    /// The index of its channels in `channels`.
     pub channels: u32,
     /// The type of its messages.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -75,18 +75,18 @@ pub struct StreamRow {
     /// The numbers of the streams it was computed from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inputs: Option<Vec<u32>>,
-    /// The topic of which this holds a second publisher's samples.
+    /// The topic whose second publisher's samples this holds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beside: Option<String>,
     /// Whether this viewer gets no data of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hidden: Option<bool>,
-    /// Whether nobody is shown its data.
+    /// Whether its data goes to workers only and is never shown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub private: Option<bool>,
 }
 
-/// What a stream is, in words: the answer to a `describe`.
+/// The descriptive text of a stream: the answer to `describe`.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Description {
@@ -129,7 +129,7 @@ impl Declared {
     }
 }
 
-/// Values of which equal ones have one place.
+/// A list without duplicates.
 struct Shared<T> {
     all: Vec<T>,
     places: BTreeMap<T, u32>,

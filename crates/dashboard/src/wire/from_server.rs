@@ -1,4 +1,4 @@
-//! What the server sends.
+//! Messages from the server.
 
 use serde::Serialize;
 
@@ -7,14 +7,14 @@ use super::machine::{Machine, Missed, Recording, Unmet};
 use super::network::{Bus, Computer};
 use super::replay::{Playback, Timeline};
 
-/// A message of the server.
+/// A message from the server.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum FromServer {
     /// The first message.
     Hello(Hello),
-    /// Streams that are new, or of which more is known; at the start all of them.
+    /// Streams that are new or have changed; at the start all of them.
     Streams(Declared),
     /// The answer to a `describe`.
     Description(Description),
@@ -22,115 +22,115 @@ pub enum FromServer {
     Status(Status),
     /// Values of features; at the start the newest of each stream.
     Features {
-        /// In the order in which they came.
+        /// In order of arrival.
         features: Vec<Feature>,
     },
-    /// Readings, and numbers read from robots' messages: the newest of each wanted stream, at most 30 a second; at
-    /// the start the newest of every stream.
+    /// Readings, and numbers from robots' messages: the newest of each wanted stream, at most 30 per second; at the
+    /// start the newest of every stream.
     Samples {
-        /// In the order in which they came.
+        /// In order of arrival.
         samples: Vec<Sample>,
     },
-    /// Events; at the start those of the last ten minutes, and all phases, faults and alerts before.
+    /// Events; at the start those of the last ten minutes, and all earlier phases, faults and alerts.
     Events {
-        /// In the order in which they came.
+        /// In order of arrival.
         events: Vec<Event>,
     },
-    /// All that is known so far was sent; what follows is new.
+    /// Everything known so far was sent; new data follow.
     Ready,
     /// The recording, once a second.
     Recording(Recording),
-    /// The phase that a command would begin, when it changes.
+    /// The next phase, when it changes: the one that a command would start.
     NextPhase {
         /// Its name; `null` after the last one.
         name: Option<String>,
     },
-    /// What the study requires and is not there, when it changes; nothing of it before the first one.
+    /// The unmet requirements of the study, when they change; not sent before they are known.
     Required {
-        /// As `teampulse check` would find it now.
+        /// As `teampulse check` would report them now.
         unmet: Vec<Unmet>,
     },
-    /// The pictures of a stream can't be shown.
+    /// The pictures of a stream cannot be shown.
     Unshown {
         /// The stream's number.
         stream: u32,
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// Other computers with their clocks, and the buses on which streams come; once a second.
+    /// Other computers with their clocks, and the joined buses; once a second.
     Network {
-        /// In the order of their names.
+        /// Sorted by name.
         computers: Vec<Computer>,
-        /// Of a recording none.
+        /// Empty for a recording.
         buses: Vec<Bus>,
     },
     /// This program and its machine, once a second.
     Machine(Machine),
-    /// What this client did not get as it was too slow, in all; when it grows.
+    /// The total number of messages that this client missed because it was too slow; when it grows.
     Missed(Missed),
     /// The answer to a `ping`.
     Pong(Pong),
-    /// What this client did is among the session's records; comes again when it is on the disk.
+    /// An action of this client is among the session's records; sent again once it is on the disk.
     Echo(Echo),
     /// The answer to a `history`.
     History(HistoryReply),
-    /// Something that this client asked for was not done.
+    /// A request of this client was not carried out.
     Refused(Refused),
-    /// The session is over; the connection closes.
+    /// The session has ended; the connection closes.
     Ended(Ended),
-    /// Of a recording: how the position moves on; when that changes, and once a second.
+    /// For a recording: the state of the playback; when it changes, and once a second.
     Playback(Playback),
-    /// Of a recording: another moment is shown. All numbers and events so far are no longer true; what follows until
-    /// `ready` is what was known at that moment.
+    /// For a recording: another moment is shown. All values and events so far are outdated; the messages until
+    /// `ready` restore the state at that moment.
     Moved(Playback),
-    /// Of a recording: what happened in all of it, once that is read.
+    /// For a recording: the events of the whole recording, once they have been read.
     Timeline(Timeline),
 }
 
-/// The session, and what this viewer may do there.
+/// The session, and the permissions of this viewer.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Hello {
-    /// The version of this contract: `PROTOCOL`.
+    /// The version of this protocol: `PROTOCOL`.
     pub protocol: u32,
     /// The name of the session.
     pub session: String,
     /// The version of teampulse.
     pub version: &'static str,
-    /// Whether it happens now.
+    /// Whether the session is live.
     pub mode: Mode,
-    /// When it began, since the Unix epoch [ms].
+    /// Its start, since the Unix epoch [ms].
     pub began_unix_ms: f64,
     /// The present time [s].
     pub now: f64,
-    /// For how long the past is stored [s].
+    /// How long past data are stored [s].
     pub stored_secs: f64,
     /// This viewer.
     pub viewer: Viewer,
-    /// The markers of the study, with their keys; any other letter sets a marker of its own name.
+    /// The markers of the study, with their keys; any other letter sets a marker named after it.
     pub markers: Vec<Marker>,
-    /// The phases of the study, in their order.
+    /// The phases of the study, in order.
     pub phases: Vec<PhasePlan>,
 }
 
-/// Whether the session happens now.
+/// Whether a session is live.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// Now.
+    /// Live.
     Live,
-    /// It is read from a recording.
+    /// Read from a recording.
     Replay,
 }
 
-/// What a viewer may do.
+/// The permissions of a viewer.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Viewer {
     /// The name of the sender in the bag: `dashboard`, `dashboard:192.168.1.7`.
     pub name: String,
-    /// What the viewer may do at all.
+    /// The general permission of the viewer.
     pub right: Right,
     /// The verbs of the commands that the viewer may send: `mark`, `next_phase`, `stop`, …
     pub commands: Vec<&'static str>,
@@ -138,12 +138,12 @@ pub struct Viewer {
     pub blind: bool,
 }
 
-/// What a viewer may do at all: each includes those before it.
+/// The general permission of a viewer: each includes the previous ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
 pub enum Right {
-    /// See.
+    /// Watch only.
     Watch,
     /// Set markers, write notes, report and acknowledge.
     Mark,
@@ -155,7 +155,7 @@ pub enum Right {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Marker {
-    /// Its key; empty for a button only.
+    /// Its key; empty if it has only a button.
     pub key: String,
     /// Its label.
     pub label: String,
@@ -167,9 +167,9 @@ pub struct Marker {
 pub struct PhasePlan {
     /// Its name.
     pub name: String,
-    /// When it begins [s]; `null` where it begins by hand.
+    /// Its start [s]; `null` if it is started manually.
     pub from: Option<f64>,
-    /// How long it lasts [s]; `null` until the next one.
+    /// Its duration [s]; `null` if it lasts until the next phase.
     pub lasts: Option<f64>,
 }
 
@@ -177,7 +177,7 @@ pub struct PhasePlan {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Status {
-    /// When it was judged [s].
+    /// The time of the assessment [s].
     pub t: f64,
     /// One for each raw stream.
     pub streams: Vec<StreamHealth>,
@@ -191,35 +191,35 @@ pub struct StreamHealth {
     pub stream: u32,
     /// `never`, `ok`, `degraded`, `stale` or `dead`.
     pub state: &'static str,
-    /// Why it is not ok; empty when it is.
+    /// Why it is not ok; empty if it is.
     pub reason: String,
     /// The rate over the last seconds [Hz].
     pub rate_hz: f64,
-    /// Since its last sample arrived [s].
+    /// The time since its last sample arrived [s].
     pub age_secs: Option<f64>,
-    /// The samples taken, duplicates included.
+    /// The number of samples received, including duplicates.
     pub received: u64,
-    /// The samples lost on the way here; `null` where that can't be known.
+    /// The number of samples lost before they arrived; `null` if it cannot be known.
     pub lost_source: Option<u64>,
-    /// The samples lost in our own queue.
+    /// The number of samples lost in the internal queue.
     pub lost_queue: u64,
-    /// The samples out of order.
+    /// The number of samples out of order.
     pub late: u64,
-    /// The duplicates.
+    /// The number of duplicates.
     pub duplicates: u64,
     /// How its clock is modelled: `host`, `one_way`, `two_way`, `sample_index` or `remote`.
     pub clock: &'static str,
-    /// How often its clock was restarted.
+    /// The number of times that its clock was restarted.
     pub epoch: u32,
-    /// How far its clock is ahead of the session's [s].
+    /// The offset of its clock, positive when ahead of the session's [s].
     pub offset_secs: Option<f64>,
-    /// How much faster its clock runs [ppm].
+    /// The rate error of its clock, positive when fast [ppm].
     pub skew_ppm: Option<f64>,
     /// The standard deviation of its delays [s].
     pub jitter_secs: Option<f64>,
-    /// Half the interval that holds the true time with a probability of 95 % [s].
+    /// Half the width of the 95 % interval of the true time [s].
     pub uncertainty_secs: Option<f64>,
-    /// The median time from measuring to arrival [s].
+    /// The median time from measurement to arrival [s].
     pub latency_secs: Option<f64>,
 }
 
@@ -241,8 +241,8 @@ pub struct Feature {
     pub values: Vec<Option<f64>>,
     /// The standard uncertainty of each value; empty when none can be stated.
     pub sigmas: Vec<Option<f64>>,
-    /// For each channel `ok` or why it has no value: `short`, `gap`, `quality`, `missing`, `undefined`, `no_baseline`,
-    /// `nothing`, `brief_baseline`.
+    /// For each channel `ok`, or the reason why it has no value: `short`, `gap`, `quality`, `missing`, `undefined`,
+    /// `no_baseline`, `nothing`, `brief_baseline`.
     pub reasons: Vec<&'static str>,
 }
 
@@ -262,11 +262,11 @@ pub struct Sample {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Event {
-    /// Its number, in the order in which events came.
+    /// Its number, in order of arrival.
     pub number: u64,
     /// The stream's number.
     pub stream: u32,
-    /// When it happened [s].
+    /// Its time [s].
     pub t: f64,
     /// `phase`, `marker`, `report`, `beat`, `response`, `breath`, `burst`, `blink`, `intervention`, `command`, `fault`
     /// or `clock`.
@@ -275,39 +275,39 @@ pub struct Event {
     pub label: String,
     /// Its value.
     pub value: Option<f64>,
-    /// How long it lasts [s]; `null` where that is not known.
+    /// Its duration [s]; `null` if unknown.
     pub duration: Option<f64>,
-    /// What somebody asked for or wrote, of a command, a note or an acknowledgement.
+    /// The request or text of a command, a note or an acknowledgement.
     pub request: Option<Request>,
-    /// What it says of an alert, on `/team/alerts` or a person's own stream of alerts.
+    /// The content of an alert, on `/team/alerts` or a person's own stream of alerts.
     pub alert: Option<Alert>,
 }
 
-/// What somebody asked for or wrote.
+/// A request or a text entered by a user.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Request {
-    /// Who: `keys`, `dashboard`, `ros:/panel`.
+    /// The sender: `keys`, `dashboard`, `ros:/panel`.
     pub who: String,
     /// The verb of a command, or `note`, `acknowledge`, `show_estimates`.
     pub verb: String,
-    /// The rest: a marker's label, the note, the label of what was acknowledged.
+    /// The rest: a marker's label, the note, the label of the acknowledged event.
     pub text: String,
 }
 
-/// What an event says of an alert.
+/// The content of an alert event.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Alert {
-    /// The robot or the person; `team` or `session` for what is about nobody alone.
+    /// The robot or the person; `team` or `session` if it is about no individual.
     pub who: String,
-    /// Why: `offline`, `wifi is stuck`, `HR of strap/ecg/heart above 120 1/min`.
+    /// The cause: `offline`, `wifi is stuck`, `HR of strap/ecg/heart above 120 1/min`.
     pub why: String,
     /// `raised`, `answered`, `unknown` or `over`.
     pub stage: &'static str,
-    /// How urgent it is: `act`, `soon` or `note`; as the study states it only when it is raised.
+    /// The urgency: `act`, `soon` or `note`; defined by the study only when the alert is raised.
     pub tier: &'static str,
-    /// Whether the study states how urgent it is: one of its `[[alerts]]` is raised.
+    /// Whether the study defines the urgency: one of its `[[alerts]]` is raised.
     pub is_of_study: bool,
 }
 
@@ -315,39 +315,39 @@ pub struct Alert {
 #[derive(Clone, Copy, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Pong {
-    /// As it was in `ping`.
+    /// The value sent in `ping`.
     pub sent: f64,
     /// When the probe arrived, by the session's clock [s].
     pub received: f64,
-    /// When the answer left [s].
+    /// When the reply was sent [s].
     pub replied: f64,
 }
 
-/// What this client did, as it was read back.
+/// An action of this client, as read back from the records.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Echo {
-    /// As it was sent.
+    /// The value sent by the client.
     pub reference: String,
     /// The event's label.
     pub label: String,
     /// Its time in the recording [s].
     pub t: f64,
-    /// That time less the one that was sent [s]; `null` where none was sent.
+    /// That time minus the requested one [s]; `null` if none was requested.
     pub off_secs: Option<f64>,
-    /// Whether the recording was synced to the disk since; `null` where nothing is recorded.
+    /// Whether the recording was synced to the disk since; `null` if nothing is recorded.
     pub on_disk: Option<bool>,
 }
 
-/// What is stored of a stream, in columns of one width.
+/// The stored data of a stream, in columns of equal width.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct HistoryReply {
-    /// As it was sent.
+    /// The value sent by the client.
     pub reference: String,
     /// The stream's number.
     pub stream: u32,
-    /// When the first column begins [s].
+    /// The start of the first column [s].
     pub from: f64,
     /// The width of a column [s].
     pub step: f64,
@@ -355,25 +355,25 @@ pub struct HistoryReply {
     pub channels: Vec<Column>,
 }
 
-/// The columns of a channel; `null` where there were no data.
+/// The columns of a channel; `null` if there were no data.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Column {
-    /// The smallest number of each column.
+    /// The minimum of each column.
     pub min: Vec<Option<f64>>,
-    /// The largest.
+    /// The maximum of each column.
     pub max: Vec<Option<f64>>,
-    /// The mean.
+    /// The mean of each column.
     pub mean: Vec<Option<f64>>,
 }
 
-/// Why something was not done.
+/// Why a request was not carried out.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Refused {
-    /// As it was sent; `null` for what could not be read.
+    /// The value sent by the client; `null` if it could not be read.
     pub reference: Option<String>,
-    /// Why.
+    /// The reason.
     pub reason: String,
     /// What the user can do; may be empty.
     pub hint: String,
@@ -383,6 +383,6 @@ pub struct Refused {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Ended {
-    /// Why.
+    /// The reason.
     pub reason: String,
 }

@@ -1,4 +1,4 @@
-//! The computers of the team and the buses that join them.
+//! The computers of the team and the buses that connect them.
 
 use serde::Serialize;
 
@@ -6,25 +6,25 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Computer {
-    /// Its host and process where they are announced, otherwise its node; different for each participant.
+    /// Its host and process if they are announced, otherwise its node; unique for each participant.
     pub name: String,
-    /// How its clock is known: `probes` there and back, `stamps` of what arrives, or not yet: `unknown`.
+    /// How its clock is known: by round-trip `probes`, by the `stamps` of received messages, or `unknown` so far.
     pub known_by: &'static str,
-    /// How far its clock is ahead of the session's [s].
+    /// The offset of its clock, positive when ahead of the session's [s].
     pub offset_secs: Option<f64>,
-    /// How much faster it runs [ppm].
+    /// The rate error of its clock, positive when fast [ppm].
     pub skew_ppm: Option<f64>,
-    /// Half the interval that holds the true time of what it stamps with a probability of 95 % [s].
+    /// Half the width of the 95 % interval of the true time of its stamps [s].
     pub uncertainty_secs: Option<f64>,
-    /// The shortest way there and back of the last minute's probes [s].
+    /// The shortest round trip of the last minute's probes [s].
     pub round_trip_secs: Option<f64>,
-    /// Since its clock last answered a probe [s].
+    /// The time since its clock last answered a probe [s].
     pub probe_age_secs: Option<f64>,
-    /// How many streams it stamps.
+    /// The number of streams that it stamps.
     pub streams: u32,
 }
 
-/// A bus on which streams come.
+/// A bus that carries streams.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Bus {
@@ -32,16 +32,17 @@ pub struct Bus {
     pub name: String,
     /// Our node there.
     pub node: String,
-    /// The others that were discovered: processes, as a rule.
+    /// The number of other discovered participants: usually processes.
     pub participants: u32,
-    /// Their topics.
+    /// The number of their topics.
     pub topics: u32,
-    /// How many of the session's streams come on it.
+    /// The number of the session's streams on it.
     pub streams: u32,
-    /// What comes on it: messages, and samples of waves [1/s].
+    /// The rate of data received on it: messages, and samples of waves [1/s].
     pub rate_hz: f64,
-    /// What was lost on the way here, of the streams whose losses can be counted; `null` where there is none.
+    /// The number of samples lost before arrival, over the streams whose losses can be counted; `null` if there are
+    /// none.
     pub lost: Option<u64>,
-    /// How many of its streams number nothing, so that losses can't be counted.
+    /// The number of its streams without sequence numbers, whose losses cannot be counted.
     pub uncounted: u32,
 }

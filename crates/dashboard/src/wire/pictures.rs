@@ -1,12 +1,12 @@
 //! The binary frame of a picture.
 //!
-//! Little-endian: u32 the stream's number, u32 0 (a wave has its channels there), f64 when it was taken [s], then a file
-//! that browsers can show: JPEG, PNG or WebP; or a frame of H.264 in Annex B, which begins with a start code.
+//! Little-endian: u32 stream number, u32 0 (the channel count for waves), f64 time at which it was taken [s], then a
+//! file that browsers can show: JPEG, PNG or WebP; or an H.264 frame in Annex B, which begins with a start code.
 
-/// The length of what precedes the file [bytes].
+/// The length of the header [bytes].
 pub const HEAD_BYTES: usize = 16;
 
-/// What precedes the file.
+/// The header of the file.
 pub fn head(stream: u32, t: f64) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(4 << 10);
     bytes.extend(stream.to_le_bytes());

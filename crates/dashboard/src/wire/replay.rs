@@ -1,40 +1,40 @@
-//! What the server sends of a recording that is shown.
+//! Messages about a recording that is being shown.
 
 use serde::Serialize;
 
 use super::Event;
 
-/// The position in a recording, and how it moves on.
+/// The position in a recording, and the state of the playback.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Playback {
-    /// The time that is shown [s].
+    /// The time shown [s].
     pub t: f64,
-    /// How many times as fast as it was recorded.
+    /// The playback speed relative to real time.
     pub rate: f64,
-    /// Whether it stands still.
+    /// Whether it is paused.
     pub paused: bool,
     /// The length of the recording [s].
     pub length: f64,
 }
 
-/// What happened in the whole recording.
+/// The events of the whole recording.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Timeline {
-    /// The events of the session, the team and the robots, without those of bodies.
+    /// The events of the session, the team and the robots, without physiological events.
     pub events: Vec<Event>,
-    /// How many events did not fit.
+    /// The number of events that did not fit.
     pub left_out: u64,
-    /// When nothing came from people and robots.
+    /// The times without data from people and robots.
     pub absences: Vec<Absence>,
 }
 
-/// When nothing came from a person or a robot.
+/// The times without data from a person or a robot.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Absence {
-    /// The id.
+    /// The ID.
     pub subject: String,
     /// `person` or `robot`.
     pub about: &'static str,
@@ -46,7 +46,7 @@ pub struct Absence {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Gap {
-    /// Its begin [s].
+    /// Its start [s].
     pub from: f64,
     /// Its end [s].
     pub to: f64,

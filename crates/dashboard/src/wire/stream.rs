@@ -13,7 +13,7 @@ pub struct Stream {
     pub name: String,
     /// What it measures: `ecg`, `eda`, `battery`, `event`, … (a closed list).
     pub signal: &'static str,
-    /// Whom it is about: `person`, `robot`, `team` or `session`.
+    /// What it is about: `person`, `robot`, `team` or `session`.
     pub about: &'static str,
     /// The id of that person or robot; empty for the team and the session.
     pub subject: String,
@@ -37,13 +37,13 @@ pub struct Stream {
     pub window: Option<Span>,
     /// The streams it was computed from, by topic.
     pub inputs: Vec<String>,
-    /// The topic of which this holds a second publisher's samples; empty for any other stream.
+    /// The topic whose second publisher's samples this holds; empty for any other stream.
     pub beside: String,
     /// One sentence for people.
     pub doc: String,
-    /// Whether this viewer gets no data of it, as they would no longer be blind; see `show_estimates`.
+    /// Whether this viewer gets no data of it because it would unblind them; see `show_estimates`.
     pub hidden: bool,
-    /// Whether nobody is shown its data, which goes to workers alone: the pictures of a camera whose faces are hidden first.
+    /// Whether its data goes to workers only and is never shown: the pictures of a camera whose faces are hidden first.
     pub private: bool,
 }
 

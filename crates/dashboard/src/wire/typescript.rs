@@ -33,9 +33,9 @@ fn written() -> String {
     let head = "// Generated from crates/dashboard/src/wire.rs: `TEAMPULSE_WRITE=1 cargo test -p teampulse-dashboard wire`.\n\n";
     let constants = format!(
         "export const PROTOCOL = {PROTOCOL};\nexport const MOST_WANTED = {MOST_WANTED};\n\
-         /** The length of what precedes the samples of a binary frame [bytes]. */\n\
+         /** The length of the header before the samples of a binary frame [bytes]. */\n\
          export const WAVE_HEAD_BYTES = {};\n\
-         /** The length of what precedes the file of a picture [bytes]. */\n\
+         /** The length of the header before the file of a picture [bytes]. */\n\
          export const PICTURE_HEAD_BYTES = {};\n",
         super::waves::HEAD_BYTES,
         super::pictures::HEAD_BYTES
@@ -90,7 +90,7 @@ fn written() -> String {
 #[test]
 #[expect(
     clippy::disallowed_methods,
-    reason = "a test that writes what it checks when it is asked to"
+    reason = "a test that writes the file that it checks, on request"
 )]
 fn the_front_end_has_these_types() {
     let written = written();

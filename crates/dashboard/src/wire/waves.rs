@@ -1,9 +1,9 @@
 //! The binary frame of a wave.
 //!
-//! Little-endian: u32 the stream's number, u32 channels, f64 the time of the first sample [s], f64 from one sample to
-//! the next [s], then f32 numbers, sample by sample. NaN is a gap.
+//! Little-endian: u32 stream number, u32 channels, f64 time of the first sample [s], f64 sampling period [s], then
+//! f32 values, sample by sample. NaN is a gap.
 
-/// The length of what precedes the samples [bytes].
+/// The length of the header [bytes].
 pub const HEAD_BYTES: usize = 24;
 
 /// A run of samples of a stream.
@@ -11,18 +11,18 @@ pub const HEAD_BYTES: usize = 24;
 pub struct Wave {
     /// The stream's number.
     pub stream: u32,
-    /// How many numbers a sample has.
+    /// The number of values per sample.
     pub channels: u32,
     /// The time of the first sample [s].
     pub start: f64,
-    /// From one sample to the next [s].
+    /// The sampling period [s].
     pub period: f64,
     /// Sample by sample.
     pub samples: Vec<f32>,
 }
 
 impl Wave {
-    /// As it is sent.
+    /// The encoded frame.
     pub fn encode(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(HEAD_BYTES + 4 * self.samples.len());
         bytes.extend(self.stream.to_le_bytes());
@@ -35,8 +35,8 @@ impl Wave {
 }
 
 impl Wave {
-    /// The same with fewer samples, where it has more than this many a second: of every few samples the smallest and
-    /// the largest of each channel, in the order in which they came. 0 leaves it as it is.
+    /// The same with fewer samples, if it has more than this many per second: the minimum and the maximum of each
+    /// channel over every few samples, in their order. 0 leaves it unchanged.
     #[must_use]
     pub fn thinned(&self, points_per_sec: f64) -> Wave {
         let width = self.channels.max(1) as usize;
@@ -59,7 +59,7 @@ impl Wave {
     }
 }
 
-/// The smallest and the largest number of a channel, in the order in which they came.
+/// The minimum and the maximum of a channel, in their order.
 fn extremes(samples: &[f32], channel: usize, width: usize) -> (f32, f32) {
     let (mut min, mut max) = ((0, f32::NAN), (0, f32::NAN));
     for (place, number) in samples.iter().skip(channel).step_by(width).enumerate() {

@@ -10,14 +10,14 @@ pub(super) const ACTIVITY: Analysis = Analysis {
     signal: Signal::Activity,
     feature: Some(Documented {
         name: "dynamics",
-        doc: "How somebody types, points and steers, and how long they are idle.",
-        summary: "Typing, mouse and gamepad dynamics, from summaries of seconds that hold no key.",
+        doc: "Keyboard, mouse and gamepad activity, and idle time.",
+        summary: "Typing, mouse and gamepad dynamics, from one-second summaries that contain no keys.",
         measures: "for each window: for a keyboard the rate of presses, mean and spread of holds and of \
             intervals between presses, the share of corrections; for a mouse its speed and path, \
             clicks and wheel; for a gamepad presses and deflection; for each the share of idle time.",
         windows: "",
         reference: "Epp, Lippold & Mandryk (2011), doi:10.1145/1978942.1979046.",
-        limits: "holds and intervals become known in groups of five, up to 10 s later; what is \
+        limits: "holds and intervals become known in groups of five, up to 10 s later; the content \
             typed is unknown, so games and texts look alike.",
     }),
     events: &[],
@@ -36,20 +36,20 @@ pub(super) const VIDEO: Analysis = Analysis {
     signal: Signal::Video,
     feature: Some(Documented {
         name: "view",
-        doc: "The pulse in the colour of the skin, as a camera sees it, presence and movement.",
-        summary: "What a camera sees of a person, from numbers of its frames (the worker `frames`): the pulse in the \
-            colour of the skin, whether somebody is there, and how much moves.",
-        measures: "for each window the pulse rate from the colour of skin with its uncertainty and its ratio of signal \
-            to noise, the share of time with somebody in view, the share of the view that moves, and the quality of \
+        doc: "Pulse from the colour of the skin in camera images, presence and movement.",
+        summary: "A person in view of a camera, from measures of its frames (the worker `frames`): the pulse in the \
+            colour of the skin, presence and movement.",
+        measures: "for each window the pulse rate from the colour of the skin with its uncertainty and signal-to-noise \
+            ratio, the share of time with a person in view, the share of the view that moves, and the quality of \
             the pulse.",
         windows: "",
         reference: "Wang et al. (2017), doi:10.1109/TBME.2016.2609282.",
         limits: "a pulse needs 15 s of a face that stays in place, at 12 or more frames per second, and steady light; \
-            measured on synthetic faces only. Presence means somebody with bare skin who moves at least once in 20 s.",
+            measured on synthetic faces only. Presence means a person with bare skin who moves at least once in 20 s.",
     }),
     events: &[],
     table: Tabled {
-        help: "Numbers of the frames of a camera, as the worker `frames` offers them",
+        help: "Measures of camera frames, as from the worker `frames`",
         columns: &view::CHANNELS,
         files: &["frames"],
         channels: None,
@@ -63,16 +63,16 @@ pub(super) const FACE: Analysis = Analysis {
     signal: Signal::Face,
     feature: Some(Documented {
         name: "face",
-        doc: "How often and how long the eyes close, and how the head moves and tilts.",
-        summary: "Blinks, closed eyes and movement of the head, from the points of a face that a model finds (the worker \
-            `model`) or another program publishes.",
+        doc: "Blinks, eye closures, and movement and tilt of the head.",
+        summary: "Blinks, closed eyes and movement of the head, from face landmarks that a model (the worker \
+            `model`) or another program detects.",
         measures: "each blink (as an event with its depth), and for each window their rate, duration and depth, the share of \
             time with closed eyes (PERCLOS, P80), the longest closure, movement and tilt of the head, presence, and the \
             quality of blinks.",
         windows: "",
         reference: "Soukupová & Čech (2016), Proc. 21st CVWW; Dinges & Grace (1998), FHWA-MCRT-98-006.",
-        limits: "blinks need the six points of an eye that `hri_msgs/FacialLandmarks` names, in 10 pictures a second or more, \
-            and are known once the eyes are open again; centres of the eyes suffice for the head. Eyes are compared with \
+        limits: "blinks need the six landmarks of an eye in `hri_msgs/FacialLandmarks`, in 10 pictures a second or more, \
+            and are known once the eyes are open again; eye centres are enough for the head. Eyes are compared with \
             themselves in the last minute.",
     }),
     events: &[Happening {
@@ -83,7 +83,7 @@ pub(super) const FACE: Analysis = Analysis {
         duration: "duration_secs",
     }],
     table: Tabled {
-        help: "Points of a face [px], as the worker `model` offers them",
+        help: "Face landmarks [px], as from the worker `model`",
         columns: &["right_eye", "left_eye"],
         files: &["landmarks"],
         channels: None,
@@ -97,8 +97,8 @@ pub(super) const BODY: Analysis = Analysis {
     signal: Signal::Body,
     feature: Some(Documented {
         name: "posture",
-        doc: "How a body and its hands move, and how it is held.",
-        summary: "Movement and posture, from the points of a body that a model finds (the worker `model`).",
+        doc: "Movement of the body and the hands, and posture.",
+        summary: "Movement and posture, from body keypoints detected by a model (the worker `model`).",
         measures: "for each window movement of the body and of the hands, lean, tilt of the shoulders, height of the head \
             above them, and presence.",
         windows: "",
@@ -109,7 +109,7 @@ pub(super) const BODY: Analysis = Analysis {
     }),
     events: &[],
     table: Tabled {
-        help: "Points of a body [px], as the worker `model` offers them",
+        help: "Body keypoints [px], as from the worker `model`",
         columns: &["right_shoulder", "left_shoulder"],
         files: &["pose"],
         channels: None,
@@ -123,19 +123,19 @@ pub(super) const EXPRESSION: Analysis = Analysis {
     signal: Signal::Expression,
     feature: Some(Documented {
         name: "expression",
-        doc: "A model's estimates of what a face expresses, and how sure it was.",
-        summary: "Estimates of what a face expresses, as given by a model (the worker `model`): \
-            not what somebody feels.",
-        measures: "for each window mean and SD of the probability of each class, or of valence and arousal, how sure the \
-            model was, and how often there was a face.",
+        doc: "A model's estimates of facial expressions, and its confidence.",
+        summary: "Estimates of facial expressions by a model (the worker `model`): \
+            not what the person feels.",
+        measures: "for each window mean and SD of the probability of each class, or of valence and arousal, the confidence of the \
+            model, and how often a face was in view.",
         windows: "",
         reference: "Barrett et al. (2019), doi:10.1177/1529100619832930.",
-        limits: "models are more certain than they are right, differ between groups of people, and know a few posed \
+        limits: "models are overconfident, differ between groups of people, and know a few posed \
             expressions; compare a person with their own baseline only.",
     }),
     events: &[],
     table: Tabled {
-        help: "Estimates of expressions, one column each, as the worker `model` offers them",
+        help: "Expression estimates, one column each, as from the worker `model`",
         columns: &["happy", "happiness", "valence"],
         files: &["expression"],
         channels: None,
@@ -151,7 +151,7 @@ pub(super) const AUDIO: Analysis = Analysis {
         name: "voice",
         doc: "Level, activity, pitch, rate, pauses, jitter, shimmer and tilt of a voice, and its quality.",
         summary: "The voice of a person, from a microphone: how they speak, not what they say.",
-        measures: "for each window the level of speech and of the noise beneath, the share of time in speech, pitch \
+        measures: "for each window the level of speech and of the background noise, the share of time in speech, pitch \
             and its spread, speaking and articulation rates, pauses, jitter, shimmer, the tilt of the spectrum, \
             and the quality.",
         windows: "",

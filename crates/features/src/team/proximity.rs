@@ -1,4 +1,4 @@
-//! How near people and robots are to each other.
+//! Distances between people and robots.
 
 mod pair;
 mod place;
@@ -28,35 +28,33 @@ use crate::whole_seconds::WholeSeconds;
 pub(crate) const FAMILY: &str = "proximity";
 /// The most pairs of a person and a robot whose distance is computed.
 const MOST_PAIRS: usize = 256;
-/// The frame of a robot's own odometry (REP-105): each robot has another one of this name.
+/// The frame of a robot's own odometry (REP-105): every robot has its own frame of this name.
 const OWN_FRAME: &str = "odom";
-/// The numbers of a pair, and how many of them a person has, too.
+/// The values of a pair; a person's nearest-robot stream has these, too.
 const CHANNELS: [(&str, &str); 3] = [("distance", "m"), ("within", "1"), ("approach_speed", "m/s")];
 
-/// How near people and robots are to each other.
+/// Distances between people and robots.
 ///
-/// - Measures: of each person and each robot, whose positions are known in the same frame: the least
-///   distance in the last second, the share of that second within `within_m`, and how fast they approach
-///   each other (negative where they part); of each person the same of the nearest robot, and how many
-///   robots have a distance.
-/// - Formula: horizontal distance (x and y) of the newest positions, ten times a second; the approach is
-///   the distance a second ago less that of now.
+/// - Measures: for each person and each robot with positions in the same frame: the least distance in the last
+///   second, the share of that second within `within_m`, and the speed of approach (negative when they move apart);
+///   for each person, the same for the nearest robot, and the number of robots with a known distance.
+/// - Formula: horizontal distance (x and y) of the newest positions, ten times a second; the speed of approach is the
+///   distance one second ago minus the current one.
 /// - Unit: m, 1, m/s, 1.
-/// - Window: 1 s, once a second. `statistics` makes windows, phases and differences from the baseline of
-///   them: the mean of `within` is the share of time.
+/// - Window: 1 s, once a second. `statistics` computes windows, phases and differences from the baseline: the mean of
+///   `within` is the share of time.
 /// - Reference: Hall (1966), "The Hidden Dimension": personal space ends at 1.2 m (4 ft); measured
 ///   with robots: Takayama & Pantofaru (2009), doi:10.1109/IROS.2009.5354145.
-/// - Limits: positions of people are those that the study names (`position` of the source `hri`), or of
-///   bodies that other programs see. Frames are compared by name (`header.frame_id`), and nothing is
-///   transformed: without a common frame a distance is undefined. `odom` is each robot's own, so that it is
-///   no common frame of several. Distances are between the origins of both, not between their surfaces;
-///   those of the first 256 pairs are computed.
+/// - Limits: positions of people are those that the study names (`position` of the source `hri`), or those of bodies
+///   detected by other programs. Frames are compared by name (`header.frame_id`), and nothing is transformed: without
+///   a common frame, a distance is undefined. `odom` is local to each robot, so it is not a frame common to several.
+///   Distances are between the origins of both, not between their surfaces; only the first 256 pairs are computed.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Proximity {
-    /// The distance within which somebody is near [m].
+    /// The distance below which a person counts as near [m].
     pub within_m: f64,
-    /// A position that is older is unknown [s].
+    /// The age above which a position counts as unknown [s].
     pub stale_secs: f64,
 }
 
@@ -72,8 +70,8 @@ impl Component<dyn Feature, FeatureContext> for Proximity {
     fn build(self, _: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
         duration_setting("stale_secs", self.stale_secs)?;
         if !(self.within_m > 0.0 && self.within_m <= 1000.0) {
-            let message = format!("`within_m` is {}: expected metres above 0", self.within_m);
-            let hint = "1.2 is where personal space ends";
+            let message = format!("`within_m` is {}: expected a distance above 0 m", self.within_m);
+            let hint = "personal space ends at 1.2 m";
             return Err(SettingsError::new(message).with_hint(hint).at("within_m"));
         }
         Ok(Box::new(self))
@@ -103,19 +101,19 @@ impl Feature for Proximity {
     }
 }
 
-/// The positions of a subject, by their stream.
+/// The positions of a subject, by stream.
 type Places = BTreeMap<StreamId, Place>;
 
 struct ProximityExtractor {
     settings: Proximity,
     people: BTreeMap<String, Places>,
     robots: BTreeMap<String, Places>,
-    /// By person and robot.
+    /// The pairs, by person and robot.
     pairs: BTreeMap<(String, String), Pair>,
-    /// The ticks of this second in which a person was near any robot, and in which that was known.
+    /// The ticks of this second in which a person was near any robot, and those in which this is known.
     nearest: BTreeMap<String, [u32; 2]>,
     inputs: Inputs,
-    /// Of a person, and of pairs.
+    /// The output streams of persons and of pairs.
     outputs: BTreeMap<(String, Option<String>), OutputId>,
     seconds: WholeSeconds,
 }
@@ -159,7 +157,7 @@ impl Extractor for ProximityExtractor {
 }
 
 impl ProximityExtractor {
-    /// Takes in the distances of now.
+    /// Takes in the current distances.
     fn measure(&mut self, now: Time) {
         let stale_secs = self.settings.stale_secs;
         let is_fresh = |place: &&Place| place.is_known_at(now, stale_secs);
@@ -231,16 +229,16 @@ impl ProximityExtractor {
             inputs: inputs.to_vec(),
             rate_hz: 1.0,
             method: format!(
-                "horizontal distance in a common frame, ten times a second: the least of a second; share of it within \
-                 {within_m} m (Hall 1966: 1.2 m); decrease in a second"
+                "horizontal distance in a common frame, ten times a second: the least within a second; share of the second within \
+                 {within_m} m (Hall 1966: 1.2 m); decrease per second"
             ),
-            doc: format!("How near {person} and {whose} are to each other."),
+            doc: format!("Distance between {person} and {whose}."),
             ..stream
         }
     }
 }
 
-/// The distance of the newest places of both in a common frame [m].
+/// The distance of the newest positions of both in a common frame [m].
 fn distance<'a>(
     person: impl Iterator<Item = &'a Place>,
     robot: &[&Place],

@@ -14,7 +14,7 @@ const ORDER: u32 = 2;
 /// The band of human movement, 0.25 to 2.5 Hz: Butterworth, order 2.
 ///
 /// The passband of the classic activity counters (Brønd et al. 2017, doi:10.1249/MSS.0000000000001344).
-/// An error for a rate outside of 8 Hz to 10 kHz.
+/// Returns an error for a rate outside 8 Hz to 10 kHz.
 pub fn activity_band(rate_hz: f64) -> Result<Design, SignalError> {
     butterworth::band_pass(ORDER, LOW_HZ, HIGH_HZ, checked_rate(rate_hz)?)
 }

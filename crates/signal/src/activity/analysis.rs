@@ -1,7 +1,7 @@
 //! The values of windows of summaries.
 //!
-//! There are no events. Causal and whole analysis agree, as nothing is filtered. Quality is 1: what a summary has was
-//! counted.
+//! There are no events. Causal and whole analysis agree, as nothing is filtered. Quality is 1: the input is
+//! counts, not measurements.
 
 use super::values::{Device, Summaries};
 use crate::analysis::{
@@ -14,7 +14,7 @@ const RATES_HZ: (f64, f64) = (0.01, 100.0);
 
 /// A causal analysis of summaries with these channels, at 0.01 to 100 Hz.
 ///
-/// Returns an error for another rate, and for channels that are not those of a keyboard, mouse or gamepad.
+/// Returns an error for another rate, and for channels other than those of a keyboard, mouse or gamepad.
 pub fn causal(channels: &[&str], rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Running::new(channels, rate_hz)?))
 }
@@ -54,7 +54,7 @@ impl Windows for Running {
     fn measure(&self, span: Span) -> Measured {
         let nothing =
             |coverage| Measured::nothing(coverage, 1.0, self.device.values().len(), Reason::Gap);
-        // It is in every summary.
+        // Every summary has it.
         let Some(idle) = self.channels.last() else { return nothing(0.0) };
         let coverage = idle.coverage(span);
         if coverage < LEAST_COVERAGE {

@@ -1,7 +1,7 @@
-//! How a person types, points and steers: values of windows, of summaries of seconds.
+//! Keyboard, mouse and gamepad activity: values of windows, computed from one-second summaries.
 //!
-//! A summary has the values of one second at a keyboard, a mouse or a gamepad, without what was typed; which of them it is
-//! shows in its channels: [`KEYBOARD`], [`MOUSE`] or [`GAMEPAD`].
+//! A summary has the values of one second at a keyboard, a mouse or a gamepad, without the content typed.
+//! Its channels identify the device: [`KEYBOARD`], [`MOUSE`] or [`GAMEPAD`].
 //!
 //! ```
 //! use teampulse_signal::activity::{KEYBOARD, analysis};

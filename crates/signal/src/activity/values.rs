@@ -23,21 +23,17 @@ static OF_KEYBOARD: [Value; 7] = [
     Value::new(
         "KEY_HoldSD",
         "ms",
-        "population SD of these times, from those of the summaries and their means",
+        "population SD of these times, pooled from the SDs and means of the summaries",
     ),
     Value::new("KEY_IntervalMean", "ms", "mean time from press to press, without pauses"),
-    Value::new("KEY_IntervalSD", "ms", "population SD of these times, likewise"),
+    Value::new("KEY_IntervalSD", "ms", "population SD of these times, pooled in the same way"),
     Value::new("KEY_Corrections", "1", "share of Backspace and Delete among presses"),
     Value::new("KEY_Idle", "1", IDLE),
 ];
 static OF_MOUSE: [Value; 7] = [
-    Value::new(
-        "MOUSE_Speed",
-        "1/s",
-        "path in counts of the sensor over the time in which it moved",
-    ),
-    Value::new("MOUSE_Moving", "1", "share of time in which it moved"),
-    Value::new("MOUSE_Path", "1/min", "path in counts of the sensor over time"),
+    Value::new("MOUSE_Speed", "1/s", "path in sensor counts over the time with movement"),
+    Value::new("MOUSE_Moving", "1", "share of time with movement"),
+    Value::new("MOUSE_Path", "1/min", "path in sensor counts over time"),
     Value::new("MOUSE_Clicks", "1/min", "buttons pressed over time"),
     Value::new("MOUSE_DoubleClicks", "1/min", "double clicks over time"),
     Value::new("MOUSE_Wheel", "1/min", "steps of the wheel over time"),
@@ -45,8 +41,8 @@ static OF_MOUSE: [Value; 7] = [
 ];
 static OF_GAMEPAD: [Value; 4] = [
     Value::new("PAD_Rate", "1/min", "buttons pressed over time"),
-    Value::new("PAD_Deflection", "1", "mean deflection of the stick that is deflected most"),
-    Value::new("PAD_Moving", "1", "share of time in which a stick was deflected"),
+    Value::new("PAD_Deflection", "1", "mean deflection of the most deflected stick"),
+    Value::new("PAD_Moving", "1", "share of time with a stick deflected"),
     Value::new("PAD_Idle", "1", IDLE),
 ];
 const IDLE: &str = "share of seconds without any event";
@@ -63,7 +59,7 @@ pub(super) enum Device {
 pub(super) struct Summaries {
     /// The values of each channel.
     pub(super) channels: Vec<Vec<f64>>,
-    /// The time that is known [s].
+    /// The duration of the known part [s].
     pub(super) secs: f64,
 }
 
@@ -75,7 +71,7 @@ struct Summary<'a> {
 }
 
 impl Summaries {
-    /// The sum of a function of each summary.
+    /// The sum of a function over all summaries.
     fn sum(&self, of: impl Fn(Summary<'_>) -> f64) -> f64 {
         let count = self.channels.first().map_or(0, Vec::len);
         (0..count).map(|place| of(Summary { channels: &self.channels, place })).sum()
@@ -83,7 +79,7 @@ impl Summaries {
 }
 
 impl Summary<'_> {
-    /// The value of a channel; 0 where it has none.
+    /// The value of a channel; 0 if the summary lacks it.
     fn get(self, channel: usize) -> f64 {
         let value = self.channels.get(channel).and_then(|values| values.get(self.place));
         value.copied().filter(|value| value.is_finite()).unwrap_or(0.0)
@@ -91,7 +87,7 @@ impl Summary<'_> {
 }
 
 impl Device {
-    /// The device that has these channels.
+    /// The device with these channels.
     pub(super) fn of(channels: &[&str]) -> Option<Device> {
         match channels {
             _ if channels == KEYBOARD => Some(Device::Keyboard),
@@ -142,7 +138,8 @@ impl Device {
     }
 }
 
-/// Mean and population SD of all times, of the number, mean and SD in three channels from `first` on.
+/// Mean and population SD of all times, pooled from the count, mean and SD in three channels from `first`
+/// on.
 fn pooled(sums: &Summaries, first: usize) -> [Result<f64, Reason>; 2] {
     let of_known = |second: Summary<'_>, power: i32| {
         let [count, mean, sd] = [0, 1, 2].map(|place| second.get(first + place));
@@ -159,7 +156,7 @@ fn pooled(sums: &Summaries, first: usize) -> [Result<f64, Reason>; 2] {
     [mean, sd.and_then(Reason::unless_finite)]
 }
 
-/// A quotient; too little was done where there is nothing to divide by.
+/// A quotient; `Short` for a denominator of zero.
 fn ratio(sum: f64, count: f64) -> Result<f64, Reason> {
     if count > 0.0 { Reason::unless_finite(sum / count) } else { Err(Reason::Short) }
 }

@@ -9,7 +9,7 @@ pub struct Cadence {
 }
 
 impl Cadence {
-    /// Creates it for a rate [Hz]; at 0 samples are irregular, and none is ever missing.
+    /// Creates it for a rate [Hz]; at 0, samples are irregular and never count as missing.
     pub fn new(rate_hz: f64) -> Cadence {
         Cadence { rate_hz, last_ns: None }
     }

@@ -69,9 +69,9 @@ pub enum LiveOutput {
 }
 
 impl Live {
-    /// Analyses `channels` channels at `rate_hz` [Hz] in windows of `lengths_ns` [ns], reported each
-    /// `hop_ns` [ns]. Without lengths only events are reported, and everything is kept. At a rate of 0
-    /// samples are irregular, and none is ever missing.
+    /// Analyses `channels` channels at `rate_hz` [Hz] in windows of `lengths_ns` [ns], reported every
+    /// `hop_ns` [ns]. Without lengths, only events are reported and everything is kept. At a rate of 0,
+    /// samples are irregular and never count as missing.
     pub fn new(
         make: Make,
         rate_hz: f64,
@@ -107,7 +107,7 @@ impl Live {
         self
     }
 
-    /// Sets the first window end to `first_ns` [ns] after the start (at most one hop); the others follow each
+    /// Sets the first window end to `first_ns` [ns] after the start (at most one hop); the others follow every
     /// hop.
     #[must_use]
     pub fn first_after(mut self, first_ns: i64) -> Live {
@@ -142,7 +142,7 @@ impl Live {
         self.held_since_ns = self.held_since_ns.max(since_ns);
     }
 
-    /// The values that a window has.
+    /// The values computed for each window.
     pub fn values(&self) -> &[Value] {
         self.analysis.values()
     }
@@ -158,7 +158,7 @@ impl Live {
         if is_young && measured.coverage < LEAST_COVERAGE { young(measured) } else { measured }
     }
 
-    /// Takes in the sample measured at `at_ns` [ns], and reports what became known by it.
+    /// Takes in the sample measured at `at_ns` [ns], and reports what it completes.
     ///
     /// Returns the number of samples missing before it; `None` when it is not after the last one and was
     /// dropped.
@@ -222,7 +222,7 @@ impl Live {
     }
 
     fn take(&mut self, at_ns: i64, channels: &[f64], report: &mut dyn FnMut(LiveOutput)) {
-        // At the end of all time no other window ends.
+        // At the end of the range of times, no other window ends.
         while at_ns >= self.end_ns && self.end_ns < i64::MAX && !self.lengths_ns.is_empty() {
             self.report_windows(report);
         }

@@ -8,12 +8,12 @@ use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Wi
 use crate::error::SignalError;
 use crate::points::Place;
 
-/// A causal analysis of points of bodies, whose channels have these names, such as `right_shoulder_x`.
+/// A causal analysis of body landmarks in channels with these names, such as `right_shoulder_x`.
 pub fn causal(names: &[&str]) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Seen::new(names)?))
 }
 
-/// An analysis of a whole recording of such points.
+/// An analysis of a whole recording of body landmarks.
 pub fn whole(names: &[&str], recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let mut seen = Seen::new(names)?;
     let mut numbers = vec![f64::NAN; recording.channels.len()];
@@ -29,7 +29,7 @@ struct Seen {
     frames: VecDeque<Frame>,
 }
 
-/// The points that are read; `None` where the model does not find them.
+/// The landmarks used; `None` where the model does not detect them.
 struct Points {
     shoulders: [Place; 2],
     hips: [Option<Place>; 2],
@@ -113,7 +113,7 @@ mod tests {
     ];
     const SPAN: Span = Span { begin_ns: 0, end_ns: 30_000_000_000 };
 
-    /// Somebody whose shoulders are 100 px apart, with the hips 150 px below, leaning to the right by 0.2 rad.
+    /// A person with shoulders 100 px apart and hips 150 px below them, who leans to the right by 0.2 rad.
     fn leaning(secs: f64, sees_wrist: bool) -> Vec<f64> {
         let (sin, cos) = 0.2_f64.sin_cos();
         let moved = 50.0 * secs;
@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn movement_and_posture_are_measured() {
         let (values, quality) = measured(true);
-        // The body moves half a shoulder's width a second, and the hand a quarter of it against the body.
+        // The body moves by half the shoulder width per second, and the hand by a quarter of it relative to the body.
         let expected = [0.5, 0.25, 0.2, 0.0, 0.6, 1.0];
         for ((value, expected), of) in values.into_iter().zip(expected).zip(&VALUES) {
             let value = value.unwrap();

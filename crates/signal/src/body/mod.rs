@@ -1,12 +1,13 @@
-//! What points of a body in pictures say: how it and its hands move, and how it is held.
+//! Posture and movement of the body and hands, from body landmarks in camera images.
 //!
-//! Places and lengths are by the distance between the shoulders, so that neither the size of a person nor their distance
-//! from the camera matters; who turns away from the camera has narrower shoulders, and larger numbers.
+//! Positions and lengths are relative to the distance between the shoulders, so that neither body size nor
+//! distance from the camera matters. When a person turns away from the camera, their shoulders look
+//! narrower and the values become larger.
 
 pub mod analysis;
 mod values;
 
-/// What is seen of a body in a picture; NaN where unknown.
+/// The body in one picture; NaN where unknown.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     at_ns: i64,

@@ -1,4 +1,4 @@
-//! The values of a span of points of a body.
+//! The values of a span of body landmarks.
 
 use super::Frame;
 use crate::analysis::{Measured, Reason, Span, Value};
@@ -10,27 +10,27 @@ pub(super) static VALUES: [Value; 6] = [
     Value::new(
         "BODY_Movement",
         "1/s",
-        "path of the middle of the shoulders (means of 0.25 s), in distances between the shoulders, by time",
+        "path of the midpoint between the shoulders (means of 0.25 s), in shoulder widths, over time",
     ),
     Value::new(
         "BODY_Hands",
         "1/s",
-        "path of a wrist against the middle of the shoulders (means of 0.25 s), in distances between the shoulders, by time; mean of the wrists in view",
+        "path of a wrist relative to the midpoint between the shoulders (means of 0.25 s), in shoulder widths, over time; mean of the wrists in view",
     ),
     Value::new(
         "BODY_Lean",
         "rad",
-        "mean angle from vertical, in the picture, of the line from the middle of the hips to that of the shoulders, to the right",
+        "mean angle from vertical, in the picture, of the line from the midpoint between the hips to that between the shoulders, positive to the right",
     ),
     Value::new(
         "BODY_Shoulders",
         "rad",
-        "mean tilt of the line between the shoulders, to the right shoulder",
+        "mean tilt of the line between the shoulders, positive towards the right shoulder",
     ),
     Value::new(
         "BODY_HeadHeight",
         "1",
-        "mean height of the nose above the middle of the shoulders, in distances between the shoulders",
+        "mean height of the nose above the midpoint between the shoulders, in shoulder widths",
     ),
     Value::new("BODY_Presence", "1", "share of pictures with both shoulders in view"),
 ];
@@ -84,7 +84,7 @@ fn hands(frames: &[Frame]) -> Option<f64> {
     mean([0, 1].into_iter().filter_map(of))
 }
 
-/// The right is on the left of the picture, and down are larger numbers.
+/// The person's right is on the left of the picture, and y increases downwards.
 fn lean(frame: &Frame) -> f64 {
     let [[x, y], [of_x, of_y]] = [chest(frame), middle(frame.hips[0], frame.hips[1])];
     (of_x - x).atan2(of_y - y)

@@ -18,12 +18,12 @@ const OF_CHANNEL: [(&str, &str, &str); 9] = [
     ("Mean", "u", "mean of all usable samples"),
     ("SD", "u", "standard deviation over n − 1"),
     ("Median", "u", "median"),
-    ("MAD", "u", "median absolute deviation from the median, not scaled"),
-    ("Min", "u", "least sample"),
-    ("Max", "u", "greatest sample"),
+    ("MAD", "u", "median absolute deviation from the median, unscaled"),
+    ("Min", "u", "smallest sample"),
+    ("Max", "u", "largest sample"),
     ("Slope", "u/s", "rise of the least-squares line through all usable samples"),
     ("N", "1", "number of usable samples"),
-    ("Missing", "%", "100 · (1 − usable samples / those that the rate promises)"),
+    ("Missing", "%", "100 · (1 − usable samples / samples expected at the rate)"),
 ];
 
 /// Settings of the analysis.
@@ -141,7 +141,7 @@ impl Windows for Running {
         &self.values
     }
 
-    /// Nothing is known of the signal, so its quality is 1. A channel that is missing reports its `N` and
+    /// Nothing is known about the signal, so its quality is 1. A missing channel reports its `N` and
     /// `Missing` as long as another is present.
     fn measure(&self, span: Span) -> Measured {
         let coverages: Vec<f64> =

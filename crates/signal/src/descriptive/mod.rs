@@ -1,4 +1,4 @@
-//! What can be said of any numbers: for a signal of which nothing is known.
+//! Descriptive statistics that apply to any series of numbers, for signals of an unknown kind.
 //!
 //! ```
 //! use teampulse_signal::descriptive::describe;

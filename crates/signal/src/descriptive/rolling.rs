@@ -11,15 +11,15 @@ use crate::analysis::Span;
 use crate::coverage::coverage;
 use crate::gaps::is_usable;
 
-/// What the samples of a stream come to in windows of several lengths that slide over it together.
+/// Descriptive statistics of a stream in sliding windows of several lengths.
 ///
-/// Windows end each hop after the first sample, long ones more seldom if they [are to](Pace). The same as [`describe`] says of the samples of each
-/// window, at a cost that grows with how many samples come and go, and with the share of a window that lies
-/// near its median and its MAD: moments and extremes are merged from those of single hops, and the middle
-/// ones are looked for among the values near to the last ones; all of a window is looked at only when they
-/// have moved from there. A function of the samples and the order in which they came
-/// alone. Memory is bounded by the longest window, or by what is [to be kept](Self::keep_from): each sample
-/// is held once, and those near the middle of a window once more.
+/// Windows end every hop after the first sample, or less often, as set by their [`Pace`]. The results equal
+/// those of [`describe`] for the samples of each window, at a cost that grows with the number of samples
+/// that enter and leave, and with the share of the window near its median and MAD: moments and extremes are
+/// merged from those of single hops, and medians are searched for among the values near the previous ones;
+/// the whole window is scanned only when they have moved away from there. The results are a function of the
+/// samples and their order alone. Memory is bounded by the longest window, or by what is
+/// [kept](Self::keep_from): each sample is held once, and those near the middle of a window twice.
 ///
 /// ```
 /// use teampulse_signal::descriptive::{Pace, Rolling};

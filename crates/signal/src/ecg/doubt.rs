@@ -1,4 +1,4 @@
-//! Evidence against a heart rate whose beats look well.
+//! Evidence against a heart rate whose beats look plausible.
 
 use super::windows::WindowBeat;
 use crate::robust::{interpolated, median_in_place};
@@ -14,8 +14,8 @@ const UNEXPLAINED: f64 = 0.35;
 const ECHO_CORRELATION: f64 = 0.85;
 const ECHO_SHARE: f64 = 0.15;
 
-/// The probability by signal quality alone, when nothing speaks against the rate. Even in much noise, beats
-/// that nothing speaks against are nearly always right.
+/// The probability from signal quality alone, when there is no other evidence against the rate. Even in heavy
+/// noise, beats without such evidence are nearly always right.
 const OF_QUALITY: [(f64, f64); 6] =
     [(0.0, 0.0), (0.03, 0.03), (0.06, 0.78), (0.2, 0.79), (0.25, 0.93), (1.0, 0.99)];
 /// The limits above which each share counts against it.
@@ -29,8 +29,8 @@ const MOST_ECHOED: f64 = 0.3;
 const MOST_LOST: f64 = 0.06;
 /// Where nearly every interval has an unexplained deflection, a whole rhythm may be missed.
 const MOSTLY_UNEXPLAINED: f64 = 0.6;
-/// A span is lively above this share of living signal; in any other its power takes from the probability:
-/// what is flat, saturated or silent hides beats.
+/// A span is live above this share of living signal; in any other span that share, raised to the power below,
+/// scales the probability: a flat, saturated or silent signal hides beats.
 const LIVELY: f64 = 0.95;
 const LIVING_WEIGHT: f64 = 1.25;
 const MOST_UNLIVELY: f64 = 0.79;

@@ -23,7 +23,7 @@ const OVERDUE: f64 = 0.2;
 /// its lowest share at the second.
 const ALIKE: (f64, f64) = (0.93, 0.985);
 const ALIKE_SHARE: f64 = 0.35;
-/// … in quiet only: noise resembles a beat now and then.
+/// … only where it is quiet: noise resembles a beat now and then.
 const ALIKE_RESTLESS: (f64, f64) = (0.15, 0.3);
 /// A candidate higher than this many usual beats is an electrode movement.
 const HIGHEST_BEATS: f64 = 8.0;
@@ -53,7 +53,7 @@ impl Usual {
     }
 }
 
-/// Whether a candidate with this similarity to beats stands out of quiet.
+/// Whether a candidate with this similarity to beats is preceded by quiet.
 pub(super) fn stands_out(candidate: &Candidate, alike: f64) -> bool {
     let most = if is_alike(alike) { RESTLESS_ALIKE } else { RESTLESS };
     candidate.restlessness < most

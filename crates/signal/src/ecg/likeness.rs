@@ -9,7 +9,7 @@ const AFTER_SECS: f64 = 0.15;
 /// The number of points at which beats are compared, 8 ms apart.
 const PLACES: usize = 32;
 const STEP_SECS: f64 = (BEFORE_SECS + AFTER_SECS) / (PLACES - 1) as f64;
-/// How far from both beats a missed one is looked for, as a share of the interval, and at least [s].
+/// How far from both beats a missed one is searched for, as a share of the interval, and at least [s].
 const ECHO_MARGIN: f64 = 0.33;
 const ECHO_MARGIN_SECS: f64 = 0.15;
 /// A beat is compared with the third most similar of those remembered: several beat morphologies may
@@ -40,9 +40,9 @@ pub(super) struct Echo {
 
 /// The newest beats, each detrended.
 ///
-/// The similarity of two beats is 2·⟨a, b⟩ / (⟨a, a⟩ + ⟨b, b⟩): 1 for the same shape and height. For one
-/// shape in noise it is the shape's share of the power, and so gives the signal-to-noise ratio around beats
-/// (after Orphanidou et al. 2015, doi:10.1109/JBHI.2014.2338351, who correlate beats with their mean).
+/// The similarity of two beats is 2·⟨a, b⟩ / (⟨a, a⟩ + ⟨b, b⟩): 1 for the same shape and height. For one shape
+/// in noise it is the share of the shape in the total power, and so gives the signal-to-noise ratio around
+/// beats (after Orphanidou et al. 2015, doi:10.1109/JBHI.2014.2338351, who correlate beats with their mean).
 #[derive(Clone, Debug)]
 pub(super) struct Likeness {
     rate_hz: f64,

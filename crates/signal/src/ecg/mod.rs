@@ -1,14 +1,14 @@
-//! Heart beats from the electrocardiogram (ECG), causal and of whole recordings.
+//! Heartbeats from the electrocardiogram (ECG), causal and of whole recordings.
 //!
-//! Both detectors look at the energy of the QRS complex around 17 Hz: derivatives of a Gaussian of
-//! even and odd order give an envelope without regard to shape and polarity (Hamilton & Tompkins
-//! 1986, doi:10.1109/TBME.1986.325695, use the same band). Its maxima are judged by thresholds
-//! between the usual height of beats and that of everything else, which fall as the next beat
-//! becomes due. A beat must also stand out of a quiet quarter of the time before it: flutter and
-//! noise without pauses are no beats. What has the form of the beats around it is one although it is
-//! lower or follows fast; what is far higher is an electrode that moved; and what was more than 10 s ago
-//! counts no more. In whole recordings those candidates are chosen of which heights
-//! and rhythm together are the most probable, which separates beats from noise that is as high. The time of a beat is that of the main deflection, within
+//! Both detectors use the energy of the QRS complex around 17 Hz: derivatives of a Gaussian of even and odd
+//! order give an envelope that does not depend on shape and polarity (Hamilton & Tompkins 1986,
+//! doi:10.1109/TBME.1986.325695, use the same band). The maxima of the envelope are compared with thresholds
+//! between the usual height of beats and that of all other deflections, which fall as the next beat becomes
+//! due. A beat must also be preceded by quiet in a quarter of the time before it: flutter and continuous noise
+//! are not beats. A deflection with the shape of the surrounding beats counts as a beat even if it is lower or
+//! follows early; one that is far higher is an electrode movement; heights older than 10 s are forgotten. In
+//! whole recordings the sequence of candidates with the most probable heights and rhythm is chosen, which
+//! separates beats from noise of the same height. The time of a beat is that of its main deflection, to within
 //! less than a sample.
 //!
 //! ```

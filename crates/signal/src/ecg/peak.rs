@@ -15,7 +15,7 @@ const CREST_SECS: f64 = 0.06;
 /// … as far as the signal stays above this share of the crest's height, which is measured from the lower of
 /// the two samples this far before and after it [s].
 const CREST_SHARE: f64 = 0.8;
-/// By how much of that height another crest has to be higher: the edges of a beat that is cut off are alike.
+/// By how much of that height another crest must be higher: the edges of a clipped beat have equal heights.
 const CREST_GAIN: f64 = 0.05;
 const CREST_BASE_SECS: f64 = 0.1;
 /// The search range for the highest sample around the maximum of the smoothed deflection [s].
@@ -125,7 +125,7 @@ impl PeakFinder {
     }
 
     fn learn_direction(&mut self, ratio: f64, upright: bool, strength: f64) {
-        // P and T waves are not learnt from.
+        // P and T waves do not update the polarity.
         if strength > self.usual_strength / 2.0 {
             // A plain mean at first, so that the polarity is known after a few beats.
             self.learnt_beats = (self.learnt_beats + 1.0).min(DIRECTION_BEATS);
@@ -160,7 +160,7 @@ impl PeakFinder {
         peak + highest.filter(is_higher).unwrap_or(base) as i64 - base as i64
     }
 
-    /// The nearest extreme of the raw signal, or `begin` if there is none.
+    /// The nearest extremum of the raw signal, or `begin` without one.
     fn true_peak(&self, begin: i64, upright: bool, raw: &History) -> f64 {
         let sign = if upright { 1.0 } else { -1.0 };
         let around = raw.at(begin - self.snap..begin + self.snap + 1);

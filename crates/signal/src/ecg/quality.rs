@@ -18,20 +18,18 @@ const HALVING: f64 = 0.18;
 
 /// Signal quality from 0 (useless) to 1 (equal beats with nothing between them).
 ///
-/// likeness / (1 + (between / 0.18)³) · living share, where
-/// - likeness is the mean over beats of how much each is like the third-likest of the eight before
-///   it, 2·⟨a, b⟩ / (⟨a, a⟩ + ⟨b, b⟩) from 0.1 s before to 0.15 s after, without the line that fits
-///   best and not below 0: what the shape of beats has of all power around them (after Orphanidou
-///   et al. 2015, doi:10.1109/JBHI.2014.2338351);
-/// - between is the median of the signal without its sign and what is slower than 0.5 Hz, in the
-///   median piece of 4 s, over the median height of beats: of a clean ECG 0.02 to 0.05;
-/// - the living share is that of samples that are usable numbers and not flat (the same for more
-///   than 0.2 s: a fallen electrode, or saturation).
+/// similarity / (1 + (between / 0.18)³) · living share, where
+/// - similarity is the mean similarity of each beat to the third most similar of the eight before it, 2·⟨a, b⟩
+///   / (⟨a, a⟩ + ⟨b, b⟩) from 0.1 s before to 0.15 s after, detrended and not below 0: the share of the beats'
+///   shape in the total power around them (after Orphanidou et al. 2015, doi:10.1109/JBHI.2014.2338351);
+/// - between is the median absolute value of the signal above 0.5 Hz, in the median segment of 4 s, over the
+///   median height of beats: 0.02 to 0.05 for a clean ECG;
+/// - the living share is the share of samples that are usable numbers and not flat (constant for more than 0.2
+///   s: a detached electrode, or saturation).
 ///
-/// Above 0.9 an ECG is clean; below 0.4 one beat in ten is none, or missed. Hum counts as noise, high
-/// T waves count a little. `beats` are the [samples](super::Beat::sample) of beats within the signal.
-/// Fewer than three give 0: 10 s of a living heart have more. `None` without a signal or a rate
-/// between 80 and 4000 Hz.
+/// Above 0.9 an ECG is clean; below 0.4 one beat in ten is false or missed. Hum counts as noise, high T waves
+/// count a little. `beats` are the [samples](super::Beat::sample) of beats within the signal. Fewer than three
+/// give 0: 10 s with a living heart contain more. `None` without a signal or for a rate outside 80 to 4000 Hz.
 pub fn quality(signal: &[f64], rate_hz: f64, beats: &[f64]) -> Option<f64> {
     if signal.is_empty() || !RATES_HZ.contains(&rate_hz) {
         return None;

@@ -35,10 +35,10 @@ struct Link {
     before: Option<usize>,
 }
 
-/// The most probable beats of one stretch without a gap: the chain of candidates of which heights and
-/// intervals together count most (dynamic programming, Viterbi 1967, doi:10.1109/TIT.1967.1054010).
+/// The most probable beats of one stretch without a gap: the chain of candidates whose heights and intervals
+/// have the highest total score (dynamic programming, Viterbi 1967, doi:10.1109/TIT.1967.1054010).
 ///
-/// `usual` belongs to the candidates one by one. Adds their places, plus `begin`, to `beats`.
+/// `usual` belongs to the candidates one by one. Adds their indices, plus `begin`, to `beats`.
 pub(super) fn chain(
     candidates: &[Candidate],
     usual: &[Around],

@@ -42,7 +42,7 @@ pub(super) struct WindowBeat {
     /// The peak-to-peak range between this beat and the one before, where neither has waves [unit of the
     /// signal].
     pub(super) between: Option<f64>,
-    /// What may be a missed beat in between.
+    /// A possible missed beat in between.
     pub(super) echo: Option<Echo>,
 }
 

@@ -1,8 +1,8 @@
 //! Skin conductance as events and values of windows.
 //!
-//! Channel 0 is the skin conductance [µS]; channel 1, if there is one, the temperature of the skin
-//! below the device [°C], by which the quality is judged. Events are `response`, at their peak,
-//! with `amplitude_us`, `rise_secs`, `half_recovery_secs` and `onset_sample`.
+//! Channel 0 is the skin conductance [µS]; channel 1, if present, the skin temperature below the device
+//! [°C], which is used to assess quality. Events are of kind `response`, placed at the peak, with
+//! `amplitude_us`, `rise_secs`, `half_recovery_secs` and `onset_sample`.
 
 use super::causal::CausalEda;
 use super::contact::glitches;

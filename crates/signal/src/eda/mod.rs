@@ -1,14 +1,14 @@
 //! Electrodermal activity: skin conductance [µS], its level and the responses of sweat glands.
 //!
-//! A [clean](clean()) signal is [split](Split) into a slow level (tonic) and responses (phasic): by
-//! a [high-pass](high_pass_split), or by [cvxEDA](cvx_eda), which finds the sparsest nerve activity
-//! that explains it. [Responses](find_responses) are found in the phasic part, of whole recordings
-//! or [as it comes in](ResponseDetector), and [related to events](EventWindow).
+//! A [clean](clean()) signal is [split](Split) into a slow level (tonic) and responses (phasic): by a
+//! [high-pass](high_pass_split), or by [cvxEDA](cvx_eda), which finds the sparsest nerve activity that
+//! explains the signal. [Responses](find_responses) are detected in the phasic part, in whole recordings or
+//! [sample by sample](ResponseDetector), and can be [related to events](EventWindow).
 //!
 //! ```
 //! use teampulse_signal::eda::{Threshold, clean, find_responses, high_pass_split};
 //!
-//! // Two minutes at 8 Hz: a response of 0.4 µS each 20 s, on a level that drifts.
+//! // Two minutes at 8 Hz: a response of 0.4 µS every 20 s, on a drifting level.
 //! let rate_hz = 8.0;
 //! let response = |secs: f64| ((-secs / 2.0).exp() - (-secs / 0.7).exp()) / 0.3689;
 //! let signal: Vec<f64> = (0..960)

@@ -7,9 +7,9 @@ pub struct Response {
     pub onset: f64,
     /// Its peak [samples from the first one].
     pub peak: f64,
-    /// From its onset to its peak [µS].
+    /// Its amplitude, from its onset to its peak [µS].
     pub amplitude_us: f64,
-    /// From its onset to its peak [s].
+    /// The rise time, from its onset to its peak [s].
     pub rise_secs: f64,
     /// The half recovery time: from its peak until half of the amplitude has decayed [s]; `None` when the
     /// next response or the end comes first.

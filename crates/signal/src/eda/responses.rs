@@ -10,22 +10,22 @@ use crate::peaks::{Peak, Rules, find_peaks};
 
 /// The skin conductance responses of the phasic part of a recording [µS].
 ///
-/// A peak counts whose prominence reaches the threshold.
+/// Peaks count if their prominence reaches the threshold.
 ///
-/// - Relative threshold: onsets, peaks and recoveries are those of NeuroKit2's `eda_peaks`, sample
-///   for sample. The onset is the nearest trough.
-/// - Absolute threshold: so must the amplitude, which is taken above where the fall of an earlier
-///   response leads. A response that rides on such a fall, or on another's rise, counts: the prominence
-///   is that in the signal with a lead (1.5 s over 0.5 s), and 1.2 times the threshold. The onset is
-///   where the rise bends upwards, at most four and a half seconds before the peak; ripples smaller than the
-///   threshold do not part a rise, and a level that creeps upwards before it does not belong to it.
+/// - Relative threshold: onsets, peaks and recoveries equal those of NeuroKit2's `eda_peaks`, sample for
+///   sample. The onset is the nearest trough.
+/// - Absolute threshold: the amplitude, too, must reach the threshold. It is measured from the extrapolated
+///   recovery of an earlier response. A response superimposed on such a recovery, or on the rise of another
+///   response, counts: its prominence is that in the signal after a lead filter (1.5 s over 0.5 s), and
+///   must reach 1.2 times the threshold. The onset is where the rise bends upwards, at most four and a half
+///   seconds before the peak; ripples smaller than the threshold do not split a rise, and a level that
+///   creeps upwards before it does not belong to it.
 ///
-/// The recovery is sought up to the next peak. A response that has begun before the recording is
-/// left out, as its amplitude is not known. Boucsein et al. (2012),
-/// doi:10.1111/j.1469-8986.2012.01384.x.
+/// The recovery is searched for up to the next peak. A response that began before the recording is left
+/// out, as its amplitude is unknown. Boucsein et al. (2012), doi:10.1111/j.1469-8986.2012.01384.x.
 ///
-/// An error for a rate outside of 1 to 2000 Hz or a threshold that is none. What is no usable
-/// number parts the signal.
+/// Returns an error for a rate outside 1 to 2000 Hz or an invalid threshold. Samples that are not usable
+/// numbers split the signal.
 pub fn find_responses(
     phasic: &[f64],
     rate_hz: f64,

@@ -10,7 +10,7 @@ use crate::analysis::Value;
 const VALUES: [(&str, &str, &str); 12] = [
     ("EDA_Tonic_Mean", "µS", "mean of the tonic part"),
     ("EDA_Tonic_SD", "µS", "standard deviation of the tonic part, over n"),
-    ("EDA_Tonic_Slope", "µS/min", "slope of the line of least squares through the tonic part"),
+    ("EDA_Tonic_Slope", "µS/min", "slope of the least-squares line through the tonic part"),
     ("SCR_Peaks_N", "1", "responses with their peak in the window"),
     ("SCR_Peaks_Rate", "1/min", "responses with their peak in the window, over its length"),
     ("SCR_Peaks_Amplitude_Mean", "µS", "mean rise of the phasic part from onset to peak"),
@@ -19,7 +19,7 @@ const VALUES: [(&str, &str, &str); 12] = [
     (
         "SCR_RecoveryTime_Mean",
         "s",
-        "mean time from peak to half of the amplitude, of those that get there in the window",
+        "mean time from peak to half of the amplitude, over responses that reach it in the window",
     ),
     ("EDA_Phasic_AUC", "µS·s", "integral of the phasic part where it is above zero"),
     ("EDA_Sympathetic", "µS²", SYMPATHETIC),
@@ -30,7 +30,7 @@ const VALUES: [(&str, &str, &str); 12] = [
 pub(super) const COUNT: usize = VALUES.len();
 
 const SYMPATHETIC: &str = "power 0.045-0.25 Hz of the clean signal: low-pass 0.8 Hz, 2 to 4 Hz, Welch 64 s, Blackman, \
-     half overlapping, without line, lines between the bins";
+     50 % overlap, linearly detrended, trapezoids between bins";
 const SYMPATHETIC_SHARE: &str = "EDA_Sympathetic over the power up to 0.8 Hz";
 
 /// The values of a whole recording.
@@ -40,7 +40,7 @@ pub(super) fn of_whole(settings: &Settings) -> Vec<Value> {
             "zero-phase Butterworth of order 2 at 0.05 Hz, tonic below and phasic above, after low-pass 3 Hz"
         }
         Phasic::CvxEda => {
-            "cvxEDA (tau 0.7 and 2 s, knots each 10 s, alpha 8e-4, gamma 1e-2) at 4 to 8 Hz"
+            "cvxEDA (tau 0.7 and 2 s, knots every 10 s, alpha 8e-4, gamma 1e-2) at 4 to 8 Hz"
         }
     };
     let threshold = match settings.threshold {
@@ -52,8 +52,7 @@ pub(super) fn of_whole(settings: &Settings) -> Vec<Value> {
 
 /// The values of a causal analysis.
 pub(super) fn of_causal(threshold_us: f64) -> Vec<Value> {
-    let split =
-        "causal Butterworth high-pass of order 2 at 0.01 Hz, tonic the rest, after low-pass 3 Hz";
+    let split = "causal Butterworth high-pass of order 2 at 0.01 Hz, the rest is tonic, after low-pass 3 Hz";
     values(split, &format!("of at least {threshold_us} µS, reported 1.1 s after their peaks"))
 }
 

@@ -17,11 +17,11 @@ use crate::error::SignalError;
 /// How long the times of samples are kept, for blinks that become known later [s].
 const LATE_SECS: f64 = 2.0;
 const CAUSAL_BLINKS: &str = "blinks: below 7 Hz (Butterworth 4, causal) in the mean of the channels \
-    above the eyes, 0.05–0.5 s wide, out of both sides within 0.4 s by at least 30 µV and 5 σ of \
-    standing out of ±0.15 s (interquartile range of the last 60 s); known up to 0.5 s later";
+    above the eyes, 0.05–0.5 s wide, at least 30 µV and 5 σ above the signal 0.4 s before and after; σ: deviation from \
+    the mean of ±0.15 s (interquartile range of the last 60 s); known up to 0.5 s later";
 const WHOLE_BLINKS: &str = "blinks: below 7 Hz (Butterworth 2, zero phase) in the mean of the channels \
-    above the eyes, 0.05–0.5 s wide, out of both sides within 0.4 s by at least 30 µV and 5 σ of \
-    standing out of ±0.15 s (interquartile range of the 60 s around)";
+    above the eyes, 0.05–0.5 s wide, at least 30 µV and 5 σ above the signal 0.4 s before and after; σ: deviation from \
+    the mean of ±0.15 s (interquartile range of the surrounding 60 s)";
 
 /// Settings of the EEG analysis.
 #[derive(Clone, Debug, PartialEq)]

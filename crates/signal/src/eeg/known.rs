@@ -44,8 +44,8 @@ impl Known {
             Blinks::LeftOut => " or with a blink",
         };
         let welch = format!(
-            "Welch over the segments of 4 s inside the window, half overlapping, Hann, without mean, \
-             unfiltered; not those of a quality below 0.1, of more than {most_rms_uv} µV rms (1–45 Hz)\
+            "Welch over the segments of 4 s inside the window, 50 % overlap, Hann, mean removed, \
+             unfiltered; without those with a quality below 0.1, with more than {most_rms_uv} µV rms (1–45 Hz)\
              {without}"
         );
         let (quantities, values) =

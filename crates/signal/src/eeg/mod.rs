@@ -1,10 +1,10 @@
-//! Brain waves from the electroencephalogram (EEG) and what is read from them: the power of bands,
-//! engagement, workload and asymmetry, the frequency of alpha, blinks, and the quality of channels.
+//! Brain waves from the electroencephalogram (EEG) and measures derived from them: band powers, engagement,
+//! workload and asymmetry, the alpha frequency, blinks, and the quality of channels.
 //!
-//! Spectra are Welch's, of segments of [`SEGMENT_SECS`] that overlap by half, under a Hann window and
-//! without their mean, of the samples as they were measured: the window keeps drift, offset and mains
-//! out of the bands, all of which lie between 1 and 45 Hz, where a [filter](cleaning) would take a
-//! part of what is near its corner. So a spectrum is the same live and afterwards.
+//! Spectra use Welch's method with segments of [`SEGMENT_SECS`] that overlap by half, a Hann window and the
+//! mean removed, on the samples as measured: the window keeps drift, offset and mains out of the bands, all
+//! of which lie between 1 and 45 Hz, whereas a [filter](cleaning) would attenuate frequencies near its
+//! cut-off. So a spectrum is the same live and afterwards.
 //!
 //! ```
 //! use std::f64::consts::TAU;

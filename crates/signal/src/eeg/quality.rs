@@ -55,17 +55,18 @@ impl Quality {
         })
     }
 
-    /// All of it in one number from 0 (useless) to 1: amplitude · mains · muscle · living share.
+    /// All measures combined into one number from 0 (useless) to 1: amplitude · mains · muscle · living
+    /// share.
     ///
-    /// Each part falls from 1 where nothing is wrong to 0:
-    /// - amplitude (rms, 1–45 Hz) from 100 µV up to 1 mV, and from 1 µV down to 0.1 µV, with its logarithm;
-    /// - mains from the power of the EEG to 10,000 times that, with its logarithm: they lie outside of all
-    ///   bands, but indicate a poor contact;
-    /// - muscle from no share of 30–45 Hz to one of ½ (Whitham et al. 2007,
-    ///   doi:10.1016/j.clinph.2007.04.027: above 20 Hz, most of what a scalp shows is muscle);
-    /// - the living share is what is neither flat nor saturated nor missing.
+    /// Each factor falls from 1 without a fault to 0:
+    /// - amplitude (RMS, 1–45 Hz): from 100 µV up to 1 mV, and from 1 µV down to 0.1 µV, logarithmically;
+    /// - mains: from the power of the EEG to 10,000 times that, logarithmically: mains hum lies outside all
+    ///   bands, but indicates poor contact;
+    /// - muscle: from a 30–45 Hz share of 0 to one of ½ (Whitham et al. 2007,
+    ///   doi:10.1016/j.clinph.2007.04.027: above 20 Hz, most of the power at the scalp is muscle activity);
+    /// - the living share: samples that are neither flat nor saturated nor missing.
     ///
-    /// Limits of taste, for comparing channels and times; a blink lowers it little.
+    /// The limits are conventions, for comparing channels and times; a blink lowers the quality little.
     pub fn combined(&self) -> f64 {
         let low = falls(USUAL_UV.0 / self.rms_uv, USUAL_UV.0 / TOO_LOW_UV);
         let high = falls(self.rms_uv / USUAL_UV.1, TOO_HIGH_UV / USUAL_UV.1);

@@ -117,7 +117,7 @@ pub(super) fn quantities(names: &[String], welch: &str, blinks: &str) -> Vec<(Qu
         all.extend(
             own.map(|shape| (Quantity::Channel(index, shape), shape.value(Some(name), welch))),
         );
-        let method = "amplitude · mains · muscle (30–45 Hz) · what is not flat, saturated or missing; \
+        let method = "amplitude · mains · muscle (30–45 Hz) · share not flat, saturated or missing; \
                       mean of the segments of 4 s";
         all.push((Quantity::Quality(index), Value::of_channel("EEG_Quality", name, "1", method)));
     }

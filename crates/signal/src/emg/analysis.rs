@@ -1,11 +1,11 @@
 //! The values of an electromyogram's windows, with its bursts as events.
 //!
-//! A `burst` stands at its onset; its details are the `channel`'s index, `duration_secs`, and
+//! A `burst` is placed at its onset; its details are the `channel`'s index, `duration_secs`, and
 //! `mean_envelope` and `peak_envelope` in the signal's unit.
 //!
-//! Features are those of 0.25 s [frames](super::Frames), 0.125 s apart, counted from the first sample;
-//! the value of a window is their mean over the frames that lie in it, so that windows of any length can
-//! be compared. A window without a whole frame is too short. A frame needs nine tenths of its samples.
+//! Features are those of 0.25 s [frames](super::Frames), 0.125 s apart, counted from the first sample; the
+//! value of a window is their mean over the frames that lie in it, so that windows of any length are
+//! comparable. A window without a whole frame is too short. A frame needs nine tenths of its samples.
 
 use std::collections::VecDeque;
 
@@ -241,7 +241,7 @@ impl Causal for Running {
             let raw = channels.get(index).copied().unwrap_or(f64::NAN);
             let was_open = self.detectors[index].is_open();
             let (band, envelope, burst) = self.detectors[index].follow(raw);
-            // Known to rest since its first burst.
+            // Rest is known since its first burst.
             let activity = match self.taken[index].activity {
                 _ if self.detectors[index].is_active() => Activity::Contraction,
                 Activity::Unknown => Activity::Unknown,

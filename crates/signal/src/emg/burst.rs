@@ -6,7 +6,7 @@ use crate::error::{SignalError, checked, checked_rate_hz};
 
 /// The separation of bursts from rest.
 ///
-/// A double threshold: a burst begins where the envelope exceeds the lower one, provided it goes on to the
+/// A double threshold: a burst begins where the envelope exceeds the lower one, provided it rises to the
 /// upper one, and ends where it falls below the lower one for some time. Both are multiples of the envelope
 /// at rest, the 10 % quantile of its means over 0.1 s. (After Hodges & Bui 1996,
 /// doi:10.1016/S0921-884X(96)95190-5, who use mean and standard deviation of a known rest.) If the muscle
@@ -235,7 +235,7 @@ mod tests {
 
     use super::*;
 
-    /// Noise at 1000 Hz, and what it is multiplied with at each time [s].
+    /// Noise at 1000 Hz, and the factor that it is multiplied by at each time [s].
     fn noise(secs: f64, gain: impl Fn(f64) -> f64) -> Vec<f64> {
         let mut state = 1u32;
         let mut next = || {

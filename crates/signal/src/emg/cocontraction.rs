@@ -1,11 +1,11 @@
 //! Co-contraction of antagonists.
 
-/// How much two antagonists contract at once, from the heights of their envelopes, each as a share of
-/// its maximal voluntary contraction: (lower / higher) · (lower + higher) [0..2].
+/// Co-contraction of two antagonists from their envelopes, each as a share of its maximal voluntary
+/// contraction: (lower / higher) · (lower + higher) [0..2].
 ///
-/// Rudolph et al. (2000, 2001), doi:10.1007/s001670000166: large where both are loud and equally so, small where
-/// one or both are quiet. 0 when both are silent. A window's index is the mean over its samples. `None`
-/// for shares that are negative or not finite.
+/// Rudolph et al. (2000, 2001), doi:10.1007/s001670000166: large where both are strongly and equally
+/// active, small where one or both are weak. 0 when both are silent. A window's index is the mean over its
+/// samples. `None` for shares that are negative or not finite.
 ///
 /// ```
 /// use teampulse_signal::emg::cocontraction;

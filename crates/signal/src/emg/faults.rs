@@ -272,7 +272,7 @@ mod tests {
     fn the_share_of_the_power_line_is_reported() {
         for at_hz in MAINS_HZ {
             let line = |k: u32| (TAU * at_hz * f64::from(k) / RATE_HZ).sin();
-            // As much power as uniform noise between −½ and ½ has.
+            // The power of uniform noise between −½ and ½.
             let both = |k: u32| twice(noise(k) + line(k) / 6f64.sqrt());
             let share = watched((0..20_000).map(both)).mains_share();
             assert!((share - 0.5).abs() < 0.05, "{share}");

@@ -35,11 +35,11 @@ pub struct Features {
     pub mdf_hz: f64,
 }
 
-/// Features of frames of one length, each some time after the last.
+/// Features of frames of one length at a fixed hop.
 ///
-/// A frame has ⌊length · rate⌋ samples; its spectrum is SciPy's periodogram with a periodic Hann window,
-/// the mean subtracted, planned once. No frame allocates. Frames shorter than 0.1 s resolve frequencies
-/// coarsely: bins lie 1 / length apart.
+/// A frame has ⌊length · rate⌋ samples; its spectrum is SciPy's periodogram with a periodic Hann window and
+/// the mean removed, planned once. No frame allocates. Frames shorter than 0.1 s resolve frequencies
+/// coarsely: bins are 1 / length apart.
 ///
 /// ```
 /// use teampulse_signal::emg::Frames;
@@ -62,7 +62,7 @@ pub struct Frames {
 impl Frames {
     /// Frames of `length_secs` [s], `hop_secs` [s] apart, without thresholds.
     ///
-    /// An error for a rate outside of [`RATES_HZ`], fewer than 8 or more than a million samples in a
+    /// Returns an error for a rate outside [`RATES_HZ`], fewer than 8 or more than a million samples in a
     /// frame, or a hop of less than a sample.
     pub fn new(rate_hz: f64, length_secs: f64, hop_secs: f64) -> Result<Frames, SignalError> {
         let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;

@@ -9,7 +9,7 @@ use super::amplitude::sum;
 use crate::spectrum::Taper;
 
 /// Spectra of frames of one length, planned once: SciPy's `periodogram` with a Hann window and the mean
-/// taken off.
+/// removed.
 #[derive(Clone)]
 pub(super) struct Periodogram {
     fourier: Arc<dyn RealToComplex<f64>>,

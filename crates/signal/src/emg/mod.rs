@@ -1,13 +1,13 @@
-//! Muscles' activity from the surface electromyogram (EMG), as it comes in and of whole recordings.
+//! Muscle activity from the surface electromyogram (EMG), causal and of whole recordings.
 //!
-//! The signal is passed between 20 Hz and 450 Hz (or 95 % of what the rate can show): motion of skin
-//! and cables lies below, noise above (De Luca et al. 2010, doi:10.1016/j.jbiomech.2010.01.027). Rates
-//! from 100 Hz (a wristband has 200) to 10 kHz.
+//! The signal is band-passed from 20 Hz to 450 Hz (or 95 % of the Nyquist frequency): motion of skin and
+//! cables lies below, noise above (De Luca et al. 2010, doi:10.1016/j.jbiomech.2010.01.027). Rates from
+//! 100 Hz (a wristband has 200) to 10 kHz.
 //!
 //! ```
 //! use teampulse_signal::emg::{Frames, clean, find_bursts};
 //!
-//! // Ten seconds of which the sixth and the seventh are ten times as loud.
+//! // Ten seconds; the sixth and the seventh are ten times as loud.
 //! let rate_hz = 1000.0;
 //! let noise = |k: u32| f64::from((k * k % 977) * 31 % 1009) / 1009.0 - 0.5;
 //! let loud = |k: u32| if (5000..7000).contains(&k) { 1.0 } else { 0.1 };

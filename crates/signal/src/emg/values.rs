@@ -25,22 +25,22 @@ const OF_CHANNEL: [(&str, &str, &str); 18] = [
     ("EMG_WL", "u", "sum of absolute steps in a frame"),
     ("EMG_ZC", "1", "changes of sign in a frame"),
     ("EMG_SSC", "1", "turns in a frame"),
-    ("EMG_MNF", "Hz", "mean frequency of the periodogram (Hann, mean taken off)"),
-    ("EMG_MDF", "Hz", "median frequency of the periodogram (Hann, mean taken off)"),
+    ("EMG_MNF", "Hz", "mean frequency of the periodogram (Hann, mean removed)"),
+    ("EMG_MDF", "Hz", "median frequency of the periodogram (Hann, mean removed)"),
     (
         "EMG_MDF_Slope",
         "Hz/min",
-        "least-squares line through the median frequencies of frames within bursts, which rest is no part of \
+        "least-squares line through the median frequencies of frames within bursts, excluding rest \
          (of all frames while the channel has had no burst: a contraction without rest)",
     ),
     ("EMG_Amplitude_Mean", "u", "mean of the envelope (rectified, Butterworth 2 low-pass 6 Hz)"),
     ("EMG_MVC", "%", "100 · mean of the envelope / that of the maximal voluntary contraction"),
     ("EMG_Activation_N", "1", "bursts that begin in the window"),
-    ("EMG_SQI", "1", "(1 − flat − clipped) · √((1 − mains) · (1 − outside of the band))"),
+    ("EMG_SQI", "1", "(1 − flat − clipped) · √((1 − mains) · (1 − outside the band))"),
     ("EMG_Mains", "1", "share of 50 or 60 Hz in the power of the band, averaged over 1 s"),
-    ("EMG_Outside", "1", "share of the power that lies outside of the band"),
-    ("EMG_Flat", "1", "share of samples that are the same for more than 0.2 s"),
-    ("EMG_Clipped", "1", "share of samples that are cut off at an end of the range"),
+    ("EMG_Outside", "1", "share of the power outside the band"),
+    ("EMG_Flat", "1", "share of samples that are constant for more than 0.2 s"),
+    ("EMG_Clipped", "1", "share of samples clipped at an end of the range"),
 ];
 /// The values that are means over frames.
 const MEANS: std::ops::Range<usize> = 1..9;

@@ -8,17 +8,18 @@ use crate::analysis::{
 use crate::coverage::coverage;
 use crate::error::SignalError;
 
-/// What is not one of the classes.
+/// Channels that are not classes.
 const DIMENSIONS: [&str; 3] = ["valence", "arousal", "dominance"];
-/// How far probabilities may be from a sum of 1.
+/// How far the sum of probabilities may be from 1.
 const SUM_WITHIN: f64 = 0.02;
 
-/// A causal analysis of estimates, whose channels have these names: a class each, or valence, arousal, dominance.
+/// A causal analysis of estimates in channels with these names: one per class, or valence, arousal and
+/// dominance.
 pub fn causal(names: &[&str]) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Estimates::new(names)?))
 }
 
-/// An analysis of a whole recording of such estimates.
+/// An analysis of a whole recording of estimates.
 pub fn whole(names: &[&str], recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let mut estimates = Estimates::new(names)?;
     let mut numbers = vec![f64::NAN; recording.channels.len()];
@@ -49,8 +50,8 @@ impl Estimates {
         })
     }
 
-    /// How sure the model is [0..1]: 0 where all classes are as probable, 1 where one is certain. `None` without classes,
-    /// or where their numbers are no probabilities.
+    /// The confidence of the model [0..1]: 0 if all classes are equally probable, 1 if one is certain.
+    /// `None` without classes, or if their numbers are not probabilities.
     fn confidence(&self, numbers: &[f64]) -> Option<f64> {
         let classes: Vec<f64> = numbers
             .iter()
@@ -72,7 +73,7 @@ fn values(names: &[&str]) -> Vec<Value> {
         Value::new(
             "EXPRESSION_Confidence",
             "1",
-            "mean of how sure the model is: its highest probability, from 0 for classes that are as probable to 1 for a certain one; no probability of being right",
+            "mean confidence of the model: its highest probability, scaled from 0 for equally probable classes to 1 for a certain one; not a probability of being right",
         ),
         Value::new("EXPRESSION_Presence", "1", "share of pictures with an estimate"),
     ];
@@ -81,7 +82,7 @@ fn values(names: &[&str]) -> Vec<Value> {
             "EXPRESSION_Mean",
             name,
             "1",
-            "mean of the model's estimates of what the face shows, not of what somebody feels",
+            "mean of the model's estimates of what the face shows, not of what the person feels",
         ));
         values.push(Value::of_channel(
             "EXPRESSION_SD",
@@ -146,7 +147,7 @@ impl Causal for Estimates {
     }
 }
 
-/// The mean, and the standard deviation of two and more.
+/// The mean, and the standard deviation for two or more values.
 fn mean_and_sd(numbers: &[f64]) -> Option<(f64, Option<f64>)> {
     let count = numbers.len() as f64;
     let mean = numbers.iter().sum::<f64>() / count;

@@ -1,6 +1,7 @@
-//! What a model's estimates of an expression say of a span: how probable each was, and how sure the model was.
+//! Facial expressions from a model's estimates: how probable each was in a span, and how confident the
+//! model was.
 //!
-//! An expression is what a face shows, not what somebody feels, and a model's probabilities are more certain than it is
-//! right. So the values are means, with their spread, and a confidence beside them.
+//! An expression is what a face shows, not what the person feels, and a model's probabilities are usually
+//! overconfident. The values are therefore means with their spread, and a confidence.
 
 pub mod analysis;

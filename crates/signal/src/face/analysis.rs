@@ -1,4 +1,5 @@
-//! The values of a face in windows: blinks, closed eyes, and movement of the head; and each blink as an event.
+//! The values of a face in windows: blinks, closed eyes, and movement of the head; each blink is also an
+//! event.
 //!
 //! Causal and whole analysis agree.
 
@@ -14,13 +15,13 @@ use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Wi
 use crate::error::SignalError;
 use crate::points::{between, middle, tilt};
 
-/// A causal analysis of points of faces, whose channels have these names: those of `hri_msgs/FacialLandmarks` in lower
-/// case, such as `right_eye_outside_x`.
+/// A causal analysis of face landmarks in channels with these names: those of `hri_msgs/FacialLandmarks` in
+/// lower case, such as `right_eye_outside_x`.
 pub fn causal(names: &[&str]) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Seen::new(names)?))
 }
 
-/// An analysis of a whole recording of such points.
+/// An analysis of a whole recording of face landmarks.
 pub fn whole(names: &[&str], recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let mut seen = Seen::new(names)?;
     let mut numbers = vec![f64::NAN; recording.channels.len()];

@@ -1,21 +1,24 @@
 use std::collections::VecDeque;
 
-/// Below this the eyes close, and above this they are open again, by the level of open ones.
+/// The eyes count as closing below the first level and as open again above the second, relative to open
+/// eyes.
 const CLOSING: f64 = 0.7;
 const OPEN: f64 = 0.8;
-/// They are open again above this share of what they were before, too: eyes that look down are half closed already.
+/// They also count as open again above this share of their opening before: eyes that look down are already
+/// half closed.
 const OPEN_OF_BEFORE: f64 = 0.9;
-/// How many standard deviations of the noise below open eyes a dip has to be.
+/// The least depth of a dip below open eyes, in standard deviations of the noise.
 const SURE: f64 = 5.0;
-/// How far it has to go, with its neighbours, below what came shortly before and what comes after.
+/// The least depth of a dip, averaged over neighbouring pictures, below the opening shortly before and
+/// after it.
 const LEAST_DEPTH: f64 = 0.2;
-/// The longest blink, at half of its depth [s]; beyond that the eyes are closed.
+/// The longest blink, at half depth [s]; a longer closure is not a blink.
 pub(super) const LONGEST_SECS: f64 = 0.5;
 /// The shortest blink [s].
 const SHORTEST_SECS: f64 = 0.03;
-/// The longest time between two pictures of one dip [ns].
+/// The longest time between two pictures within a dip [ns].
 const MOST_APART_NANOS: i64 = 250_000_000;
-/// How much of what comes before a dip is kept [ns].
+/// How much of the time before a dip is kept [ns].
 const BEFORE_NANOS: i64 = 400_000_000;
 /// The longest dip [ns].
 const LONGEST_NANOS: i64 = 60_000_000_000;
@@ -23,13 +26,13 @@ const LONGEST_NANOS: i64 = 60_000_000_000;
 /// A time in which the eyes were closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Closure {
-    /// Its middle, at half of its depth [ns].
+    /// The middle of the closure, at half depth [ns].
     pub at_ns: i64,
-    /// The number of the picture of its deepest [from 0].
+    /// The index of the picture with the smallest opening [from 0].
     pub frame: usize,
-    /// How long it was, at half of its depth [s].
+    /// The duration at half depth [s].
     pub secs: f64,
-    /// By how much of open eyes they closed [0..1].
+    /// The depth as a share of the opening of open eyes [0..1].
     pub depth: f64,
 }
 
@@ -39,19 +42,19 @@ impl Closure {
     }
 }
 
-/// Finds where the eyes close.
+/// Detects eye closures.
 #[derive(Debug, Default)]
 pub(super) struct Blinks {
-    /// The pictures since shortly before the dip: number, time [ns], opening.
+    /// The pictures from shortly before the dip on: index, time [ns], opening.
     pictures: VecDeque<(usize, i64, f64)>,
     is_closing: bool,
-    /// The opening before it.
+    /// The opening before the dip.
     before: f64,
 }
 
 impl Blinks {
-    /// Takes in the opening of a picture, by that of open eyes, and its noise; returns what was a closure, once the eyes
-    /// are open again.
+    /// Takes in the opening in a picture, relative to open eyes, and its noise; returns the closure that
+    /// has just ended, if any.
     pub fn push(&mut self, frame: usize, at_ns: i64, open: f64, noise: f64) -> Option<Closure> {
         if !open.is_finite() || !noise.is_finite() {
             return None;
@@ -90,20 +93,20 @@ impl Blinks {
         let deepest = (0..pictures.len())
             .min_by(|one, other| pictures[*one].2.total_cmp(&pictures[*other].2))?;
         let depth = 1.0 - pictures[deepest].2;
-        // Who looks down opens the eyes less afterwards: one noisy picture of that is no blink.
+        // After looking down the eyes stay less open: a single noisy picture then is not a blink.
         let edge = pictures.last().map_or(self.before, |(_, _, after)| self.before.min(*after));
         if edge - around(&pictures, deepest) < LEAST_DEPTH {
             return None;
         }
         let half = 1.0 - 0.5 * depth;
         let (first_ns, last_ns) = (pictures.first()?.1, pictures.last()?.1);
-        // Where the line between two pictures is at half of the depth.
+        // Where the line between two pictures crosses half depth.
         let crossing = |(_, from_ns, from): (usize, i64, f64),
                         (_, to_ns, to): (usize, i64, f64)| {
             from_ns as f64
                 + (to_ns - from_ns) as f64 * ((half - from) / (to - from)).clamp(0.0, 1.0)
         };
-        // From outside, so that eyes that open a little in between are one closure.
+        // From outside, so that a closure with a partial opening in between stays one.
         let begins = pictures.windows(2).find(|pair| pair[0].2 > half && pair[1].2 <= half);
         let ends = pictures.windows(2).rev().find(|pair| pair[0].2 <= half && pair[1].2 > half);
         let begin_ns = begins.map_or(first_ns as f64, |pair| crossing(pair[0], pair[1]));

@@ -1,14 +1,15 @@
 use std::collections::VecDeque;
 
-/// How far back the level of open eyes is taken from [ns].
+/// How far back the level of open eyes is estimated from [ns].
 const OVER_NANOS: i64 = 60_000_000_000;
-/// How much of that is needed [ns].
+/// The least time with data for an estimate [ns].
 const LEAST_NANOS: i64 = 2_000_000_000;
-/// How often it is computed anew [ns].
+/// The interval between estimates [ns].
 const ANEW_NANOS: i64 = 500_000_000;
-/// The share of openings below the level. Eyes that are half of the time closed still have one.
+/// The quantile of openings that is the level of open eyes: it works for eyes that are closed up to half of
+/// the time.
 const RANK: f64 = 0.7;
-/// From the median of what two neighbours differ by to the standard deviation of one, if normal.
+/// The ratio of one value's standard deviation to the median absolute difference of two, for normal values.
 const TO_DEVIATION: f64 = 1.048_4;
 
 /// The opening of open eyes, and the noise of openings.
@@ -21,7 +22,8 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// Takes in an opening and returns it by that of open eyes, with its noise: NaN until that is known.
+    /// Takes in an opening and returns it relative to open eyes, with its noise; NaN until the level is
+    /// known.
     pub fn push(&mut self, at_ns: i64, opening: f64) -> (f64, f64) {
         if !opening.is_finite() {
             return (f64::NAN, f64::NAN);
@@ -55,7 +57,7 @@ impl Level {
     }
 }
 
-/// The number below which this share of all is; NaN of none.
+/// The quantile for this share; NaN for an empty slice.
 fn ranked(numbers: &mut [f64], share: f64) -> f64 {
     if numbers.is_empty() {
         return f64::NAN;

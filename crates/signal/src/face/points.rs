@@ -1,38 +1,38 @@
-//! The points of a face that are read, by the names of their channels: those of `hri_msgs/FacialLandmarks` in lower case,
+//! The face landmarks used, identified by channel names: those of `hri_msgs/FacialLandmarks` in lower case,
 //! each with `_x`, `_y` [px] and, where known, `_score`.
 
 use crate::points::{Place, between, middle};
 
-/// The eyes, each with the point that is its centre where only that is known.
+/// The eyes, each with the landmark that is its centre if only that is known.
 const SIDES: [(&str, &str); 2] = [("right_eye", "right_pupil"), ("left_eye", "left_pupil")];
-/// The points of an eye: corners, then the upper lid from the right of the picture's owner, then the lower one.
+/// The landmarks of an eye: its corners, then the upper lid from the person's right, then the lower lid.
 const OF_EYE: [&str; 6] = ["outside", "inside", "top_1", "top_2", "bottom_1", "bottom_2"];
 
-/// Where the points of eyes are among the channels.
+/// The channel indices of the landmarks of the eyes.
 #[derive(Debug)]
 pub(super) struct Points {
     eyes: [Eye; 2],
 }
 
-/// What is seen of the eyes in a picture.
+/// The eyes in one picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Eyes {
-    /// Their height by their width, of both or of the one that is seen; NaN where unknown.
+    /// Height divided by width, of both eyes or of the one in view; NaN where unknown.
     pub opening: f64,
-    /// The centres of the right and the left one [px]; NaN where unknown.
+    /// The centres of the right and the left eye [px]; NaN where unknown.
     pub centres: [[f64; 2]; 2],
 }
 
 #[derive(Debug)]
 struct Eye {
-    /// The points of [`OF_EYE`].
+    /// The landmarks of [`OF_EYE`].
     lids: Option<[Place; 6]>,
-    /// Its centre, for where only that is known.
+    /// The centre, where only that is known.
     centre: Option<Place>,
 }
 
 impl Points {
-    /// The points of channels with these names; `None` without an eye.
+    /// The landmarks of the eyes in channels with these names; `None` without an eye.
     pub fn of(names: &[&str]) -> Option<Points> {
         let eyes = SIDES.map(|(side, pupil)| Eye::of((side, pupil), names));
         let is_any = eyes.iter().any(|eye| eye.lids.is_some() || eye.centre.is_some());
@@ -61,7 +61,7 @@ impl Eye {
         Eye { lids: lids.try_into().ok(), centre }
     }
 
-    /// Its opening, and its centre.
+    /// The opening of the eye, and its centre.
     fn seen(&self, channels: &[f64]) -> (f64, [f64; 2]) {
         let centre = || self.centre.map_or([f64::NAN; 2], |place| place.at(channels));
         let Some(lids) = self.lids else { return (f64::NAN, centre()) };
@@ -69,7 +69,7 @@ impl Eye {
         let width = between(outside, inside);
         let height = between(middle(tops[0], tops[1]), middle(bottom_1, bottom_2));
         let opening = if width > 0.0 { height / width } else { f64::NAN };
-        // Who publishes `FacialLandmarks` may find pupils alone.
+        // A publisher of `FacialLandmarks` may detect only the pupils.
         (opening, if width.is_finite() { middle(outside, inside) } else { centre() })
     }
 }

@@ -4,16 +4,16 @@ use super::Frame;
 use super::blinks::Closure;
 use crate::analysis::Span;
 
-/// How many of the last blinks say how far the eyes are open when closed.
+/// The number of recent blinks from which the opening of closed eyes is estimated.
 const LAST_BLINKS: usize = 20;
-/// How far they are open then before any blink, by the level of open ones, and at most.
+/// The opening of closed eyes before the first blink, and its upper limit, relative to open eyes.
 const CLOSED: f64 = 0.3;
 const MOST_CLOSED: f64 = 0.5;
 
 /// The frames of a face and the times in which its eyes were closed, in order of time.
 #[derive(Debug, Default)]
 pub(super) struct Store {
-    /// Frames, each with the opening at and below which four fifths of the eye are covered.
+    /// Frames, each with the opening at which four fifths of the eye are covered.
     frames: VecDeque<(Frame, f64)>,
     closures: VecDeque<Closure>,
     last_depths: VecDeque<f64>,
@@ -33,7 +33,7 @@ impl Store {
         }
     }
 
-    /// How far closed eyes are open: points of lids have a distance.
+    /// The opening of closed eyes: the lid landmarks are then still apart.
     fn closed(&self) -> f64 {
         let mut depths: Vec<f64> = self.last_depths.iter().copied().collect();
         if depths.is_empty() {

@@ -1,4 +1,4 @@
-//! The values of a span of points of a face.
+//! The values of a span of face landmarks.
 
 use super::Frame;
 use super::blinks::Closure;
@@ -7,13 +7,13 @@ use crate::analysis::{Measured, Reason, Span, Value};
 use crate::coverage::coverage;
 use crate::points::{Stay, speed};
 
-/// The longest time that a picture stands for [ns].
+/// The longest time that a picture accounts for [ns].
 const STANDS_NANOS: i64 = 500_000_000;
-/// The noise of the opening, by that of open eyes, between which quality falls from 1 to 0.
+/// The noise of the opening, relative to open eyes, over which quality falls from 1 to 0.
 const NOISE: (f64, f64) = (0.06, 0.16);
-/// The rates of pictures between which quality rises from 0 to 1 [Hz]: a blink takes 0.1 to 0.4 s.
+/// The frame rates over which quality rises from 0 to 1 [Hz]: a blink takes 0.1 to 0.4 s.
 const PICTURES_HZ: (f64, f64) = (8.0, 14.0);
-/// The least quality at which blinks and closures are stated.
+/// The least quality for which blinks and closures are reported.
 const LEAST_QUALITY: f64 = 0.3;
 
 /// The values of windows.
@@ -21,26 +21,34 @@ pub(super) static VALUES: [Value; 8] = [
     Value::new(
         "BLINK_Rate",
         "1/min",
-        "blinks (the opening of the eyes, height by width of their points, falls below 0.7 of its 70th percentile of 60 s and by five standard deviations of its noise, for 0.03 to 0.5 s at half depth) by the time with eyes in view",
+        "blinks (the opening of the eyes, height over width of their landmarks, falls below 0.7 of its 70th percentile over 60 s and by five standard deviations of its noise, for 0.03 to 0.5 s at half depth) over the time with eyes in view",
     ),
-    Value::new("BLINK_Duration", "s", "mean duration of blinks at half of their depth"),
-    Value::new("BLINK_Amplitude", "1", "mean depth of blinks, by the opening of open eyes"),
+    Value::new("BLINK_Duration", "s", "mean duration of blinks at half depth"),
+    Value::new(
+        "BLINK_Amplitude",
+        "1",
+        "mean depth of blinks, relative to the opening of open eyes",
+    ),
     Value::new(
         "EYE_PERCLOS",
         "1",
-        "share of time in which four fifths of the way from open eyes to those of the median of 20 closures are covered (P80); up to 0.06 too high for somebody who never closes them wholly",
+        "share of time with the eyes at least 80 % closed (P80), from open eyes to the median of 20 closures; up to 0.06 too high for a person who never closes them completely",
     ),
     Value::new(
         "EYE_LongestClosure",
         "s",
-        "longest time at half depth or below that is longer than a blink; 0 without any",
+        "longest closure at half depth that is longer than a blink; 0 without one",
     ),
     Value::new(
         "HEAD_Movement",
         "1/s",
-        "path of the place between the eyes (means of 0.25 s), in distances between the eyes, by time",
+        "path of the midpoint between the eyes (means of 0.25 s), in eye distances, over time",
     ),
-    Value::new("HEAD_Tilt", "rad", "mean tilt of the line between the eyes, to the right shoulder"),
+    Value::new(
+        "HEAD_Tilt",
+        "rad",
+        "mean tilt of the line between the eyes, positive towards the right shoulder",
+    ),
     Value::new("FACE_Presence", "1", "share of pictures with the eyes in view"),
 ];
 
@@ -77,7 +85,7 @@ pub(super) fn measure(store: &Store, span: Span) -> Measured {
     Measured { coverage, quality, values }
 }
 
-/// How reliable blinks are [0..1]: eyes are in view, in enough pictures a second, with little noise.
+/// How reliable blinks are [0..1]: the eyes are in view, at a sufficient frame rate, with little noise.
 fn quality(frames: &[(Frame, f64)], eyes: &[(Frame, f64)]) -> f64 {
     let [Some((first, _)), Some((last, _))] = [eyes.first(), eyes.last()] else { return 0.0 };
     let secs = (last.at_ns - first.at_ns) as f64 / 1e9;
@@ -87,7 +95,7 @@ fn quality(frames: &[(Frame, f64)], eyes: &[(Frame, f64)]) -> f64 {
     share * rise(hz, PICTURES_HZ) * (1.0 - rise(noise, NOISE))
 }
 
-/// The share of time in which the eyes are closed.
+/// The share of time with closed eyes.
 fn closed(eyes: &[(Frame, f64)]) -> Option<f64> {
     let (mut closed_ns, mut all_ns) = (0, 0);
     for pair in eyes.windows(2) {
@@ -104,7 +112,7 @@ fn movement<'a>(faces: impl Iterator<Item = &'a Frame>) -> Option<f64> {
     speed(faces.map(|face| Stay { at_ns: face.at_ns, place: face.place, unit: face.apart }))
 }
 
-/// The share of a span in which these pictures came [0..1].
+/// The share of a span that these pictures cover [0..1].
 fn covered<'a>(frames: impl Iterator<Item = &'a Frame>, span: Span) -> f64 {
     let times: Vec<i64> = frames.map(|frame| frame.at_ns).collect();
     coverage(&times, span.begin_ns, span.end_ns)
@@ -116,7 +124,7 @@ fn mean(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// From 0 to 1 between two numbers.
+/// Rises linearly from 0 to 1 between two numbers.
 fn rise(number: f64, (from, to): (f64, f64)) -> f64 {
     ((number - from) / (to - from)).clamp(0.0, 1.0)
 }

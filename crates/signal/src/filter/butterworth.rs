@@ -48,7 +48,7 @@ pub fn band_stop(
     digital(prototype(order)?.band_stop(centre, width), rate_hz)
 }
 
-/// A frequency, if it is between 0 and Nyquist.
+/// Returns the frequency if it is between 0 and Nyquist.
 pub(super) fn checked_frequency(frequency_hz: f64, rate_hz: f64) -> Result<f64, SignalError> {
     let nyquist_hz = rate_hz / 2.0;
     let fits = frequency_hz > 0.0 && frequency_hz < nyquist_hz;

@@ -39,7 +39,7 @@ impl Design {
         &self.sections
     }
 
-    /// The sampling rate [Hz] that it is for.
+    /// The sampling rate [Hz] for which it was designed.
     pub fn rate_hz(&self) -> f64 {
         self.rate_hz
     }
@@ -56,7 +56,7 @@ impl Design {
 
     /// The group delay at `frequency_hz` of the causal filter [s].
     ///
-    /// −dφ/dω, computed analytically: the delay of a mark in a filtered signal whose energy lies around
+    /// −dφ/dω, computed analytically: the delay of a feature in a filtered signal with energy around
     /// `frequency_hz`. NaN where the gain is zero.
     pub fn group_delay_secs(&self, frequency_hz: f64) -> f64 {
         let delay = self.unit_delay(frequency_hz);

@@ -53,7 +53,7 @@ mod tests {
     fn a_line_is_not_delayed() {
         let line: Vec<f64> = (0..200).map(|k| 3.0 + 0.5 * f64::from(k)).collect();
         let filtered = zero_phase(&low_pass(2, 10.0, 100.0).unwrap(), &line).unwrap();
-        // The odd reflection continues the line; far from the ends nothing is left of the start.
+        // The odd reflection continues the line; far from the ends the start-up transient has decayed.
         assert!((50..150).all(|k| (filtered[k] - line[k]).abs() < 1e-9));
     }
 

@@ -12,7 +12,7 @@ const LONGEST_MS: f64 = 60_000.0;
 /// The largest difference between the sum of intervals and the host's time [s]: straps report two or three
 /// intervals at once, about once a second. Beyond it, intervals were lost.
 const MOST_ASTRAY_SECS: f64 = 1.5;
-/// The shortest hole for lost intervals [ns].
+/// The shortest hole that marks lost intervals [ns].
 const LEAST_HOLE_NS: i64 = 1_000_000;
 
 /// Settings of the interval analysis.
@@ -25,8 +25,8 @@ pub struct Settings {
     /// Manual edits of single beats, in seconds since the start of the first interval; whole recordings only.
     pub edits: Vec<Edit>,
     /// How far the sum of intervals may be from the times at which they are reported [s]: 1.5, as straps
-    /// report two or three intervals at once. Beyond, intervals were lost. Where the times are those of the
-    /// beats themselves, less than an interval finds every lost one.
+    /// report two or three intervals at once. Beyond it, intervals were lost. If the times are those of the
+    /// beats themselves, a value below one interval detects every lost one.
     pub most_astray_secs: f64,
 }
 

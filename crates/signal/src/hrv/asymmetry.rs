@@ -4,19 +4,19 @@ use super::series::pairs;
 /// Asymmetry between decelerations and accelerations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asymmetry {
-    /// Guzik's index: distances from identity of decelerations in all [%].
+    /// Guzik's index: the share of decelerations in the distances from the line of identity [%].
     pub guzik_percent: f64,
-    /// Slope index: angles of decelerations in all [%].
+    /// Slope index: the share of decelerations in the angles [%].
     pub slope_percent: f64,
-    /// Area index: sectors of decelerations in all [%].
+    /// Area index: the share of decelerations in the sector areas [%].
     pub area_percent: f64,
-    /// Porta's index: accelerations in all changes [%].
+    /// Porta's index: the share of accelerations in all changes [%].
     pub porta_percent: f64,
     /// Share of decelerations in the short-term variance SD1² [0..1].
     pub c1d: f64,
     /// Share of decelerations in the long-term variance SD2² [0..1].
     pub c2d: f64,
-    /// Share of decelerations in all variance [0..1].
+    /// Share of decelerations in the total variance [0..1].
     pub cd: f64,
 }
 
@@ -24,7 +24,7 @@ pub struct Asymmetry {
 ///
 /// Guzik et al. (2006), doi:10.1515/BMT.2006.054; Porta et al. (2008), doi:10.1152/ajpregu.00129.2008;
 /// Yan et al. (2017), doi:10.1186/s12938-017-0402-3; Piskorski & Guzik (2011),
-/// doi:10.1007/s11517-011-0834-z; as NeuroKit2. Window: as RMSSD. `None` without a change.
+/// doi:10.1007/s11517-011-0834-z; as in NeuroKit2. Window: as for RMSSD. `None` without a change.
 pub fn asymmetry(intervals_ms: &[f64]) -> Option<Asymmetry> {
     let pairs = pairs(intervals_ms);
     let n = pairs.len() as f64;

@@ -36,7 +36,7 @@ pub fn detrended_fluctuation(intervals_ms: &[f64]) -> Option<DetrendedFluctuatio
 /// The scaling exponent of fluctuation: the slope of log F(s) over log s, each scale [beats] once.
 ///
 /// F(s)² is the mean variance about a line of the cumulated deviations, in windows of s beats with 50 %
-/// overlap. Peng et al. (1995), doi:10.1063/1.166141; as NeuroKit2's `fractal_dfa` with the same scales (its
+/// overlap. Peng et al. (1995), doi:10.1063/1.166141; as in NeuroKit2's `fractal_dfa` with the same scales (its
 /// default for α1 is 4 to 11, for α2 12 to a tenth of the beats). Missing intervals are removed. `None` when
 /// the longest scale is not shorter than the series, scales are fewer than two or below 3, or a scale has no
 /// fluctuation.

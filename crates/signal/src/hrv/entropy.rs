@@ -12,7 +12,7 @@ const MOST: usize = 100_000;
 /// The unpredictability of intervals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entropies {
-    /// Sample entropy; NaN where no three beats are alike.
+    /// Sample entropy; NaN where no three beats match.
     pub sample: f64,
     /// Approximate entropy.
     pub approximate: f64,

@@ -63,13 +63,14 @@ impl EventRate {
 impl EventSpans {
     /// The heart rate around each event, second by second.
     ///
-    /// - *What*: how the heart answers an event: it slows down when something is noticed, and speeds up with
-    ///   effort and arousal.
+    /// - *What*: how the heart responds to an event: it slows down when something is noticed, and speeds up
+    ///   with effort and arousal.
     /// - *Formula*: the rate of a span is the mean of 60 over each interval between beats that overlaps it,
-    ///   weighted by the length of the overlap (Graham 1978, Psychophysiology 15, 492), which
-    ///   needs no interpolation between beats; changes are differences from the span before the event.
+    ///   weighted by the length of the overlap (Graham 1978, Psychophysiology 15, 492), which needs no
+    ///   interpolation between beats; changes are differences from the span before the event.
     /// - *Unit*: 1/min.
-    /// - *Limits*: at rest an interval lasts about as long as a second of the result, so neighbouring seconds
+    /// - *Limits*: at rest an interval lasts about as long as a second of the result, so neighbouring
+    ///   seconds
     ///   share beats. Breathing alone changes the rate by 5 to 10 a minute: average over events.
     ///
     /// `beats_secs` are in order of time; premature and missed ones should be
@@ -114,7 +115,7 @@ impl EventSpans {
     }
 }
 
-/// The rate of a span, of the intervals that overlap it by their overlap [1/min].
+/// The rate of a span, from the intervals that overlap it, weighted by the overlap [1/min].
 fn rate_of(beats_secs: &[f64], begin_secs: f64, end_secs: f64) -> Result<f64, Reason> {
     let after = beats_secs.partition_point(|beat| *beat <= begin_secs);
     let mut weighted = 0.0;

@@ -4,20 +4,20 @@ use super::series::differences;
 /// How often heart rate acceleration changes sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fragmentation {
-    /// Share of intervals where the direction changes [0..1].
+    /// Share of intervals at which the direction changes [0..1].
     pub inflection_points: f64,
-    /// One over the mean length of runs of one direction.
+    /// The reciprocal of the mean length of runs in one direction.
     pub inverse_run_length: f64,
     /// Share of runs shorter than three [0..1].
     pub short_runs: f64,
-    /// Share of runs of alternation with four beats or more [0..1].
+    /// Share of alternating runs of four beats or more [0..1].
     pub alternation: f64,
 }
 
 /// Heart rate fragmentation of intervals [ms].
 ///
-/// Costa et al. (2017), doi:10.3389/fphys.2017.00255, as NeuroKit2 counts: PSS and PAS of runs, where
-/// the paper counts intervals. Window: 5 minutes. `None` without a change of direction.
+/// Costa et al. (2017), doi:10.3389/fphys.2017.00255, counted as in NeuroKit2: PSS and PAS are shares of
+/// runs, whereas the paper counts intervals. Window: 5 minutes. `None` without a change of direction.
 pub fn fragmentation(intervals_ms: &[f64]) -> Option<Fragmentation> {
     let steps = differences(intervals_ms);
     let sign = |step: &f64| if step.abs() == 0.0 { 0.0 } else { step.signum() };

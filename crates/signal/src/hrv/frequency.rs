@@ -6,17 +6,17 @@ use crate::cubic::{CubicSpline, Ends};
 use crate::error::SignalError;
 use crate::spectrum::{LombScargle, Mean, Normalisation, Rule, Spectrum, Transforms, Welch};
 
-/// Very low, low and high frequency [Hz], each without its upper end. Task Force (1996).
+/// Very low, low and high frequency [Hz], each without its upper limit. Task Force (1996).
 const BANDS_HZ: [(f64, f64); 3] = [(0.0033, 0.04), (0.04, 0.15), (0.15, 0.4)];
-/// The shortest recordings for each band [s]. Task Force (1996) for the first; ten periods of the lowest
-/// frequency are desirable, the others have five and nine.
+/// The shortest recordings for each band [s]. The first is from Task Force (1996); ten periods of the
+/// lowest frequency are desirable, the other two contain five and nine.
 const LEAST_SECS: [f64; 3] = [300.0, 120.0, 60.0];
-/// The upper end of all bands [Hz].
+/// The upper limit of all bands [Hz].
 const HIGHEST_HZ: f64 = BANDS_HZ[2].1;
 /// The finest step of the Lomb–Scargle periodogram [Hz].
 const LEAST_STEP_HZ: f64 = 1e-4;
 
-/// How the spectrum of unevenly spaced intervals is computed. Print its `Display` beside the numbers: LF/HF
+/// How the spectrum of unevenly spaced intervals is computed. Print its `Display` next to the values: LF/HF
 /// of the same beats differs by a factor of four between recipes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Recipe {
@@ -51,12 +51,12 @@ impl fmt::Display for Recipe {
             Recipe::Welch { rate_hz, segment_secs } => write!(
                 f,
                 "cubic spline at {rate_hz} Hz, Welch with Hann segments of {segment_secs} s \
-                 (or one of all that is there, where that is shorter) overlapping by half, their \
+                 (or a single one of shorter recordings), 50 % overlap, \
                  means removed, bins summed"
             ),
             Recipe::Autoregressive { rate_hz, order } => write!(
                 f,
-                "cubic spline at {rate_hz} Hz, its mean removed, autoregressive model of order \
+                "cubic spline at {rate_hz} Hz, mean removed, autoregressive model of order \
                  {order} by Burg, bins summed"
             ),
             Recipe::LombScargle => {
@@ -81,18 +81,18 @@ pub struct FrequencyDomain {
     pub lf_peak_hz: f64,
     /// The peak frequency of HF [Hz].
     pub hf_peak_hz: f64,
-    /// From the first interval's end to the last's [s].
+    /// From the end of the first interval to that of the last [s].
     pub span_secs: f64,
 }
 
 /// Frequency-domain features of intervals [ms] that end at `ends_secs` [s, ascending].
 ///
-/// Bands of Task Force (1996), doi:10.1161/01.CIR.93.5.1043, in ms² of the intervals; the recipe as
-/// `scipy.interpolate.CubicSpline` and `scipy.signal.welch`, or `scipy.signal.lombscargle`. Intervals
-/// that are missing are left out; over long gaps take [`Recipe::LombScargle`]. Window: 5 minutes by
-/// convention. An error with fewer than four intervals. Limits: LF/HF is no measure of balance; HF
-/// means breathing only above 9 breaths a minute; the spline flattens waves of fewer than five beats.
-/// NeuroKit2's powers are without unit by default.
+/// Bands of Task Force (1996), doi:10.1161/01.CIR.93.5.1043, in ms² of the intervals, computed as in
+/// `scipy.interpolate.CubicSpline` and `scipy.signal.welch`, or `scipy.signal.lombscargle`. Missing
+/// intervals are left out; with long gaps use [`Recipe::LombScargle`]. Window: 5 minutes by convention.
+/// Returns an error with fewer than four intervals. Limits: LF/HF does not measure autonomic balance; HF
+/// reflects only breathing above 9 breaths a minute; the spline attenuates waves of fewer than five beats.
+/// NeuroKit2's powers have no unit by default.
 ///
 /// ```
 /// use teampulse_signal::hrv::{Recipe, frequency_domain};
@@ -114,8 +114,8 @@ pub fn frequency_domain(
     Ok(FrequencyDomain::of(&spectrum, span_secs))
 }
 
-/// The spectrum of intervals, and the time from the first one's end to the last's [s]; `kept` caches FFT
-/// plans.
+/// The spectrum of intervals, and the time from the end of the first to that of the last [s]; `kept` caches
+/// FFT plans.
 pub(super) fn spectrum(
     ends_secs: &[f64],
     intervals_ms: &[f64],
@@ -166,7 +166,7 @@ fn periodogram(
 }
 
 impl FrequencyDomain {
-    /// Of a spectrum of intervals over `span_secs` [s].
+    /// Features from a spectrum of intervals over `span_secs` [s].
     pub(super) fn of(spectrum: &Spectrum, span_secs: f64) -> FrequencyDomain {
         let long_enough = |band: usize| span_secs >= LEAST_SECS[band];
         let power = |band: usize| {
@@ -197,8 +197,8 @@ impl FrequencyDomain {
         self.lf_ms2 / self.hf_ms2
     }
 
-    /// The features by name. `HRV_LFn` and `HRV_HFn` are shares of all power, as in NeuroKit2;
-    /// `HRV_LFnu` and `HRV_HFnu` the Task Force's normalised units, shares of LF and HF together.
+    /// The features by name. `HRV_LFn` and `HRV_HFn` are shares of the total power, as in NeuroKit2;
+    /// `HRV_LFnu` and `HRV_HFnu` are the Task Force's normalised units, shares of LF + HF.
     pub fn measures(&self) -> Vec<Measure> {
         let both_ms2 = self.lf_ms2 + self.hf_ms2;
         Measure::all([

@@ -1,15 +1,14 @@
 use super::series::present;
 
-/// Most intervals that are compared, each with each.
+/// The most intervals, all pairs of which are compared.
 const MOST: usize = 20_000;
 
-/// Fuzzy entropy of intervals [ms], m = 2: as [`sample_entropy`](super::sample_entropy), but without
-/// each pair's and triple's own mean, and alike by degrees, exp(−d/r).
+/// Fuzzy entropy of intervals [ms], m = 2: as [`sample_entropy`](super::sample_entropy), but with the mean
+/// of each pair and triple removed, and with a graded similarity exp(−d/r).
 ///
-/// r is `tolerance_ms`, d the greatest difference. Chen et al. (2009),
-/// doi:10.1016/j.medengphy.2008.04.005, with n = 1; as NeuroKit2's `entropy_fuzzy`. Window: 5 minutes;
-/// steadier than sample entropy with few beats. `None` with fewer than four intervals, more than
-/// 20 000, or a tolerance that is not positive.
+/// r is `tolerance_ms`, d the greatest difference. Chen et al. (2009), doi:10.1016/j.medengphy.2008.04.005,
+/// with n = 1; as in NeuroKit2's `entropy_fuzzy`. Window: 5 minutes; steadier than sample entropy with few
+/// beats. `None` with fewer than four intervals, more than 20 000, or a tolerance that is not positive.
 pub fn fuzzy_entropy(intervals_ms: &[f64], tolerance_ms: f64) -> Option<f64> {
     let nn = present(intervals_ms);
     let fits = (4..=MOST).contains(&nn.len()) && tolerance_ms > 0.0 && tolerance_ms.is_finite();
@@ -18,7 +17,7 @@ pub fn fuzzy_entropy(intervals_ms: &[f64], tolerance_ms: f64) -> Option<f64> {
         let mean = (triple[0] + triple[1] + triple[2]) / 3.0;
         [triple[0] - mean, triple[1] - mean, triple[2] - mean]
     };
-    // Without their means, pairs differ by half of what their differences do.
+    // With their means removed, pairs differ by half the difference of their steps.
     let halves: Vec<f64> = triples().map(|triple| (triple[1] - triple[0]) / 2.0).collect();
     let triples: Vec<[f64; 3]> = triples().map(about_mean).collect();
     let mut three = 0.0;
@@ -32,8 +31,8 @@ pub fn fuzzy_entropy(intervals_ms: &[f64], tolerance_ms: f64) -> Option<f64> {
     entropy.is_finite().then_some(entropy)
 }
 
-/// The sum of exp(−|a − b| / r) over all pairs. In order, what lies below a value is alike to it as
-/// to the one before, times how alike these two are.
+/// The sum of exp(−|a − b| / r) over all pairs. In sorted order, the sum over the values below one is the
+/// sum over those below the previous one, scaled by the similarity of these two.
 fn alike(mut values: Vec<f64>, r: f64) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let mut below = 0.0;

@@ -5,7 +5,7 @@ pub struct Measure {
     pub name: &'static str,
     /// Its unit; `1` for none.
     pub unit: &'static str,
-    /// NaN where there is none.
+    /// NaN if it is undefined.
     pub value: f64,
 }
 

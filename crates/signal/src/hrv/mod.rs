@@ -1,8 +1,8 @@
 //! Heart rate variability: features of the intervals between normal beats [ms].
 //!
-//! Give them corrected (see [`intervals`](crate::intervals)). An interval that is missing is NaN and
-//! keeps its place: nothing is computed across it. Names are those of NeuroKit2 where it has the
-//! feature; where its definition is not the textbook's, the textbook's is meant, and said.
+//! Correct the intervals first (see [`intervals`](crate::intervals)). A missing interval is NaN and keeps
+//! its place: nothing is computed across it. Names are those of NeuroKit2 where it has the feature; where
+//! its definition differs from the textbook's, the textbook's is used, and the difference is documented.
 
 mod measure;
 mod series;

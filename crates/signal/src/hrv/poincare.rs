@@ -2,12 +2,12 @@ use super::measure::Measure;
 use super::series::{differences, present};
 use crate::moments::sample_variance;
 
-/// The ellipse of each interval over the one before.
+/// The ellipse of the Poincaré plot: each interval over the one before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Poincare {
-    /// Across the line of identity [ms]: from beat to beat.
+    /// Standard deviation across the line of identity [ms]: beat-to-beat variability.
     pub sd1_ms: f64,
-    /// Along it [ms]: slower.
+    /// Standard deviation along the line of identity [ms]: slower variability.
     pub sd2_ms: f64,
     /// SD1 over SD2.
     pub sd1_sd2: f64,
@@ -25,9 +25,9 @@ pub struct Poincare {
 ///
 /// SD1² = Var(Δ)/2 and SD2² = 2·Var(NN) − Var(Δ)/2, with n − 1 in both. Brennan et al. (2001),
 /// doi:10.1109/10.959330; indices: Toichi et al. (1997), doi:10.1016/S0165-1838(96)00112-9, Jeppesen et
-/// al. (2014), doi:10.1109/EMBC.2014.6944639. NeuroKit2 takes SD2 from the pairs, which leaves out half
-/// of both ends. Window: as RMSSD. `None` with fewer than three intervals. Limits: SD1 says what RMSSD
-/// says.
+/// al. (2014), doi:10.1109/EMBC.2014.6944639. NeuroKit2 computes SD2 from the pairs, which omits half
+/// of both ends. Window: as for RMSSD. `None` with fewer than three intervals. Limits: SD1 carries the same
+/// information as RMSSD.
 pub fn poincare(intervals_ms: &[f64]) -> Option<Poincare> {
     let (nn, steps) = (present(intervals_ms), differences(intervals_ms));
     let half = sample_variance(&steps) / 2.0;

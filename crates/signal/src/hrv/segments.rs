@@ -2,13 +2,13 @@ use super::measure::Measure;
 use super::series::present;
 use crate::moments::{mean, sample_sd};
 
-/// Least share of a segment that its intervals must cover for it to count.
+/// The least share of a segment that its intervals must cover.
 const LEAST_SHARE: f64 = 0.5;
 
 /// Variability between segments of equal length, and within them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segments {
-    /// How many segments.
+    /// The number of segments.
     pub n: usize,
     /// Standard deviation (n − 1) of the segments' mean intervals [ms].
     pub sdann_ms: f64,
@@ -19,10 +19,10 @@ pub struct Segments {
 /// SDANN and SDNNI of intervals [ms] that end at `ends_secs` [s, ascending], in segments of
 /// `segment_secs` [s] that begin at 0.
 ///
-/// Task Force (1996), doi:10.1161/01.CIR.93.5.1043: segments of 300 s in 24 hours; NeuroKit2 has 60 and
-/// 120 s, too. An interval belongs to the segment in which it ends; a segment counts when intervals
-/// cover half of it. NeuroKit2 leaves out the last interval of each segment and asks for three. `None`
-/// with fewer than two segments.
+/// Task Force (1996), doi:10.1161/01.CIR.93.5.1043: segments of 300 s in 24 hours; NeuroKit2 also has 60
+/// and 120 s. An interval belongs to the segment in which it ends; a segment counts if intervals cover half
+/// of it. NeuroKit2 leaves out the last interval of each segment and requires three. `None` with fewer than
+/// two segments.
 ///
 /// ```
 /// use teampulse_signal::hrv::segments;
@@ -50,7 +50,7 @@ pub fn segments(ends_secs: &[f64], intervals_ms: &[f64], segment_secs: f64) -> O
     (sdann_ms.is_finite() && sdnni_ms.is_finite()).then_some(Segments { n, sdann_ms, sdnni_ms })
 }
 
-/// SDANN and SDNNI by name, in segments of 1, 2 and 5 minutes; NaN below two segments.
+/// SDANN and SDNNI by name, in segments of 1, 2 and 5 minutes; NaN with fewer than two segments.
 pub(super) fn measures(ends_secs: &[f64], intervals_ms: &[f64]) -> Vec<Measure> {
     let of = |segment_secs: f64| {
         let segments = segments(ends_secs, intervals_ms, segment_secs);

@@ -3,13 +3,13 @@ use super::series::{differences, present};
 use crate::moments::{mean, sample_sd};
 use crate::robust::{mad, median, quantile_of_sorted};
 
-/// Standard deviation over median absolute deviation, as rounded by R and NeuroKit2.
+/// Standard deviation over median absolute deviation, rounded as in R and NeuroKit2.
 const MAD_SCALE: f64 = 1.4826;
 
 /// Time-domain features.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeDomain {
-    /// How many intervals.
+    /// The number of intervals.
     pub n: usize,
     /// Mean interval [ms].
     pub mean_nn_ms: f64,
@@ -21,9 +21,9 @@ pub struct TimeDomain {
     pub rmssd_ms: f64,
     /// Standard deviation of successive differences (n − 1) [ms].
     pub sdsd_ms: f64,
-    /// How many successive differences exceed 50 ms.
+    /// The number of successive differences over 50 ms.
     pub nn50: usize,
-    /// Their share of the differences [%]. NeuroKit2 divides by the intervals, one more.
+    /// Their share of all differences [%]. NeuroKit2 divides by the number of intervals, which is one more.
     pub pnn50_percent: f64,
     /// Share of successive differences over 20 ms [%].
     pub pnn20_percent: f64,
@@ -51,15 +51,15 @@ pub struct TimeDomain {
     pub mean_hr_bpm: f64,
     /// Their standard deviation (n − 1) [bpm].
     pub std_hr_bpm: f64,
-    /// Heart rate of the mean interval [bpm], which is less: beats over time.
+    /// Heart rate of the mean interval [bpm], lower than the mean rate: beats over time.
     pub hr_of_mean_nn_bpm: f64,
 }
 
 /// Time-domain features of intervals [ms].
 ///
 /// Task Force (1996), doi:10.1161/01.CIR.93.5.1043. Window: 5 minutes by convention, at least 60 s for
-/// RMSSD; SDNN grows with the window. `None` without a finite positive interval; single features are
-/// NaN where two or three intervals are too few. Limits: one missed beat can double SDNN and RMSSD.
+/// RMSSD; SDNN grows with the window. `None` without a finite positive interval; individual features are
+/// NaN if they need more intervals. Limits: one missed beat can double SDNN and RMSSD.
 ///
 /// ```
 /// use teampulse_signal::hrv::time_domain;

@@ -20,13 +20,13 @@ const MOST_OFF: f64 = 3.0;
 /// The kind of an artefact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// Too early or too late, with the opposite before or after it.
+    /// A beat that is too early or too late, with the opposite deviation before or after it.
     Ectopic,
-    /// A beat before it was missed.
+    /// A missed beat before this one.
     Missed,
     /// A false detection.
     Extra,
-    /// Its interval is too long or too short.
+    /// A beat whose interval is too long or too short.
     LongShort,
 }
 
@@ -35,7 +35,7 @@ pub enum Kind {
 pub struct Artefact {
     /// The index of the beat, from 0.
     pub beat: usize,
-    /// What is wrong.
+    /// The kind of artefact.
     pub kind: Kind,
 }
 
@@ -52,11 +52,11 @@ impl Artefacts {
     /// Which beats of `times_secs` [s, ascending] are artefacts.
     ///
     /// Lipponen & Tarvainen (2019), doi:10.1080/03091902.2019.1640306: differences between successive
-    /// intervals over 5.2 quartile deviations of the 91 around, differences from the median of 11 over
-    /// the same of theirs, and the borders between kinds; as NeuroKit2 0.2.13's
-    /// `signal_fixpeaks(method="kubios", iterative=False)`. Limits: needs four beats, wants some
-    /// hundred; the last two are not judged; where more than a quarter are wrong it takes them for
-    /// usual.
+    /// intervals above 5.2 quartile deviations of the 91 surrounding ones, differences from the median of
+    /// 11 above 5.2 quartile deviations of those, and the borders between kinds; as in NeuroKit2 0.2.13's
+    /// `signal_fixpeaks(method="kubios", iterative=False)`. Limits: needs four beats, and works best with
+    /// some hundred; the last two beats are not judged; if more than a quarter of the beats are wrong, they
+    /// are taken for normal.
     pub fn among(times_secs: &[f64]) -> Artefacts {
         Artefacts::of(differences_with_mean_first(times_secs))
     }
@@ -70,7 +70,7 @@ impl Artefacts {
 
     /// The artefacts among intervals [s], one per beat, that are not natural variability.
     ///
-    /// Adjacent artefacts all count when one does: they are signs of the same error.
+    /// Adjacent artefacts all count if one does: they are signs of the same error.
     pub(super) fn unnatural(rr: Vec<f64>) -> Artefacts {
         let beats = rr.len();
         if beats < 4 {

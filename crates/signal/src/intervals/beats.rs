@@ -15,35 +15,35 @@ pub(super) struct Beat {
     pub(super) broken: bool,
 }
 
-/// A manual edit of a beat. Edits are kept beside the detected beats, never instead of them.
+/// A manual edit of a beat. Edits are kept in addition to the detected beats, never instead of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Edit {
     /// A beat that was not detected.
     Add {
-        /// When [s].
+        /// The time of the beat [s].
         at_secs: f64,
     },
     /// The detected beat nearest to a time is false.
     Remove {
-        /// When [s].
+        /// The time of the beat [s].
         at_secs: f64,
     },
     /// The detected beat nearest to a time is misplaced.
     Move {
         /// When it was detected [s].
         from_secs: f64,
-        /// When it was [s].
+        /// Its true time [s].
         to_secs: f64,
     },
     /// The detected beat nearest to a time is correct, however odd it looks.
     Keep {
-        /// When [s].
+        /// The time of the beat [s].
         at_secs: f64,
     },
 }
 
 impl Beats {
-    /// Beats as detected; times that are not finite are left out, the rest put in order.
+    /// Beats as detected, sorted; times that are not finite are left out.
     pub fn detected(times_secs: &[f64]) -> Beats {
         let mut times_secs: Vec<f64> =
             times_secs.iter().copied().filter(|each| each.is_finite()).collect();
@@ -53,7 +53,7 @@ impl Beats {
         Beats { decided: none.clone(), broken: none, times_secs }
     }
 
-    /// The same beats with a person's edits over them, one after the other.
+    /// Applies a person's edits to the beats, one after the other.
     ///
     /// An edit refers to a beat when it lies within `within_secs` [s] of the named time. Also returns the
     /// edits (by index) that match no beat, or have no time, and were skipped.
@@ -73,7 +73,7 @@ impl Beats {
         (beats, left_out)
     }
 
-    /// Of beats that are in order.
+    /// From beats that are in order.
     pub(super) fn ordered(beats: &[Beat]) -> Beats {
         Beats {
             times_secs: beats.iter().map(|each| each.at_secs).collect(),

@@ -11,38 +11,37 @@ const MOST_LACKING: f64 = 0.5;
 /// The number of detection passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Passes {
-    /// Until a pass finds as many as the last, as NeuroKit2 by default: a large artefact hides small
-    /// ones.
+    /// Until a pass finds as many as the last, the default of NeuroKit2: a large artefact hides small ones.
     #[default]
     UntilSteady,
     /// Once, as in the paper.
     Once,
 }
 
-/// Corrects beats by the artefacts among them, as Lipponen and Tarvainen (2019) do.
+/// Corrects beats by the artefacts among them, as described by Lipponen and Tarvainen (2019).
 ///
-/// An extra beat is removed; a missed one is put in the middle of its long interval. Ectopic, long and
-/// short ones are spread evenly between the right beats on both sides, so that the time of the recording
-/// stays. Where that time does not fit the usual intervals, because one is too long or too short and its
-/// neighbours make up for less than half of it, moving beats would make two wrong intervals of one: then
-/// beats stay and the interval is none (NaN), for features to leave out or to bridge.
+/// An extra beat is removed; a missed one is inserted in the middle of its long interval. Ectopic, long and
+/// short ones are spread evenly between the correct beats on both sides, so that the total time is
+/// preserved. If that time does not fit the usual intervals, because one interval is too long or too short
+/// and its neighbours compensate for less than half of it, moving beats would turn one wrong interval into
+/// two. Then the beats stay and the interval is NaN, for features to leave out or to bridge.
 ///
-/// What hearts do by themselves is spared: changes within 1.5 of the paper's thresholds, which are 3.3
-/// standard deviations of normal ones; within two where the interval is within 10 % of the median of 11;
-/// and an interval up to 50 % over that median, beside which another is at least 40 % as much over it. Of
-/// five minutes of beats that experts call normal, correction so takes 0 % of RMSSD in the median, and less
-/// than 3 % in nine of ten (24 records of MIT-BIH; without sparing 4 and 14 %), and with injected artefacts
-/// its error is half as large.
+/// Natural variability is spared: changes within 1.5 of the paper's thresholds, which are 3.3 standard
+/// deviations of normal ones; within two if the interval is within 10 % of the median of 11; and an
+/// interval up to 50 % over that median, if an adjacent interval exceeds it by at least 40 % as much. On
+/// five minutes of beats that experts labelled normal, the correction reduces RMSSD by 0 % in the median,
+/// and by less than 3 % in nine of ten (24 records of MIT-BIH; without sparing, 4 and 14 %), and with
+/// injected artefacts its error is half as large.
 ///
-/// Differences from others: the paper interpolates intervals of the last kinds, which shifts everything
-/// behind them against other signals. NeuroKit2 moves each beat to the middle between its neighbours, which
-/// is wrong where a neighbour is wrong, too, where a single interval is long, and for an ectopic beat, of
-/// which it moves the one after; it also loses count of places when several beats are added or removed, and
-/// rounds to samples. The first beat and the last are never moved.
+/// Differences from other implementations: the paper interpolates intervals of the last kinds, which shifts
+/// all later beats relative to other signals. NeuroKit2 moves each beat to the middle between its
+/// neighbours, which is wrong if a neighbour is wrong, too, if a single interval is long, and for an
+/// ectopic beat, where it moves the following beat; it also loses track of indices when several beats are
+/// added or removed, and rounds to samples. The first and the last beat are never moved.
 ///
 /// ```
 /// use teampulse_signal::intervals::{Beats, Correction, Kind};
-/// // A beat each 0.8 s, give or take; the 40th was missed.
+/// // A beat about every 0.8 s; the 40th was missed.
 /// let time_secs = |k: u32| 0.8 * f64::from(k) + 0.02 * f64::from(k * k % 7);
 /// let times_secs: Vec<f64> = (0..100).filter(|&k| k != 40).map(time_secs).collect();
 /// let corrected = Correction::default().correct(&Beats::detected(&times_secs));
@@ -51,7 +50,7 @@ pub enum Passes {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Correction {
-    /// How often artefacts are looked for.
+    /// The number of detection passes.
     pub passes: Passes,
 }
 
@@ -81,7 +80,7 @@ impl Corrected {
         100.0 * total as f64 / self.detected.max(1) as f64
     }
 
-    /// Whether so many were corrected that a person should check.
+    /// Whether so many beats were corrected that a person should check them.
     pub fn is_doubtful(&self) -> bool {
         self.percent() > MOST_PERCENT
     }
@@ -144,7 +143,7 @@ struct Judged {
 fn applied(beats: &Beats, artefacts: &[Artefact]) -> Beats {
     let mut judged: Vec<Judged> = beats.iter().map(|beat| Judged { beat, kind: None }).collect();
     for each in artefacts {
-        // An ectopic beat shows by the opposite jump after it: the misplaced one is the one before.
+        // An ectopic beat is followed by the opposite jump: the misplaced beat is the one before.
         let place =
             if each.kind == Kind::Ectopic { each.beat.saturating_sub(1) } else { each.beat };
         if !judged[place].beat.decided && judged[place].kind.is_none() {

@@ -1,11 +1,11 @@
 use std::ops::RangeInclusive;
 
-/// Intervals that a heart has [ms]: from 200 beats a minute to 30.
+/// The plausible intervals of a heart [ms]: 200 to 30 beats a minute.
 pub const PLAUSIBLE_MS: RangeInclusive<f64> = 300.0..=2000.0;
 
-/// The intervals [ms], with NaN in the place of each outside the range.
+/// The intervals [ms], with those outside the range replaced by NaN.
 ///
-/// A missing interval keeps its place: differences across it are none.
+/// A missing interval keeps its place, so that no difference is taken across it.
 ///
 /// ```
 /// use teampulse_signal::intervals::{PLAUSIBLE_MS, gated_ms};

@@ -8,7 +8,7 @@ pub(super) fn local_maxima(signal: &[f64]) -> Vec<usize> {
         let height = signal[index];
         let mut end = index + 1;
         if signal[index - 1] < height {
-            // The last sample may belong to a plateau, but then that is no maximum.
+            // The last sample may belong to a plateau, which is then not a maximum.
             while end + 1 < signal.len() && (height..=height).contains(&signal[end]) {
                 end += 1;
             }

@@ -115,7 +115,7 @@ mod tests {
         assert_eq!(indices(&[0.0, 3.0, 0.0, 0.0, 2.0, 0.0], &rules), [1, 4]);
     }
 
-    /// The definition, walked out from one peak.
+    /// The definition, evaluated outwards from one peak.
     fn prominence(signal: &[f64], peak: usize) -> f64 {
         let until_higher = |side: &mut dyn Iterator<Item = usize>| {
             let lower = side.map(|k| signal[k]).take_while(|height| *height <= signal[peak]);

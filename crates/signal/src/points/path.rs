@@ -1,7 +1,7 @@
-/// The time over which places are averaged before their path is measured [ns].
+/// The time over which positions are averaged before the path length is computed [ns].
 const BIN_NANOS: i64 = 250_000_000;
 
-/// Where a point is at a time, and the length by which its path is measured.
+/// The position of a point at a time, and the length that serves as the unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stay {
     pub at_ns: i64,
@@ -9,8 +9,8 @@ pub(crate) struct Stay {
     pub unit: f64,
 }
 
-/// The speed of a point [units per second], in order of time: the path between means of 0.25 s. Times in which it is not
-/// seen are left out; `None` without two such means in succession.
+/// The speed of a point [units per second] from positions in order of time: the path between means of
+/// 0.25 s. Times at which the point is not in view are left out; `None` without two successive means.
 pub(crate) fn speed(stays: impl Iterator<Item = Stay>) -> Option<f64> {
     let mut bins: Vec<(i64, [f64; 3], f64)> = Vec::new();
     for Stay { at_ns, place: [x, y], unit } in stays {

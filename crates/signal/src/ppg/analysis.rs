@@ -1,9 +1,9 @@
 //! The PPG behind the common analysis interface: pulses as events; pulse rate, pulse shape, breathing,
 //! quality and pulse rate variability for any span ([`HeartWindows`](crate::hrv::HeartWindows) of good pulses
-//! only, so that motion does not pass for variability).
+//! only, so that motion is not mistaken for variability).
 //!
-//! Quality, and which pulses are good, is judged including the minute before the span. Where more than half
-//! of it is flagged, no pulse values are reported.
+//! Quality, and which pulses are good, are judged including the minute before the span. Where more than half
+//! of the span is flagged, no pulse values are reported.
 //!
 //! A span queried right after its end lacks the pulses of the last 0.4 s or so.
 
@@ -38,7 +38,7 @@ impl Default for Settings {
     }
 }
 
-/// A causal analysis of a PPG at `rate_hz`, 20 to 2000 Hz: channel 0, and motion as channel 1 if
+/// A causal analysis of a PPG at `rate_hz`, 20 to 2000 Hz: channel 0 is the PPG, and channel 1 motion if
 /// [configured](Settings::motion_limit).
 ///
 /// Returns an error for another rate or invalid settings.

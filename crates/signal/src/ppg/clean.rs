@@ -22,8 +22,8 @@ pub fn band_pass(rate_hz: f64) -> Result<Design, SignalError> {
 
 /// A whole PPG between 0.5 and 8 Hz, without delay: SciPy's `sosfiltfilt` of the [filter](band_pass).
 ///
-/// An error when the rate does not lie between 20 and 2000 Hz, when no sample is a usable number, or
-/// with fewer than 16 samples.
+/// Returns an error for a rate outside 20 to 2000 Hz, when no sample is a usable number, or with fewer than 16
+/// samples.
 pub fn clean(signal: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
     zero_phase(&band_pass(rate_hz)?, signal)
 }

@@ -1,12 +1,11 @@
 //! Pulse waves from the photoplethysmogram (PPG, blood volume pulse), causal and of whole recordings.
 //!
-//! Pulses are found by two moving averages of the squared, band-passed signal (Elgendi et al. 2013,
-//! doi:10.1371/journal.pone.0076585), which needs no threshold in the unit of the signal. What is
-//! different here: the detector's offset follows the signal instead of being that of the whole
-//! recording; of two maxima that are too near, and of a wave that looks like the diastolic one of
-//! the pulse before it, the lower is left out; and each pulse is placed at the highest point of the
-//! signal itself, between samples, not of the filtered one. Rates above 200 Hz are averaged down
-//! to between 100 and 200 Hz first.
+//! Pulses are detected with two moving averages of the squared, band-passed signal (Elgendi et al. 2013,
+//! doi:10.1371/journal.pone.0076585), which needs no threshold in the unit of the signal. This implementation
+//! differs in three ways: the detector's offset follows the signal instead of being constant over the
+//! recording; of two maxima that are too close, and of a pulse and its likely diastolic wave, the lower is
+//! dropped; and each pulse is placed at the maximum of the signal itself, with subsample resolution, not of
+//! the filtered signal. Rates above 200 Hz are first averaged down to between 100 and 200 Hz.
 //!
 //! ```
 //! use teampulse_signal::ppg::{PulseDetector, find_pulses};

@@ -57,10 +57,10 @@ impl Found {
         self.sample.round().max(0.0) as usize
     }
 
-    /// `None` outside of what is held of the signal.
+    /// `None` outside the part of the signal that is held.
     fn shaped(&self, signal: &Smoothed) -> Option<Shaped> {
         let rate_hz = signal.rate_hz();
-        // The start is independent of what is held, so that rounding is, too.
+        // The start is independent of the part held, so that rounding is, too.
         let begin = self.peak().saturating_sub((BEFORE_SECS * rate_hz) as usize);
         let around = signal.part(begin..signal.held().end);
         let wave = Wave { smoothed: around.values, rate_hz };

@@ -41,30 +41,30 @@ pub struct Cycle {
 
 /// Signal quality of a PPG, cycle by cycle.
 ///
-/// Quality of a cycle: likeness · living share, 0 where it is implausible. Here
-/// - likeness is the correlation of the pulse, from 0.4 usual cycles before its peak to 0.6
-///   after it, with the median pulse, straight lines taken out of both, and not below 0 (after
-///   Orphanidou et al. 2015, doi:10.1109/JBHI.2014.2338351); of more than 64 pulses
-///   the median is that of each second, third, …;
-/// - the living share is that of samples that are usable numbers and not flat (the same for more
-///   than 0.2 s: a sensor that came off, or saturation);
-/// - implausible is a cycle under 0.27 s or half of the usual one, an amplitude below 0.3 or above 3
-///   usual ones, a step from sample to sample above twice the steepest of a usual rise, and one that
-///   stays at the highest or lowest value of the signal for more than 0.08 s (saturation). Usual is
-///   the median.
+/// The quality of a cycle is similarity · living share, or 0 if the cycle is implausible:
+/// - similarity is the correlation of the pulse, from 0.4 usual cycles before its peak to 0.6 after it, with
+///   the median pulse, both detrended, and not below 0 (after Orphanidou et al. 2015,
+///   doi:10.1109/JBHI.2014.2338351); for more than 64 pulses, the median is taken over every second, third, …
+///   one;
+/// - the living share is the share of samples that are usable numbers and not flat (constant for more than 0.2
+///   s: a detached sensor, or saturation);
+/// - a cycle is implausible if it is shorter than 0.27 s or half of the usual one, its amplitude is below 0.3
+///   or above 3 usual ones, it has a step between samples of more than twice the steepest of a usual rise, or
+///   it stays at the highest or lowest value of the signal for more than 0.08 s (saturation). The usual values
+///   are medians.
 ///
-/// Where the median of a cycle and the two before and after it is flagged, it counts no more than that.
-/// Where there is no
-/// cycle, the quality is 0. Limits: when more than half of the pulses are motion, motion is usual; a
-/// motion as regular as a pulse (steps of a runner) looks like one. Extrasystoles lower it.
+/// The quality of a cycle is limited to the median over it and the two cycles before and after it, where that
+/// median is flagged. Where there is no cycle, the quality is 0. Limits: when more than half of the pulses are
+/// motion, motion is taken for usual; motion as regular as a pulse (the steps of a runner) looks like one.
+/// Extrasystoles lower the quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quality {
     cycles: Vec<Cycle>,
 }
 
 impl Quality {
-    /// The quality of a signal at 20 to 2000 Hz, with its pulses in order. With fewer than three, all is
-    /// poor. `None` for another rate, and without a usable sample.
+    /// The quality of a signal at 20 to 2000 Hz, given its pulses in order. With fewer than three pulses, all
+    /// of it is poor. `None` for another rate, and without a usable sample.
     pub fn of(signal: &[f64], rate_hz: f64, pulses: &[Pulse]) -> Option<Quality> {
         checked_ppg_rate_hz(rate_hz).ok()?;
         let smoothed = Smoothed::of(signal, rate_hz);

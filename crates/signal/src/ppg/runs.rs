@@ -28,7 +28,7 @@ impl Run {
     }
 }
 
-/// The runs of a signal as it comes in, as far as they are missing or may be too long.
+/// The runs of a signal as it comes in: those that are missing or may be too long.
 #[derive(Clone, Debug)]
 pub(super) struct Runs {
     longest_flat: usize,

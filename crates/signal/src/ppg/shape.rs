@@ -22,8 +22,8 @@ pub(super) struct Wave<'a> {
 }
 
 impl Wave<'_> {
-    /// The pulse whose band-passed signal is highest at a place, not reaching back beyond `floor`;
-    /// `None` outside of the signal.
+    /// The pulse at the maximum of the band-passed signal around an index, not extending back beyond `floor`;
+    /// `None` outside the signal.
     pub(super) fn pulse_near(&self, place: usize, floor: usize) -> Option<Pulse> {
         let reach = self.samples(SEARCH_SECS);
         let begin = place.saturating_sub(reach).max(floor).max(1);
@@ -33,7 +33,7 @@ impl Wave<'_> {
         self.pulse_at(highest.unwrap_or(place), floor)
     }
 
-    /// The pulse with its peak within half a sample of a place.
+    /// The pulse with its peak within half a sample of a position.
     pub(super) fn pulse_at(&self, peak: usize, floor: usize) -> Option<Pulse> {
         let (sample, top) = self.vertex(peak)?;
         let (foot, bottom) = self.foot(peak, floor);

@@ -19,7 +19,7 @@ const MOST_FLAGGED: f64 = 0.5;
 
 /// The smallest probability of the rate for which it is reported.
 const LEAST_PROBABILITY: f64 = 0.4;
-/// The smallest share of the span that intervals must cover: short ones may be what is left of a bigeminy.
+/// The smallest share of the span that intervals must cover: short ones may be the remains of a bigeminy.
 const LEAST_COVERED: f64 = 0.75;
 const MOST_OF_FEW: f64 = 0.75;
 /// The factor on the quality of a span that is mostly flagged.
@@ -27,7 +27,7 @@ const FLAGGED_SHARE: f64 = 0.3;
 /// The delay in which pulses are not known yet [s].
 const UNKNOWN_SECS: f64 = 0.5;
 
-/// The samples at the working rate and their pulses, as far as independent of windows.
+/// The samples at the working rate and their pulses, as far as they do not depend on windows.
 pub(super) struct PpgWindows {
     signal: Track,
     runs: Runs,
@@ -36,7 +36,7 @@ pub(super) struct PpgWindows {
     pulses: Pulses,
     /// The sensor's motion and its limit, where known.
     motion: Option<(Track, f64)>,
-    /// Without beats, which depend on the quality in each span.
+    /// Without heartbeats, which depend on the quality in each span.
     heart: HeartWindows,
     breathing: BreathingWindows,
     values: Vec<Value>,

@@ -18,7 +18,7 @@ pub(super) struct Grouping {
 }
 
 impl Grouping {
-    /// An error when the rate is not between 20 and 2000 Hz.
+    /// Returns an error for a rate outside 20 to 2000 Hz.
     pub(super) fn new(rate_hz: f64) -> Result<Grouping, SignalError> {
         let group = (checked_ppg_rate_hz(rate_hz)? / WORKING_RATE_HZ).floor().max(1.0);
         let rate_hz = rate_hz / group;

@@ -28,12 +28,12 @@ pub struct Settings {
     pub inhalation: Inhalation,
 }
 
-/// The signal's direction during inhalation.
+/// The direction of the signal during inhalation.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Inhalation {
-    /// Up: belts, impedance.
+    /// Upwards: belts, impedance.
     Rises,
-    /// Down: thermistors in the nose, which fresh air cools.
+    /// Downwards: thermistors in the nose, which inhaled air cools.
     Falls,
 }
 
@@ -58,8 +58,8 @@ pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send
     }))
 }
 
-/// An analysis of the first channel of a whole recording, at a rate of 5 to 2000 Hz, with the breaths
-/// of [`find_breaths`](super::find_breaths).
+/// An analysis of the first channel of a whole recording at 5 to 2000 Hz, with the breaths of
+/// [`find_breaths`](super::find_breaths).
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     band::band(recording.rate_hz)?;
     let grouping = Grouping::new(recording.rate_hz);
@@ -262,13 +262,17 @@ fn variability_values(breaths: &[Breath], rate_hz: f64) -> [f64; VARIABILITY.len
 const SPECTRAL: &str = "RSP_Rate_Spectral";
 /// Name, unit (`*` for that of the signal) and method of the values of the pattern.
 const PATTERN: [(&str, &str, &str); 9] = [
-    ("RSP_Rate_Mean", "1/min", "parts of breaths over the time they cover"),
+    ("RSP_Rate_Mean", "1/min", "fractional breaths over the time that they cover"),
     ("RSP_Rate_SD", "1/min", "SD of 60 / duration of whole breaths, n-1"),
     (SPECTRAL, "1/min", "peak of frequency x Welch's spectrum 0.05-1 Hz, 30 s Hann"),
     ("RSP_Amplitude_Mean", "*", "mean height of peak above trough before it"),
     ("RSP_Amplitude_SD", "*", "SD of these heights, n-1"),
     ("RSP_Phase_Duration_Inspiration", "s", "mean time from trough to peak"),
-    ("RSP_Phase_Duration_Expiration", "s", "mean time from peak to next trough, pause included"),
+    (
+        "RSP_Phase_Duration_Expiration",
+        "s",
+        "mean time from peak to next trough, including the pause",
+    ),
     ("RSP_Phase_Duration_Ratio", "1", "mean time of inspiration / of expiration"),
     ("RSP_RVT", "*/s", "mean of amplitude / duration (Birn 2006)"),
 ];

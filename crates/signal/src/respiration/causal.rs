@@ -17,18 +17,18 @@ pub(super) const LONGEST_GAP_SECS: f64 = 1.0;
 /// at 0.5 Hz.
 const USUAL_HZ: f64 = 0.25;
 
-/// Finds breaths in a signal that comes in sample by sample.
+/// Detects breaths in a signal sample by sample.
 ///
-/// A breath is reported when the next inhalation is over, for only then it is known when it began: when the
-/// signal, passed causally between 0.05 and 1 Hz, has fallen by a quarter of its usual range (10th to 90th
-/// percentile of the last 30 s; at least a third of what was usual in the last 5 minutes) below the peak.
-/// That is about 0.2 s plus a fifth of a breath after that peak: some 2.5 s after the end of a breath of 4
-/// s. Nothing is reported in the first 5 s. Times and heights are those of the signal below 1 Hz, without
-/// its delay. A shallow breath right after a deep one may be missed: the causal high pass makes it
-/// shallower still.
+/// A breath is reported after the next inhalation, as only then is it known when that began: when the
+/// signal, filtered causally between 0.05 and 1 Hz, has fallen by a quarter of its usual range (10th to
+/// 90th percentile of the last 30 s; at least a third of what was usual in the last 5 minutes) below the
+/// peak. That is about 0.2 s plus a fifth of a breath after that peak: about 2.5 s after the end of a
+/// breath of 4 s. Nothing is reported in the first 5 s. Times and heights are those of the signal below
+/// 1 Hz, with its delay removed. A shallow breath right after a deep one may be missed: the causal
+/// high-pass makes it shallower still.
 ///
-/// The output is the same bit for bit for any chunking, and no sample allocates. Samples that are no
-/// [usable numbers](crate::gaps::is_usable) are bridged up to 1 s; a longer gap parts breaths.
+/// The output is bit-identical for any chunking, and no sample allocates. Samples that are not [usable
+/// numbers](crate::gaps::is_usable) are bridged up to 1 s; a longer gap separates breaths.
 #[derive(Clone, Debug)]
 pub struct BreathDetector {
     grouping: Grouping,

@@ -23,7 +23,7 @@ impl History {
         self.values.push(value);
     }
 
-    /// The values in a range, as far as they are held, and the first of their indices.
+    /// The values in a range, as far as they are held, and the index of the first one.
     pub(super) fn at(&self, places: Range<usize>) -> (usize, &[f64]) {
         let end = places.end.saturating_sub(self.first).min(self.values.len());
         let begin = places.start.saturating_sub(self.first).min(end);

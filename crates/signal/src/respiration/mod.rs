@@ -1,10 +1,10 @@
-//! Breathing: from a belt, a thermistor or an impedance, and derived from heart beats and pulses.
+//! Breathing: from a belt, a thermistor or an impedance, and derived from heartbeats and pulses.
 //!
-//! A breath lasts from one trough of the signal (the onset of inhalation) to the next, with the peak
-//! (the onset of exhalation) between them; where a thermistor falls with inhalation, turn its sign.
-//! Troughs and peaks are where the signal turns by more than a share of its usual range, whatever its
-//! level: slow drift does not hide them, and ripples on a pause are none. A pause between breaths
-//! belongs to the exhalation before it.
+//! A breath lasts from one trough of the signal (the onset of inhalation) to the next, with the peak (the
+//! onset of exhalation) between them; for a thermistor, which falls with inhalation, invert the signal.
+//! Troughs and peaks are the points where the signal turns by more than a share of its usual range,
+//! regardless of its level: slow drift does not hide them, and ripples during a pause do not count. A pause
+//! between breaths belongs to the exhalation before it.
 //!
 //! ```
 //! use std::f64::consts::TAU;

@@ -20,7 +20,7 @@ pub struct Pattern {
     pub amplitude_sd: f64,
     /// Mean time of inhalation [s].
     pub inhalation_secs: f64,
-    /// Mean time of exhalation, the pause after it included [s].
+    /// Mean time of exhalation, including the pause after it [s].
     pub exhalation_secs: f64,
     /// Their ratio (I/E).
     pub inhalation_to_exhalation: f64,
@@ -81,7 +81,7 @@ pub(super) fn sample_sd(values: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Of 4 s at 10 Hz.
+    /// Breaths of 4 s at 10 Hz.
     fn breath(number: u32) -> Breath {
         let begin = 40.0 * f64::from(number);
         Breath { begin, peak: begin + 15.0, end: begin + 40.0, amplitude: 2.0 }

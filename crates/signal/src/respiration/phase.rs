@@ -13,7 +13,7 @@ pub enum Phase {
 
 /// The phase at a sample, or between samples, of a signal with these ascending breaths.
 ///
-/// NeuroKit2's `RSP_Phase` (1 for inhalation) and `RSP_Phase_Completion`. `None` outside of breaths.
+/// NeuroKit2's `RSP_Phase` (1 for inhalation) and `RSP_Phase_Completion`. `None` outside breaths.
 ///
 /// ```
 /// use teampulse_signal::respiration::{Breath, Phase, phase_at};

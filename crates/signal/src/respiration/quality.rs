@@ -28,23 +28,24 @@ const SHAPE_LENGTH: usize = 32;
 
 /// Signal quality from 0 (useless) to 1 (nothing but equal breaths).
 ///
-/// (breathing share · likeness · regularity)^⅓ · rhythm · covered share · living share, where
-/// - the breathing share is that of 0.05–1 Hz in all power above 0.05 Hz (Welch, 30 s);
-/// - likeness is the mean correlation of breaths with the median breath, each stretched to the same
-///   length, and not below 0 (as Charlton et al. 2021, doi:10.1016/j.bspc.2020.102339);
+/// (breathing share · similarity · regularity)^⅓ · rhythm · covered share · living share, where
+/// - the breathing share is the share of 0.05–1 Hz in the total power above 0.05 Hz (Welch, 30 s);
+/// - similarity is the mean correlation of breaths with the median breath, each stretched to the same
+///   length, and not below 0 (as in Charlton et al. 2021, doi:10.1016/j.bspc.2020.102339);
 /// - regularity is 1 / (1 + v²), with v = 1.4826 · MAD / median of the durations;
-/// - rhythm is the lesser of two, as a random walk has breaths, but no rhythm (below 0.29 the quality is
-///   as without it): it rises from 0 to 1 where 0.5 to 0.68 of the power at 0.05–1 Hz lies within 35 % of
-///   the mean rate of the breaths or its double, and where the autocorrelation of the signal's slope (over
-///   0.32 s) is higher at the mean duration of a breath than at half of it by 0.45 to 0.85;
-/// - the covered share is that of the time that lies in breaths with an amplitude between a quarter
-///   and four times the median: motion and pauses of the sensor are left;
-/// - the living share is that of samples that are usable, not flat (the same for more than 3 s) and
-///   not saturated (at the least or greatest value for more than 0.3 s).
+/// - rhythm is the lesser of two values, as a random walk has breaths but no rhythm (below 0.29 the quality
+///   is as without rhythm). The first rises from 0 to 1 as the share of the power at 0.05–1 Hz that lies
+///   within 35 % of the mean rate of the breaths or twice that rises from 0.5 to 0.68; the second as the
+///   autocorrelation of the signal's slope (over 0.32 s) at the mean duration of a breath exceeds that at
+///   half of it by 0.45 to 0.85;
+/// - the covered share is the share of time in breaths with an amplitude between a quarter and four times
+///   the median, without motion and sensor dropouts;
+/// - the living share is the share of samples that are usable, not flat (constant for more than 3 s) and
+///   not saturated (at the minimum or maximum for more than 0.3 s).
 ///
-/// `breaths` are those of the signal. Fewer than two give 0. `None` without a signal or for a rate
-/// outside of 5 to 2000 Hz. It compares windows of one person and sensor: speech lowers it, although
-/// nothing is wrong.
+/// `breaths` are those of the signal. Fewer than two give 0. `None` without a signal or for a rate outside
+/// 5 to 2000 Hz. Use it to compare windows of one person and sensor: speech lowers it, although it is not a
+/// fault.
 pub fn quality(signal: &[f64], rate_hz: f64, breaths: &[Breath]) -> Option<f64> {
     band::band(rate_hz).ok().filter(|_| !signal.is_empty())?;
     let grouping = Grouping::new(rate_hz);

@@ -9,7 +9,7 @@ use crate::gaps::is_usable;
 const SLOPES_HZ: f64 = 6.25;
 /// The number of steps over which a slope is taken.
 const SLOPE_STEPS: usize = 2;
-/// The lags, in breaths, at which the next breath and its opposite are looked for.
+/// The lags, in breaths, of the next breath and of its opposite phase.
 const NEXT: RangeInclusive<f64> = 0.75..=1.3;
 const OPPOSITE: RangeInclusive<f64> = 0.3..=0.7;
 

@@ -1,10 +1,10 @@
-//! Respiratory sinus arrhythmia: how much the heart speeds up with inhalation and slows down with
+//! Respiratory sinus arrhythmia: the acceleration of the heart with inhalation and its deceleration with
 //! exhalation.
 
 use super::Breath;
 use super::pattern::{mean, sample_sd};
 
-/// An interval between heart beats.
+/// An interval between heartbeats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RrInterval {
     /// Time of the beat that ends it [s].
@@ -39,24 +39,24 @@ pub struct PeakToTrough {
     pub breaths: usize,
     /// The number of these in which it was negative, and counts as zero.
     pub without: usize,
-    /// The number of breaths without an interval in one of their phases: `RSA_P2T_NoRSA`.
+    /// The number of breaths in which one phase has no interval: `RSA_P2T_NoRSA`.
     pub unreported: usize,
 }
 
 /// How far an interval may extend beyond its phase of the breath [s].
 const BEYOND_SECS: f64 = 0.75;
 
-/// Respiratory sinus arrhythmia from peak to trough of ascending intervals between beats, of the
-/// breaths of a signal at `rate_hz` that begins at 0 s.
+/// Peak-to-trough respiratory sinus arrhythmia from ascending intervals between beats and the breaths of a
+/// signal at `rate_hz` that begins at 0 s.
 ///
-/// *What*: of each breath the longest interval of exhalation less the shortest of inhalation, of
-/// intervals that begin in the half and end at most 0.75 s after it; below zero it counts as zero
-/// (Grossman et al. 1990, doi:10.1111/j.1469-8986.1990.tb03198.x). *Unit*: ms. *Window*: some ten breaths.
-/// *Limits*: grows with slower and deeper breaths: compare at like breathing; one ectopic beat spoils
-/// its breath, so leave those out (NaN). As NeuroKit2's `hrv_rsa`; for what it measures against
-/// spectral ways see Lewis et al. (2012), doi:10.1016/j.biopsycho.2011.11.009.
+/// *What*: for each breath, the longest interval of exhalation minus the shortest of inhalation, over
+/// intervals that begin within the phase and end at most 0.75 s after it; negative values count as zero
+/// (Grossman et al. 1990, doi:10.1111/j.1469-8986.1990.tb03198.x). *Unit*: ms. *Window*: about ten breaths.
+/// *Limits*: grows with slower and deeper breaths: compare at similar breathing; one ectopic beat
+/// invalidates its breath, so leave ectopic beats out (NaN). As NeuroKit2's `hrv_rsa`; for a comparison
+/// with spectral methods see Lewis et al. (2012), doi:10.1016/j.biopsycho.2011.11.009.
 ///
-/// `None` when it could not be measured in any breath.
+/// `None` if it could not be measured in any breath.
 pub fn peak_to_trough(
     breaths: &[Breath],
     rate_hz: f64,

@@ -14,7 +14,7 @@ const SHORTEST_SECS: f64 = 10.0;
 
 /// The breathing rate at the peak of the spectrum [1/min].
 ///
-/// A check on the rate of [breaths](super::Breath), not a replacement: it gives the most frequent rate, and
+/// A check on the rate of [breaths](super::Breath), not a replacement: it returns the most frequent rate, and
 /// where breaths are irregular that of the most regular part. *Formula*: Welch's spectrum of the signal at 25
 /// to 50 Hz (averaged samples), segments of 30 s (the whole of a shorter signal), 50 % overlap, Hann,
 /// linearly detrended, zero-padded to a power of two; multiplied by frequency, against drift; the vertex of

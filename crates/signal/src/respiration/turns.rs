@@ -109,7 +109,7 @@ mod tests {
         let found = turns(&signal, 2.0);
         let kinds: Vec<Kind> = found.iter().map(|turn| turn.0).collect();
         assert_eq!(kinds, [Kind::Trough, Kind::Peak, Kind::Trough, Kind::Peak]);
-        // Between samples where there is one on both sides.
+        // Interpolated where there is a sample on both sides.
         for (turn, place) in found.iter().zip([0.0, 1.0, 2.0 + 1.0 / 3.0, 7.0 - 9.0 / 26.0]) {
             assert!((turn.1 - place).abs() < 1e-12, "{turn:?}");
         }

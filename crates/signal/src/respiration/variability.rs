@@ -3,7 +3,7 @@
 use super::Breath;
 use crate::hrv::{poincare, time_domain};
 
-/// Variability of the intervals between breaths, in the names of NeuroKit2's `rsp_rrv`.
+/// Variability of the intervals between breaths, with the names of NeuroKit2's `rsp_rrv`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variability {
     /// Root mean square of successive differences [ms].
@@ -24,9 +24,10 @@ pub struct Variability {
     pub mad_bb_ms: f64,
     /// The same over the median interval.
     pub mcvbb: f64,
-    /// Across the line of identity of the Poincaré plot [ms]: from breath to breath.
+    /// Standard deviation across the line of identity of the Poincaré plot [ms]: breath-to-breath
+    /// variability.
     pub sd1_ms: f64,
-    /// Along it [ms]: slower.
+    /// Standard deviation along the line of identity [ms]: slower variability.
     pub sd2_ms: f64,
     /// SD2 over SD1.
     pub sd2_sd1: f64,
@@ -34,10 +35,10 @@ pub struct Variability {
 
 /// The variability of ascending breaths of a signal at `rate_hz`, from trough to trough.
 ///
-/// The formulas of [`hrv`](crate::hrv) for breaths in place of beats, after Soni and Muniyandi
-/// (2019), Int J Yoga 12:45. Window: 5 minutes by convention; a minute has too few breaths for
-/// more than a hint. `None` with fewer than three breaths. No difference is taken across a gap
-/// between breaths. Limits: a breath that was missed doubles an interval.
+/// The formulas of [`hrv`](crate::hrv), with breaths in place of beats, after Soni and Muniyandi (2019),
+/// Int J Yoga 12:45. Window: 5 minutes by convention; a minute has too few breaths for more than a rough
+/// value. `None` with fewer than three breaths. No difference is taken across a gap between breaths.
+/// Limits: a missed breath doubles an interval.
 pub fn variability(breaths: &[Breath], rate_hz: f64) -> Option<Variability> {
     let intervals_ms = intervals_ms(breaths, rate_hz);
     let (time, ellipse) = (time_domain(&intervals_ms)?, poincare(&intervals_ms)?);

@@ -1,9 +1,9 @@
 //! Statistics of the newest samples, kept up to date sample by sample.
 //!
-//! Windows are counted in samples: each push takes in one and lets the oldest of a full window go. A
-//! sample that is [no usable number](crate::gaps::is_usable) takes its place but counts for nothing.
-//! Nothing is ever subtracted, so that rounding does not add up over hours, and nothing is allocated
-//! after [`new`](SlidingMoments::new).
+//! Window lengths are in samples: each push takes in one sample and removes the oldest of a full window. A
+//! sample that is [not a usable number](crate::gaps::is_usable) takes its place but is not counted. Nothing
+//! is ever subtracted, so that rounding errors do not accumulate over hours, and nothing is allocated after
+//! [`new`](SlidingMoments::new).
 //!
 //! ```
 //! use teampulse_signal::sliding::{SlidingExtremes, SlidingMoments, SlidingQuantiles};

@@ -43,7 +43,7 @@ impl SlidingQuantiles {
 
     /// The value below which a `share` of them lies, linear between two: `numpy.quantile`.
     ///
-    /// `None` without any, and for a share outside of 0..=1.
+    /// `None` without any, and for a share outside 0..=1.
     pub fn quantile(&self, share: f64) -> Option<f64> {
         if !(0.0..=1.0).contains(&share) {
             return None;
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
     use crate::robust::median;
 
-    /// Few different values, so that many are equal, and some that are none.
+    /// Few distinct values, so that many are equal, and some unusable ones.
     fn samples() -> impl Strategy<Value = Vec<f64>> {
         let sample = prop_oneof![
             8 => (-20i32..20).prop_map(f64::from),

@@ -39,7 +39,7 @@ pub enum Rule {
 impl Spectrum {
     /// The power between `low_hz` and `high_hz` [unit²], from a density.
     ///
-    /// Over the bins with `low_hz` ≤ f < `high_hz`: half-open, so that neighbouring bands share none. The
+    /// Over the bins with `low_hz` ≤ f < `high_hz`: half-open, so that adjacent bands share no bins. The
     /// rules differ where a band has few bins; state which was used. `None` with fewer than two bins (one for
     /// [`Rule::Sum`]).
     pub fn band_power(&self, low_hz: f64, high_hz: f64, rule: Rule) -> Option<f64> {

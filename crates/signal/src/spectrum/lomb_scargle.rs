@@ -6,11 +6,11 @@ use super::Spectrum;
 use crate::error::SignalError;
 use crate::gaps::is_usable;
 
-/// Periodogram of Lomb and Scargle: the power of the sinusoid of least squares at each frequency.
+/// Lomb–Scargle periodogram: the power of the least-squares sinusoid at each frequency.
 ///
-/// `scipy.signal.lombscargle` (of which the frequencies are in Hertz here). For beat intervals with
-/// gaps, without resampling. Lomb (1976), doi:10.1007/BF00648343; Scargle (1982),
-/// doi:10.1086/160554; floating mean: Zechmeister & Kürster (2009), doi:10.1051/0004-6361:200811296.
+/// Equals `scipy.signal.lombscargle`, but with frequencies in Hertz. For beat intervals with gaps, without
+/// resampling. Lomb (1976), doi:10.1007/BF00648343; Scargle (1982), doi:10.1086/160554; floating mean:
+/// Zechmeister & Kürster (2009), doi:10.1051/0004-6361:200811296.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LombScargle {
     /// The treatment of the mean.

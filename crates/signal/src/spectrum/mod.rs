@@ -1,4 +1,4 @@
-//! How the power of a signal is spread over frequencies.
+//! Power spectra: the distribution of a signal's power over frequency.
 //!
 //! ```
 //! use std::f64::consts::TAU;

@@ -26,9 +26,9 @@ pub struct BaselineChange {
 
 /// How the values of a phase differ from those of the baseline, at least two each.
 ///
-/// For one participant and one quantity: a description, no test. Values are those of windows, or samples
-/// of a slow signal. Limits: a percentage says nothing of quantities whose zero means nothing; the mean
-/// of a raw ECG or pulse wave is none of the heart's, take their rates and amplitudes.
+/// For one participant and one quantity: a description, not a test. Values are those of windows, or samples
+/// of a slow signal. Limits: a percentage is meaningless for quantities without a meaningful zero; the mean
+/// of a raw ECG or pulse wave says nothing about the heart, so use rates and amplitudes.
 ///
 /// ```
 /// use teampulse_signal::statistics::baseline_change;
@@ -77,14 +77,14 @@ pub struct StandardisedDifference {
     pub interval: Interval,
 }
 
-/// The difference between the windows of a phase and those of the baseline, at least three each, in
-/// standard deviations.
+/// The standardised difference between the windows of a phase and those of the baseline, at least three
+/// each.
 ///
-/// Windows follow each other without overlap (30 s), in the order of time. Neighbours resemble each
-/// other, so each series counts as [`effective_count`] values. d = (x̄₁ − x̄₂)/s of both pooled, as
-/// `pingouin.compute_effsize`; g = J·d with J of the effective degrees of freedom, its variance
-/// 1/n₁ + 1/n₂ + g²/2(n₁ + n₂) and a normal interval with confidence `level` (0.95): Hedges & Olkin
-/// (1985). Limits: one participant; it says nothing of others.
+/// Windows follow each other without overlap (30 s), in order of time. Neighbours are correlated, so each
+/// series counts as [`effective_count`] values. d = (x̄₁ − x̄₂)/s with the pooled s, as in
+/// `pingouin.compute_effsize`; g = J·d with J for the effective degrees of freedom, its variance 1/n₁ +
+/// 1/n₂ + g²/2(n₁ + n₂) and a normal interval with confidence `level` (0.95): Hedges & Olkin (1985).
+/// Limits: one participant; it does not generalise to others.
 pub fn standardised_difference(
     phase: &[f64],
     baseline: &[f64],

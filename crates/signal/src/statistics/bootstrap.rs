@@ -10,8 +10,8 @@ const MOST_RESAMPLES: usize = 1_000_000;
 /// Settings of the bootstrap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bootstrap {
-    /// The number of resamples; 2000 are few for the ends of an interval, 10 000 suffice, a million is the
-    /// maximum.
+    /// The number of resamples; 2000 are few for the ends of an interval, 10 000 are enough, a million is
+    /// the maximum.
     pub resamples: usize,
     /// Confidence of the intervals, 0.95 for 95 %.
     pub level: f64,
@@ -39,12 +39,12 @@ pub struct BootstrapInterval {
     pub bias_corrected: Option<Interval>,
 }
 
-/// Confidence intervals of any statistic of independent values, by drawing them anew with replacement.
+/// Confidence intervals of any statistic of independent values, by resampling them with replacement.
 ///
 /// In the unit of the statistic. Percentile and `BCa` intervals: Efron (1987),
-/// doi:10.1080/01621459.1987.10478410; as `scipy.stats.bootstrap` on the same draws. For paired values
-/// give the differences. Draws come from `SplitMix64` (Steele et al. 2014,
-/// doi:10.1145/2660193.2660195), since those of a seed must never change. Limits: below about ten values intervals are too narrow.
+/// doi:10.1080/01621459.1987.10478410; as `scipy.stats.bootstrap` with the same draws. For paired values
+/// pass the differences. Draws come from `SplitMix64` (Steele et al. 2014, doi:10.1145/2660193.2660195),
+/// since the draws for a seed must never change. Limits: below about ten values, intervals are too narrow.
 ///
 /// ```
 /// use teampulse_signal::{robust::median, statistics::{Bootstrap, bootstrap}};

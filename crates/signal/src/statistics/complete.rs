@@ -10,7 +10,7 @@ pub struct CompleteRows {
 }
 
 impl CompleteRows {
-    /// The columns as the tests take them.
+    /// The columns as slices, as the tests take them.
     pub fn columns(&self) -> Vec<&[f64]> {
         self.columns.iter().map(Vec::as_slice).collect()
     }
@@ -18,7 +18,7 @@ impl CompleteRows {
 
 /// The participants (rows) that have a finite value in every condition (column).
 ///
-/// Say `left_out` next to any result: leaving out is a choice.
+/// Report `left_out` with every result: dropping participants is a choice.
 ///
 /// ```
 /// use teampulse_signal::statistics::complete_rows;

@@ -19,7 +19,7 @@ impl Correlation {
     /// Confidence interval by Fisher's transform, tanh(artanh r ± z/√(n − 3)).
     ///
     /// Fisher (1921), doi:10.2307/2331838; as SciPy's for Pearson's r. From −1 to 1 with fewer than four
-    /// pairs. Limits: for ranks only approximate.
+    /// pairs. Limits: only approximate for ranks.
     pub fn interval(&self, level: f64) -> Result<Interval, StatisticsError> {
         let z = normal_quantile(f64::midpoint(1.0, checked_level(level)?));
         if self.n < 4 {
@@ -33,8 +33,8 @@ impl Correlation {
 
 /// Pearson's correlation of paired values, with its p from t = r·√((n − 2)/(1 − r²)).
 ///
-/// Pearson (1895), doi:10.1098/rspl.1895.0041; as `scipy.stats.pearsonr`. Limits: at least three pairs,
-/// a straight relation, nearly normal values.
+/// Pearson (1895), doi:10.1098/rspl.1895.0041; as `scipy.stats.pearsonr`. Limits: needs at least three
+/// pairs, a linear relation and nearly normal values.
 pub fn pearson(first: &[f64], second: &[f64]) -> Result<Correlation, StatisticsError> {
     checked(&[first, second], 2, 3)?;
     let (about_first, about_second) = (unit(first)?, unit(second)?);
@@ -45,10 +45,10 @@ pub fn pearson(first: &[f64], second: &[f64]) -> Result<Correlation, StatisticsE
     Ok(Correlation { r, p, n: first.len() })
 }
 
-/// Spearman's correlation of ranks: [`pearson`]'s of the average ranks, with its p from t as there.
+/// Spearman's correlation of ranks: [`pearson`]'s of the average ranks, with p computed in the same way.
 ///
-/// Spearman (1904), doi:10.2307/1412159; as `scipy.stats.spearmanr`. Limits: below about ten pairs the
-/// p is approximate.
+/// Spearman (1904), doi:10.2307/1412159; as `scipy.stats.spearmanr`. Limits: below about ten pairs, p is
+/// approximate.
 pub fn spearman(first: &[f64], second: &[f64]) -> Result<Correlation, StatisticsError> {
     checked(&[first, second], 2, 3)?;
     pearson(&average_ranks(first), &average_ranks(second))

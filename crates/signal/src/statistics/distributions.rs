@@ -16,7 +16,7 @@ pub enum Alternative {
 }
 
 impl Alternative {
-    /// The p-value from those of both tails.
+    /// The p-value from the two tail probabilities.
     pub(super) fn of_tails(self, less: f64, greater: f64) -> f64 {
         match self {
             Alternative::TwoSided => (2.0 * less.min(greater)).min(1.0),

@@ -4,15 +4,15 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StatisticsError {
     /// Too few values.
-    #[error("answer from {got} values where at least {need} are needed")]
+    #[error("compute a result from {got} values: at least {need} are needed")]
     TooFew {
         /// The number of values given.
         got: usize,
         /// The number of values needed.
         need: usize,
     },
-    /// Too many values for an exact answer.
-    #[error("answer exactly from {got} values where at most {most} can be")]
+    /// Too many values for an exact result.
+    #[error("compute an exact result from {got} values: at most {most} are supported")]
     TooMany {
         /// The number of values given.
         got: usize,
@@ -28,13 +28,13 @@ pub enum StatisticsError {
         other: usize,
     },
     /// A value is NaN or infinite.
-    #[error("calculate with a value that is missing or not finite")]
+    #[error("compute with a value that is missing or not finite")]
     NotFinite,
     /// All values are equal, or all differences zero.
-    #[error("compare values without any spread")]
+    #[error("compare values that do not vary")]
     NoSpread,
     /// The values are so large or so small that the result is not finite.
-    #[error("calculate with values of such a size")]
+    #[error("compute with values that are too large or too small")]
     OutOfRange,
     /// A setting is out of range.
     #[error("use {value} as {name}, expected {expected}")]

@@ -17,11 +17,11 @@ pub struct Friedman {
     pub mean_ranks: Vec<f64>,
 }
 
-/// Friedman's test of three or more conditions (columns, a row a participant), corrected for ties.
+/// Friedman's test of three or more conditions (columns, one row per participant), corrected for ties.
 ///
 /// χ² = (12 Σ R²/(n k (k + 1)) − 3 n (k + 1)) / (1 − Σ(t³ − t)/(n k (k² − 1))), W = χ²/(n (k − 1)).
 /// Friedman (1937), doi:10.1080/01621459.1937.10503522; as `scipy.stats.friedmanchisquare`. Limits: the
-/// χ² approximation wants more than ten participants or more than six conditions.
+/// χ² approximation needs more than ten participants or more than six conditions.
 pub fn friedman(conditions: &[&[f64]]) -> Result<Friedman, StatisticsError> {
     checked(conditions, 3, 2)?;
     let rows = rows(conditions);

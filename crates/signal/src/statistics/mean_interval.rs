@@ -2,7 +2,7 @@ use super::distributions::t_quantile;
 use super::error::{StatisticsError, checked, checked_level, finite_or};
 use crate::moments::{mean, sample_sd};
 
-/// An interval that holds the true value with a stated confidence.
+/// An interval that contains the true value with a stated confidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     /// Its lower end.
@@ -13,9 +13,9 @@ pub struct Interval {
 
 /// Confidence interval of a mean, x̄ ± t(1 − α/2, n − 1) · s/√n, in the unit of the values.
 ///
-/// `level` is the confidence (0.95). For paired values give the differences. Student (1908),
-/// doi:10.2307/2331554; as `scipy.stats.ttest_1samp(...).confidence_interval`. Limits: independent,
-/// nearly normal values, at least two; see [`bootstrap`](super::bootstrap) otherwise.
+/// `level` is the confidence (0.95). For paired values pass the differences. Student (1908),
+/// doi:10.2307/2331554; as `scipy.stats.ttest_1samp(...).confidence_interval`. Limits: needs at least two
+/// independent, nearly normal values; otherwise see [`bootstrap`](super::bootstrap).
 pub fn mean_interval(values: &[f64], level: f64) -> Result<Interval, StatisticsError> {
     let level = checked_level(level)?;
     checked(&[values], 1, 2)?;

@@ -1,11 +1,11 @@
-//! Statistics of a group: paired comparisons, several conditions, trends, and how sure they are; and of
+//! Statistics of a group (paired comparisons, several conditions, trends, and confidence intervals), and of
 //! one participant against the baseline.
 //!
-//! Of a group, everything takes one value for each participant and condition, never the samples within:
-//! those depend on each other, and thousands of them make any difference "significant". Missing values are
-//! left out participant by participant with [`complete_rows`], which says how many; the tests
-//! themselves take finite numbers only. Each agrees with SciPy 1.17, pingouin 0.7 or statsmodels 0.15
-//! to 1e-9, as named in its documentation.
+//! For a group, every function takes one value per participant and condition, never the samples within:
+//! those depend on each other, and thousands of them make any difference "significant". Participants with
+//! missing values are left out with [`complete_rows`], which reports how many; the tests themselves accept
+//! finite numbers only. Each agrees with SciPy 1.17, pingouin 0.7 or statsmodels 0.15 to 1e-9, as named in
+//! its documentation.
 
 mod error;
 mod complete;

@@ -1,22 +1,22 @@
 /// The correction of a family of p-values for multiple comparisons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Correction {
-    /// Step-down, against any false finding: never weaker than Bonferroni. Holm (1979),
+    /// Step-down, controls the probability of any false finding: never weaker than Bonferroni. Holm (1979),
     /// <https://www.jstor.org/stable/4615733>.
     #[default]
     Holm,
-    /// Times their number, against any false finding. Dunn (1961),
+    /// Multiplied by their number, controls the probability of any false finding. Dunn (1961),
     /// doi:10.1080/01621459.1961.10482090.
     Bonferroni,
-    /// Step-up, holds the share of false findings. Benjamini & Hochberg (1995),
+    /// Step-up, controls the share of false findings. Benjamini & Hochberg (1995),
     /// doi:10.1111/j.2517-6161.1995.tb02031.x.
     BenjaminiHochberg,
 }
 
 /// The p-values of one family, corrected for their number, in the order given [0..1].
 ///
-/// As `statsmodels.stats.multitest.multipletests`. A p-value that is missing (NaN, or outside 0..1)
-/// stays NaN and does not count, as in pingouin. Name the family next to the result.
+/// As `statsmodels.stats.multitest.multipletests`. A missing p-value (NaN, or outside 0..1) stays NaN and
+/// does not count, as in pingouin. Name the family with the result.
 ///
 /// ```
 /// use teampulse_signal::statistics::{Correction, corrected};

@@ -13,11 +13,11 @@ pub struct ShapiroWilk {
     pub p: f64,
 }
 
-/// Whether values are normal: Shapiro and Wilk's W with Royston's approximation of its p.
+/// Tests whether values are normal: Shapiro and Wilk's W with Royston's approximation of its p.
 ///
 /// Shapiro & Wilk (1965), doi:10.2307/2333709; Royston (1995, algorithm AS R94), doi:10.2307/2986146;
-/// as `scipy.stats.shapiro`. From 3 to 5000 values. Limits: among few values it finds little, among
-/// thousands every trifle.
+/// as `scipy.stats.shapiro`. From 3 to 5000 values. Limits: it has little power with few values, and finds
+/// every trifle with thousands.
 pub fn shapiro_wilk(values: &[f64]) -> Result<ShapiroWilk, StatisticsError> {
     checked(&[values], 1, 3)?;
     if values.len() > MOST {
@@ -36,8 +36,8 @@ pub fn shapiro_wilk(values: &[f64]) -> Result<ShapiroWilk, StatisticsError> {
     Ok(ShapiroWilk { w: 1.0 - shortfall, p: p_of(shortfall, values.len() as f64) })
 }
 
-/// The weights of the upper half of the sorted values, from the greatest inwards; the lower half has
-/// them with the other sign.
+/// The weights of the upper half of the sorted values, from the greatest inwards; those of the lower half
+/// have the opposite sign.
 fn weights(n: usize) -> Vec<f64> {
     const GREATEST: [f64; 6] = [0.0, 0.221_157, -0.147_981, -2.071_19, 4.434_685, -2.706_056];
     const SECOND: [f64; 6] = [0.0, 0.042_981, -0.293_762, -1.752_461, 5.682_633, -3.582_633];

@@ -32,10 +32,10 @@ pub struct Page {
     pub exact: bool,
 }
 
-/// Page's test of a trend: whether values rise along the conditions (columns, a row a participant).
+/// Page's test of a trend: whether values rise along the conditions (columns, one row per participant).
 ///
-/// For falling values turn the columns round. Page (1963), doi:10.1080/01621459.1963.10500843; as
-/// `scipy.stats.page_trend_test`. Limits: the order must be predicted, not read from the data.
+/// For falling values reverse the columns. Page (1963), doi:10.1080/01621459.1963.10500843; as
+/// `scipy.stats.page_trend_test`. Limits: the order must be predicted, not taken from the data.
 ///
 /// ```
 /// use teampulse_signal::statistics::{PageMethod, page_trend};

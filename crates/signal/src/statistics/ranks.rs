@@ -1,4 +1,4 @@
-/// Ranks from 1, equal values sharing the mean of their ranks, as `scipy.stats.rankdata`.
+/// Ranks from 1, with ties sharing the mean of their ranks, as `scipy.stats.rankdata`.
 ///
 /// Expects numbers; NaN ranks as `f64::total_cmp` orders it.
 ///

@@ -20,9 +20,9 @@ pub struct RepeatedMeasures {
     pub p_greenhouse_geisser: f64,
     /// Share of the conditions in the variance within participants [0..1].
     pub partial_eta_squared: f64,
-    /// Share of the conditions in all variance [0..1]. Bakeman (2005), doi:10.3758/BF03192707.
+    /// Share of the conditions in the total variance [0..1]. Bakeman (2005), doi:10.3758/BF03192707.
     pub generalised_eta_squared: f64,
-    /// Mauchly's test of sphericity; `None` for two conditions, and where participants are fewer than
+    /// Mauchly's test of sphericity; `None` for two conditions, and with fewer participants than
     /// conditions.
     pub sphericity: Option<Mauchly>,
 }
@@ -36,12 +36,12 @@ pub struct Mauchly {
     pub p: f64,
 }
 
-/// Analysis of variance of two or more conditions (columns, a row a participant).
+/// Analysis of variance of two or more conditions (columns, one row per participant).
 ///
-/// F = (C/(k − 1)) / (E/((k − 1)(n − 1))), with C the squares of the conditions and E what conditions
-/// and participants leave. Corrections: Greenhouse & Geisser (1959), doi:10.1007/BF02289823; sphericity:
-/// Mauchly (1940), doi:10.1214/aoms/1177731915. As `pingouin.rm_anova`. Limits: nearly normal errors;
-/// read the corrected p where Mauchly's is small, better always.
+/// F = (C/(k − 1)) / (E/((k − 1)(n − 1))), with C the sum of squares of the conditions and E the residual
+/// sum of squares. Corrections: Greenhouse & Geisser (1959), doi:10.1007/BF02289823; sphericity: Mauchly
+/// (1940), doi:10.1214/aoms/1177731915. As `pingouin.rm_anova`. Limits: nearly normal errors; use the
+/// corrected p if Mauchly's is small, or preferably always.
 pub fn repeated_measures(conditions: &[&[f64]]) -> Result<RepeatedMeasures, StatisticsError> {
     checked(conditions, 2, 2)?;
     let rows = rows(conditions);
@@ -108,7 +108,7 @@ fn trace(matrix: &[Vec<f64>]) -> f64 {
     matrix.iter().enumerate().map(|(k, row)| row[k]).sum()
 }
 
-/// With the second-order term of Anderson (2003) as R and pingouin have it.
+/// With the second-order term of Anderson (2003) as in R and pingouin.
 fn mauchly(covariance: Vec<Vec<f64>>, df: f64) -> Option<Mauchly> {
     let d = covariance.len() as f64;
     if d < 2.0 || df < d {

@@ -72,9 +72,9 @@ pub struct SignedRank {
 impl Wilcoxon {
     /// Tests the differences `first` − `second` of paired values.
     ///
-    /// Wilcoxon (1945), doi:10.2307/3001968; as `scipy.stats.wilcoxon` 1.17, but for an exact p asked
-    /// for in spite of ties, which is exact here (SciPy rounds the rank sum). Limits: the differences
-    /// should be symmetric; in the approximation, at least ten.
+    /// Wilcoxon (1945), doi:10.2307/3001968; as `scipy.stats.wilcoxon` 1.17, except for an exact p
+    /// requested with ties, which is exact here (SciPy rounds the rank sum). Limits: the differences should
+    /// be symmetric; the approximation needs at least ten.
     ///
     /// ```
     /// use teampulse_signal::statistics::Wilcoxon;

@@ -21,8 +21,8 @@ const LEAST_TREND_SECS: f64 = 10.0;
 static VALUES: [Value; 6] = [
     Value::new("TEMP_Mean", "°C", "mean of readings on the body"),
     Value::new("TEMP_SD", "°C", "standard deviation over n − 1 of readings on the body"),
-    Value::new("TEMP_Min", "°C", "least reading on the body"),
-    Value::new("TEMP_Max", "°C", "greatest reading on the body"),
+    Value::new("TEMP_Min", "°C", "lowest reading on the body"),
+    Value::new("TEMP_Max", "°C", "highest reading on the body"),
     Value::new(
         "TEMP_Slope",
         "°C/min",

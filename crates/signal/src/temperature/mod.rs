@@ -1,4 +1,4 @@
-//! Temperature of the skin, and whether it is skin.
+//! Skin temperature, and whether the sensor is on the body.
 //!
 //! ```
 //! use teampulse_signal::temperature::{Limits, OnBody, change_c};

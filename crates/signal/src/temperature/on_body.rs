@@ -18,8 +18,8 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// 20 to 42 °C: a hand in a cool room to fever; 0.5 °C/s, which a sensor on skin does not reach. All
-    /// three are conventions.
+    /// 20 to 42 °C: from a hand in a cool room to fever; 0.5 °C/s, which a sensor on skin does not reach.
+    /// All three are conventions.
     fn default() -> Limits {
         Limits { least_c: 20.0, most_c: 42.0, most_change_c_per_sec: 0.5 }
     }

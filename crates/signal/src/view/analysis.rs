@@ -1,4 +1,4 @@
-//! The values of what a camera sees in windows: a pulse, presence and movement.
+//! Values of camera images in windows: pulse, presence and movement.
 //!
 //! There are no events. Causal and whole analysis agree: nothing is filtered across time but within 1.6 s.
 
@@ -9,7 +9,8 @@ use super::values::{VALUES, measure};
 use super::{CHANNELS, Frame};
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
 
-/// A causal analysis of frames whose numbers have these names, [`CHANNELS`] among them; what is not among them is unknown.
+/// A causal analysis of frames whose numbers have these names, including [`CHANNELS`]; missing ones are
+/// unknown.
 pub fn causal(names: &[String]) -> Box<dyn Causal + Send> {
     Box::new(Seen::new(names))
 }
@@ -26,7 +27,7 @@ pub fn whole(names: &[String], recording: &Recording<'_>) -> Whole {
 }
 
 struct Seen {
-    /// Where each of [`CHANNELS`] is among the numbers.
+    /// The index of each of [`CHANNELS`] among the numbers.
     places: [Option<usize>; CHANNELS.len()],
     wave: PulseWave,
     spectra: Spectra,

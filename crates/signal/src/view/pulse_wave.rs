@@ -11,7 +11,7 @@ const STEP_NS: f64 = 1e9 / WAVE_HZ;
 const WINDOW: usize = 48;
 /// The longest time between two frames that is bridged [ns]: below 12 frames a second there is no wave.
 const PAUSE_NS: i64 = 250_000_000;
-/// A jump of the colour between two frames beyond this is another skin, or another light [share].
+/// A larger change of colour between two frames means a different face or different light [share].
 const JUMP: f64 = 0.2;
 
 /// A sample of the wave.
@@ -28,19 +28,20 @@ pub(super) struct WaveSample {
     pub skin: f64,
 }
 
-/// Makes a wave of frames, which come at any times.
+/// Computes the wave from frames at irregular times.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PulseWave {
     last: Option<Frame>,
     /// The time of the next sample [ns].
     next_ns: f64,
-    /// The newest samples: their colours, and the wave as far as windows were added up.
+    /// The newest samples: their colours, and the wave as far as it is complete.
     colours: VecDeque<[f64; 3]>,
     waiting: VecDeque<WaveSample>,
 }
 
 impl PulseWave {
-    /// Takes a frame; `out` is called with each sample that is complete, and with `None` where the wave breaks off.
+    /// Takes in a frame; calls `out` with each sample that is complete, and with `None` where the wave is
+    /// interrupted.
     pub fn push(&mut self, frame: Frame, mut out: impl FnMut(Option<WaveSample>)) {
         let is_known = frame.colour.iter().all(|part| *part > 0.0) && frame.brightness.is_finite();
         let Some(last) = self.last.filter(|last| is_known && follows(last, &frame)) else {

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 
 use super::pulse_wave::{WAVE_HZ, WaveSample};
 
-/// The length of what a spectrum is of [samples]: 15 s.
+/// The length of the segment of a spectrum [samples]: 15 s.
 pub(super) const LENGTH: usize = 450;
-/// How often there is one [samples]: 2.5 s.
+/// The hop between spectra [samples]: 2.5 s.
 const HOP: usize = 75;
 /// The range of pulses [Hz]: 42 to 210 a minute; above it, their second harmonic.
 pub(super) const PULSES_HZ: (f64, f64) = (0.7, 3.5);
@@ -25,7 +25,8 @@ pub(super) struct Spectrum {
     pub last_ns: i64,
     /// The power of the pulse wave at each frequency from the lowest.
     pub pulse: Vec<f64>,
-    /// The relative amplitude of the brightness of the whole view at each frequency of pulses, and of the green of skin.
+    /// The relative amplitudes of the brightness of the whole view and of the green of the skin, at each
+    /// pulse frequency.
     pub view: Vec<f64>,
     pub green: Vec<f64>,
     /// The mean share of the view that is skin.
@@ -33,18 +34,18 @@ pub(super) struct Spectrum {
 }
 
 impl Spectrum {
-    /// The frequency of a place [Hz].
+    /// The frequency at an index [Hz].
     pub fn hz(place: f64) -> f64 {
         PULSES_HZ.0 + STEP_HZ * place
     }
 
-    /// The places of the frequencies of pulses.
+    /// The indices of the pulse frequencies.
     pub fn of_pulses() -> std::ops::Range<usize> {
         0..((PULSES_HZ.1 - PULSES_HZ.0) / STEP_HZ).round() as usize + 1
     }
 }
 
-/// Makes spectra of a wave.
+/// Computes spectra of a wave.
 #[derive(Clone, Debug)]
 pub(super) struct Spectra {
     samples: VecDeque<WaveSample>,
@@ -66,7 +67,7 @@ impl Default for Spectra {
 }
 
 impl Spectra {
-    /// Takes the next sample; the spectrum of the last 15 s when one is due.
+    /// Takes in the next sample; returns the spectrum of the last 15 s when one is due.
     pub fn push(&mut self, sample: WaveSample) -> Option<Spectrum> {
         if self.samples.len() == LENGTH {
             self.samples.pop_front();
@@ -80,7 +81,7 @@ impl Spectra {
         self.spectrum()
     }
 
-    /// The wave breaks off.
+    /// Handles an interruption of the wave.
     pub fn pause(&mut self) {
         self.samples.clear();
         self.until_next = 0;
@@ -114,7 +115,7 @@ impl Spectra {
         })
     }
 
-    /// The slope of a number over the samples, each one step.
+    /// The slope of a quantity over the samples, per sample.
     fn slope(&self, number: &dyn Fn(&WaveSample) -> f64, mean: f64) -> f64 {
         let middle = (LENGTH - 1) as f64 / 2.0;
         let (mut product, mut square) = (0.0, 0.0);

@@ -26,7 +26,7 @@ impl Store {
         self.frames.iter().skip(first).take_while(move |frame| frame.at_ns < span.end_ns)
     }
 
-    /// The spectra of what is in a span.
+    /// The spectra within a span.
     pub fn spectra(&self, span: Span) -> impl Iterator<Item = &Spectrum> + Clone {
         let first = self.spectra.partition_point(|spectrum| spectrum.first_ns < span.begin_ns);
         self.spectra.iter().skip(first).take_while(move |spectrum| spectrum.last_ns < span.end_ns)

@@ -4,21 +4,22 @@ use super::spectra::{COUNT, STEP_HZ, Spectrum};
 use super::store::Store;
 use crate::analysis::{Measured, Reason, Span, Value};
 
-/// The longest time that a frame stands for [ns].
+/// The longest time that a frame accounts for [ns].
 const STANDS_NANOS: i64 = 500_000_000;
 /// Half the width of a line in a spectrum of 15 s [Hz].
 const LINE_HZ: f64 = 0.14;
-/// How near the line of a spectrum must be to that of all for both to be of one pulse [Hz].
+/// How close the line of a single spectrum must be to that of the mean spectrum to belong to the same pulse
+/// [Hz].
 const SAME_HZ: f64 = 0.15;
-/// The ratios of power in the lines to power beside them between which quality rises from 0 to 1.
+/// The ratios of the power in the lines to the power beside them over which quality rises from 0 to 1.
 const POWER: (f64, f64) = (0.25, 1.0);
-/// The shares of spectra with the line of all between which quality rises from 0 to 1.
+/// The shares of spectra that contain the common line over which quality rises from 0 to 1.
 const AGREEMENT: (f64, f64) = (0.3, 0.9);
-/// How many times the share that skin alone would give of a rhythm the whole view may have of it.
+/// The largest amplitude of a rhythm in the whole view, relative to what the skin alone would cause.
 const FLICKER: f64 = 3.0;
-/// The least quality at which a pulse is stated.
+/// The least quality at which a pulse is reported.
 const LEAST_QUALITY: f64 = 0.3;
-/// The least error of a rate [1/min]: drifts of the rate within a spectrum.
+/// The least uncertainty of a rate [1/min]: drifts of the rate within a spectrum.
 const LEAST_ERROR: f64 = 0.6;
 
 /// The values of windows.
@@ -31,17 +32,17 @@ pub(super) static VALUES: [Value; 5] = [
     Value::new(
         "RPPG_Rate_Uncertainty",
         "1/min",
-        "half of the 95 % interval of the rate: twice the standard error of the lines of single spectra, each fourth of which is independent, and 0.6/min",
+        "half of the 95 % interval of the rate: twice the standard error of the lines of single spectra, every fourth of which is independent, and 0.6/min",
     ),
     Value::new(
         "RPPG_SNR",
         "dB",
-        "power within 0.14 Hz of the line and of twice its frequency by the power beside them from 0.7 to 7.2 Hz",
+        "power within 0.14 Hz of the line and of twice its frequency, over the power beside them from 0.7 to 7.2 Hz",
     ),
     Value::new(
         "VIEW_Presence",
         "1",
-        "share of frames with somebody in view: skin-coloured, and moved within 20 s",
+        "share of frames with a person in view: skin-coloured, with movement within 20 s",
     ),
     Value::new("VIEW_Moving", "1", "mean share of the view that moves"),
 ];
@@ -71,7 +72,7 @@ pub(super) fn measure(store: &Store, span: Span) -> Measured {
     Measured { coverage, quality, values }
 }
 
-/// The share of a span in which frames came [0..1].
+/// The share of a span that is covered by frames [0..1].
 fn covered(times: impl Iterator<Item = i64>, span: Span) -> f64 {
     let (mut until, mut sum) = (span.begin_ns, 0);
     for at_ns in times {
@@ -91,10 +92,10 @@ fn mean(numbers: impl Iterator<Item = f64>) -> Option<f64> {
 
 /// A pulse in spectra.
 struct Pulse {
-    /// Its rate, and half of the 95 % interval of that [1/min].
+    /// Its rate, and half of its 95 % interval [1/min].
     rate: f64,
     uncertainty: f64,
-    /// The power in its lines by that beside them.
+    /// The power in its lines over that beside them.
     ratio: f64,
     quality: f64,
 }
@@ -103,7 +104,7 @@ impl Pulse {
     fn of(spectra: &[&Spectrum]) -> Option<Pulse> {
         let mut power = vec![0.0; COUNT];
         for spectrum in spectra {
-            // Each counts alike, however much the head moved.
+            // Each has the same weight, regardless of head movement.
             let whole: f64 = spectrum.pulse.iter().sum();
             if whole > 0.0 {
                 power.iter_mut().zip(&spectrum.pulse).for_each(|(sum, part)| *sum += part / whole);
@@ -130,7 +131,7 @@ impl Pulse {
     }
 }
 
-/// The place of the highest line among pulses, between two frequencies; `None` without power.
+/// The index of the highest pulse line between two frequencies; `None` without power.
 fn line(power: &[f64]) -> Option<f64> {
     let places = Spectrum::of_pulses();
     let place = places.clone().max_by(|one, other| power[*one].total_cmp(&power[*other]))?;
@@ -138,7 +139,7 @@ fn line(power: &[f64]) -> Option<f64> {
         return None;
     }
     let is_inside = place > places.start && place + 1 < places.end;
-    // At an edge it is the slope of something else.
+    // A maximum at an edge is the slope of another component.
     is_inside.then(|| {
         let [before, here, after] = [place - 1, place, place + 1].map(|place| power[place].ln());
         let bend = before - 2.0 * here + after;
@@ -147,7 +148,7 @@ fn line(power: &[f64]) -> Option<f64> {
     })
 }
 
-/// The power in a line and its second harmonic, by the power beside them.
+/// The power in a line and its second harmonic, over the power beside them.
 fn ratio(power: &[f64], hz: f64) -> f64 {
     let (mut within, mut beside) = (0.0, f64::MIN_POSITIVE);
     for (place, power) in power.iter().enumerate() {
@@ -158,7 +159,8 @@ fn ratio(power: &[f64], hz: f64) -> f64 {
     within / beside
 }
 
-/// Whether the whole view has a rhythm at a place in spectra, by far more than its skin gives it: then light flickers.
+/// Whether the whole view has a rhythm at this index, far beyond what its skin causes: then the light
+/// flickers.
 fn is_of_view(spectra: &[&Spectrum], place: f64) -> bool {
     let at = (place.round() as usize).min(Spectrum::of_pulses().end - 1);
     let around = at.saturating_sub((LINE_HZ / STEP_HZ) as usize * 2)..at;
@@ -170,7 +172,7 @@ fn is_of_view(spectra: &[&Spectrum], place: f64) -> bool {
     2 * spectra.iter().filter(flickers).count() > spectra.len()
 }
 
-/// From 0 to 1 between two numbers.
+/// Rises linearly from 0 to 1 between two numbers.
 fn rise(number: f64, (from, to): (f64, f64)) -> f64 {
     ((number - from) / (to - from)).clamp(0.0, 1.0)
 }

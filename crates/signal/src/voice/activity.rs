@@ -1,21 +1,21 @@
-//! Whether somebody speaks.
+//! Voice activity detection.
 
 use super::path::DELAY;
 
-/// The floor is the least level of this many half seconds.
+/// The floor is the minimum level over this many half seconds.
 const HALVES: usize = 16;
-/// Frames of half a second.
+/// The number of frames in half a second.
 const HALF_SECOND: u32 = 50;
-/// The level of silence [dBFS]: no floor is lower.
+/// The lower limit of the floor [dBFS].
 pub(super) const LEAST_FLOOR_DBFS: f64 = -75.0;
 
-/// The level of noise beneath the sound: the least of the last eight seconds.
+/// The level of background noise: the minimum over the last eight seconds.
 #[derive(Debug)]
 pub(super) struct Floor {
     least: [f64; HALVES],
     place: usize,
     frames: u32,
-    /// The last levels, of which the mean is taken.
+    /// The newest levels, from which the mean is taken.
     recent: [f64; 5],
 }
 
@@ -36,20 +36,20 @@ impl Floor {
             self.frames = 0;
         }
         self.frames += 1;
-        // A mean with a missing level is NaN, which no minimum takes.
+        // A mean with a missing level is NaN, which the minimum ignores.
         self.least[self.place] = self.least[self.place].min(mean);
         let least = self.least.iter().copied().fold(f64::INFINITY, f64::min);
         if least.is_finite() { least.max(LEAST_FLOOR_DBFS) } else { level_dbfs }
     }
 }
 
-/// Joins what is loud or voiced to speech: what lies between two such frames less than 0.2 s apart is a closure
-/// within speech; what is alone for less than 30 ms is a click.
+/// Combines loud or voiced frames into speech: a gap of less than 0.2 s between two such frames is a
+/// closure within speech; an isolated run shorter than 30 ms is a click.
 #[derive(Debug)]
 pub(super) struct Speech {
-    /// How many frames in a row are active, up to now.
+    /// The number of successive active frames so far.
     active: usize,
-    /// How long the last speech is over [frames].
+    /// The time since the end of the last speech [frames].
     over: usize,
 }
 
@@ -61,8 +61,8 @@ impl Speech {
         Speech { active: 0, over: usize::MAX }
     }
 
-    /// Whether the next frame is speech: `coming` says of it and of those after it, up to [`DELAY`], whether each is
-    /// active.
+    /// Whether the next frame is speech; `coming` states whether it and those after it, up to [`DELAY`],
+    /// are active.
     pub(super) fn push(&mut self, coming: impl Iterator<Item = bool>) -> bool {
         let mut ahead = [false; DELAY + 1];
         ahead.iter_mut().zip(coming).for_each(|(to, is_active)| *to = is_active);
@@ -77,7 +77,7 @@ impl Speech {
     }
 }
 
-/// After how many frames speech begins again.
+/// The number of frames until speech resumes.
 fn next_run(ahead: &[bool; DELAY + 1]) -> usize {
     let runs = ahead.windows(LEAST_ACTIVE);
     runs.enumerate().find(|(_, run)| run.iter().all(|is| *is)).map_or(DELAY + 1, |(after, _)| after)

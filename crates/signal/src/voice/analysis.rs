@@ -1,8 +1,8 @@
 //! The values of a voice in windows: level, activity, pitch, rate, pauses, jitter, shimmer and tilt.
 //!
-//! There are no events. Causal and whole analysis have the same frames; a causal one knows those of the last 0.3 s
-//! later. It takes the samples of a microphone ([`causal`]) or the [frames](super::Frame) that were made of them
-//! where they were heard ([`of_frames`]).
+//! There are no events. Causal and whole analysis have the same frames; the causal one lags by 0.3 s. The
+//! input is either the samples of a microphone ([`causal`]) or [frames](super::Frame) computed from them at
+//! the source ([`of_frames`]).
 
 use super::frame::Frame;
 use super::framer::Framer;
@@ -12,14 +12,14 @@ use super::values::{VALUES, measure};
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
 use crate::error::SignalError;
 
-/// A causal analysis of samples [full scale] at 8 to 96 kHz; only the first channel is heard.
+/// A causal analysis of samples [full scale] at 8 to 96 kHz; only the first channel is used.
 ///
 /// No sample allocates in steady state. Returns an error for another rate, or settings out of range.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     Ok(Box::new(Heard { framer: Framer::new(settings, rate_hz)?, store: Store::default() }))
 }
 
-/// A causal analysis of the numbers of frames, as [`Frame::numbers`] has them.
+/// A causal analysis of frames given as numbers, as from [`Frame::numbers`].
 pub fn of_frames() -> Box<dyn Causal + Send> {
     Box::new(Framed(Store::default()))
 }
@@ -30,7 +30,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
     let later = (framer.delay_secs() * recording.rate_hz).ceil() as usize + 1;
     let mut heard = Heard { framer, store: Store::default() };
     let samples = recording.channels.first().map_or(&[][..], Vec::as_slice);
-    // Nothing after the end: what waits is decided.
+    // Missing samples after the end complete the pending frames.
     let samples = samples.iter().copied().chain(std::iter::repeat_n(f64::NAN, later));
     for (number, sample) in samples.enumerate() {
         heard.push(recording.time_ns(number as f64), &[sample]);
@@ -38,7 +38,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
     Ok(Whole { events: Vec::new(), windows: Box::new(heard.store) })
 }
 
-/// An analysis of frames in a whole recording of their numbers.
+/// An analysis of a whole recording of frames given as numbers.
 pub fn whole_of_frames(recording: &Recording<'_>) -> Whole {
     let mut store = Store::default();
     let mut numbers = vec![f64::NAN; recording.channels.len()];

@@ -1,31 +1,31 @@
-/// What is known of 10 ms of sound.
+/// The features of 10 ms of sound.
 ///
-/// A frame with a missing sample in its window is unknown: all its numbers are NaN, and it counts nothing.
+/// A frame with a missing sample in its window is unknown: all its numbers are NaN, and it is not counted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// The time of its middle [ns].
     pub at_ns: i64,
-    /// Its level over 20 ms: that of a sine of full scale is −3 dBFS; at least −120.
+    /// Its level over 20 ms [dBFS], at least −120; a full-scale sine has −3 dBFS.
     pub level_dbfs: f64,
-    /// The level of the noise beneath [dBFS].
+    /// The level of the background noise [dBFS].
     pub floor_dbfs: f64,
-    /// 1 in speech, else 0.
+    /// 1 in speech, otherwise 0.
     pub speech: f64,
-    /// How likely it is voiced [0..1].
+    /// The likelihood that it is voiced [0..1].
     pub voicing: f64,
-    /// The pitch [Hz]; NaN where it is not voiced.
+    /// The pitch [Hz]; NaN if unvoiced.
     pub pitch_hz: f64,
-    /// The slope of the spectrum, by third octaves from 100 Hz to 5 kHz [dB/octave]; NaN where it is not voiced.
+    /// The spectral tilt over third octaves from 100 Hz to 5 kHz [dB/octave]; NaN if unvoiced.
     pub tilt_db_per_octave: f64,
     /// The share of its samples at full scale or beyond [0..1].
     pub clipped: f64,
-    /// The number of nuclei of syllables that became known with it.
+    /// The number of syllable nuclei that became known with it.
     pub nuclei: f64,
     /// The glottal pulses in it.
     pub glottal: Glottal,
 }
 
-/// Sums over glottal pulses, of which jitter and shimmer are made for any span.
+/// Sums over glottal pulses, from which jitter and shimmer are computed for any span.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Glottal {
     /// The number of periods.
@@ -64,7 +64,7 @@ pub const CHANNELS: [(&str, &str); 15] = [
 ];
 
 impl Frame {
-    /// A frame of which nothing is known.
+    /// A frame without known features.
     pub fn unknown(at_ns: i64) -> Frame {
         let nan = f64::NAN;
         Frame {
@@ -81,12 +81,12 @@ impl Frame {
         }
     }
 
-    /// Whether its sound is known.
+    /// Whether its features are known.
     pub fn is_known(&self) -> bool {
         self.level_dbfs.is_finite() && self.floor_dbfs.is_finite() && self.speech.is_finite()
     }
 
-    /// Whether somebody speaks.
+    /// Whether it is speech.
     pub fn is_speech(&self) -> bool {
         self.speech > 0.5
     }
@@ -119,7 +119,8 @@ impl Frame {
         ]
     }
 
-    /// The frame of [these numbers](Self::numbers); one whose level is no number is [unknown](Self::unknown).
+    /// The frame with [these numbers](Self::numbers); [unknown](Self::unknown) if its level is not a
+    /// number.
     pub fn of_numbers(at_ns: i64, numbers: &[f64]) -> Frame {
         let number = |index: usize| numbers.get(index).copied().unwrap_or(f64::NAN);
         let sum = |index: usize| Some(number(index)).filter(|sum| sum.is_finite()).unwrap_or(0.0);

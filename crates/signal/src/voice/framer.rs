@@ -10,28 +10,28 @@ use super::tilt::tilt;
 use crate::error::SignalError;
 use crate::gaps::is_usable;
 
-/// Frames a second.
+/// The number of frames per second.
 pub(super) const FRAMES_HZ: f64 = 100.0;
-/// Over how long the level of a frame is taken [s].
+/// The time over which the level of a frame is computed [s].
 const LEVEL_SECS: f64 = 0.02;
-/// The level of nothing [dBFS].
+/// The level of silence [dBFS].
 const NOTHING_DBFS: f64 = -120.0;
 /// Samples at least this large are at full scale.
 const FULL_SCALE: f64 = 0.999;
-/// What is constant is taken out by a high-pass at this frequency [Hz].
+/// The cut-off of the high-pass that removes a constant offset [Hz].
 const CONSTANT_HZ: f64 = 10.0;
-/// Sound this far below the loudest recent one is no voice [dB].
+/// Sound this far below the loudest recent sound is not a voice [dB].
 const BELOW_LOUDEST_DB: f64 = 35.0;
-/// How fast the loudest sound is forgotten [dB a frame]: 2 dB/s.
+/// How fast the loudest level decays [dB a frame]: 2 dB/s.
 const FORGOTTEN_DB: f64 = 0.02;
-/// What is this periodic is active, however little it is above the floor.
+/// Sound with at least this periodicity is active, regardless of its level above the floor.
 const SURELY_VOICED: f64 = 0.8;
 /// How gradually the likelihood of voicing rises with periodicity.
 const LIKELIHOOD_WIDTH: f64 = 0.06;
-/// The strength of not being voiced where there can be no voice.
+/// The strength of the unvoiced state where no voice is possible.
 const SURELY_UNVOICED: f64 = 2.0;
 
-/// Makes [frames](Frame) of a sound, sample by sample; no sample allocates in steady state.
+/// Computes [frames](Frame) of a sound, sample by sample; no sample allocates in steady state.
 pub struct Framer {
     settings: Settings,
     rate_hz: f64,
@@ -44,15 +44,15 @@ pub struct Framer {
     nuclei: Nuclei,
     pulses: Pulses,
     loudest_dbfs: f64,
-    /// Samples at full scale, and all, since the last frame.
+    /// The numbers of samples at full scale and of all samples since the last frame.
     clipped: (usize, usize),
-    /// The newest frames, from the one to be decided next.
+    /// The newest frames, starting with the next one to be decided.
     waiting: [Waiting; DELAY + 1],
-    /// The number of frames that wait or are decided.
+    /// The number of frames pending or decided.
     count: usize,
 }
 
-/// A frame whose pitch waits for its decision.
+/// A frame whose pitch is not yet decided.
 #[derive(Clone, Copy)]
 struct Waiting {
     frame: Frame,
@@ -62,7 +62,7 @@ struct Waiting {
 }
 
 impl Framer {
-    /// Makes frames of samples at a rate [Hz]. Returns an error for a rate or settings out of range.
+    /// Creates it for a rate [Hz]. Returns an error for a rate or settings out of range.
     pub fn new(settings: &Settings, rate_hz: f64) -> Result<Framer, SignalError> {
         settings.checked(rate_hz)?;
         let periodicity = Periodicity::new(rate_hz, settings.lowest_hz, settings.highest_hz);
@@ -92,13 +92,13 @@ impl Framer {
         })
     }
 
-    /// How long after its middle a frame is known [s].
+    /// The delay of a frame after its middle [s].
     pub fn delay_secs(&self) -> f64 {
         self.periodicity.half() as f64 / self.rate_hz + DELAY as f64 / FRAMES_HZ
     }
 
-    /// Takes in the next sample [full scale], NaN where one is missing, and its time [ns]; the frame that became known
-    /// by it.
+    /// Takes in the next sample [full scale], NaN if missing, and its time [ns]; returns the frame that
+    /// became known.
     pub fn push(&mut self, at_ns: i64, sample: f64) -> Option<Frame> {
         let is_clipped = is_usable(sample) && sample.abs() >= FULL_SCALE;
         self.clipped = (self.clipped.0 + usize::from(is_clipped), self.clipped.1 + 1);
@@ -118,7 +118,7 @@ impl Framer {
         is_due.then(|| self.decide())
     }
 
-    /// What is known at once of the frame around a sample, with the candidates for its pitch.
+    /// The features of the frame around a sample that are known at once, with its pitch candidates.
     fn look(&mut self, middle: usize) -> (Waiting, Candidates) {
         let at_ns = self.sound.time_ns(middle).unwrap_or_default();
         let mut frame = Frame::unknown(at_ns);
@@ -151,12 +151,12 @@ impl Framer {
         frame.level_dbfs.is_nan() || frame.level_dbfs < least_dbfs
     }
 
-    /// The strength of not being voiced.
+    /// The strength of the unvoiced state.
     fn unvoiced(&self, waiting: &Waiting) -> f64 {
         if self.is_silent(&waiting.frame) { SURELY_UNVOICED } else { self.settings.voiced }
     }
 
-    /// The oldest frame that waits, decided.
+    /// The oldest pending frame, with its decision.
     fn decide(&mut self) -> Frame {
         let Waiting { mut frame, middle, periodicity, .. } = self.waiting[0];
         let is_speech = self.speech.push(self.waiting.iter().map(|each| each.is_active));
@@ -186,7 +186,7 @@ fn level_dbfs(samples: &[f64]) -> f64 {
     (10.0 * power.log10()).max(NOTHING_DBFS)
 }
 
-/// Takes out what is constant.
+/// Removes a constant offset.
 struct HighPass {
     kept: f64,
     last: Option<(f64, f64)>,

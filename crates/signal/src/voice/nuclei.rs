@@ -1,12 +1,12 @@
-//! The nuclei of syllables.
+//! Syllable nuclei.
 
-/// How deep the dips beside a nucleus are [dB].
+/// The least depth of the dips beside a nucleus [dB].
 const DIP_DB: f64 = 2.0;
-/// A nucleus is at most this far below the loudest recent speech [dB].
+/// The largest distance of a nucleus below the loudest recent speech [dB].
 const BELOW_LOUDEST_DB: f64 = 25.0;
-/// How fast the loudest speech is forgotten [dB a frame]: 1 dB/s.
+/// How fast the loudest level decays [dB a frame]: 1 dB/s.
 const FORGOTTEN_DB: f64 = 0.01;
-/// The level is the mean of this many frames.
+/// The number of frames over which the level is averaged.
 const SMOOTH: usize = 5;
 
 /// Counts peaks of level between dips, in voiced speech (de Jong & Wempe 2009, doi:10.3758/BRM.41.2.385).
@@ -16,7 +16,7 @@ pub(super) struct Nuclei {
     loudest: f64,
     /// The least level since the last nucleus [dBFS].
     dip: f64,
-    /// The greatest level since that dip, and whether it was voiced.
+    /// The maximum level since that dip, and whether it was voiced.
     peak: Option<(f64, bool)>,
 }
 
@@ -26,13 +26,13 @@ impl Nuclei {
         Nuclei { recent, loudest: -infinite, dip: infinite, peak: None }
     }
 
-    /// Takes in the level of the next frame, NaN where nobody speaks; whether a nucleus became known with it.
+    /// Takes in the level of the next frame, NaN without speech; returns whether a nucleus became known.
     pub(super) fn push(&mut self, level_dbfs: f64, is_voiced: bool) -> bool {
         self.recent.rotate_left(1);
         self.recent[SMOOTH - 1] = level_dbfs;
         let level = self.recent.iter().sum::<f64>() / SMOOTH as f64;
         if !level.is_finite() {
-            // Without speech the level is as low as can be.
+            // Without speech the level is −∞.
             let known = self.peak.take().is_some_and(|peak| self.is_nucleus(peak));
             self.dip = f64::NEG_INFINITY;
             return known;

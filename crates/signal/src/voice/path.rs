@@ -1,25 +1,25 @@
-//! The best path through the candidates of frames, at a fixed delay.
+//! The best path through the pitch candidates of frames, at a fixed delay.
 
 use super::periodicity::{Candidate, Candidates, MOST};
 
-/// How many frames a decision waits.
+/// The number of frames by which a decision is delayed.
 pub(super) const DELAY: usize = 20;
-/// The states of a frame: its candidates, and that it is not voiced.
+/// The states of a frame: its candidates, and unvoiced.
 const STATES: usize = MOST + 1;
-/// What an octave's jump in 10 ms costs.
+/// The cost of a jump by an octave within 10 ms.
 const JUMP_COST: f64 = 0.35;
-/// What a change between voiced and not costs.
+/// The cost of a change between voiced and unvoiced.
 const CHANGE_COST: f64 = 0.14;
 
-/// A frame that waits for its decision.
+/// A frame whose decision is pending.
 #[derive(Clone, Copy)]
 struct Step {
     candidates: Candidates,
-    /// From which state of the frame before each state came.
+    /// The state of the previous frame from which each state was reached.
     from: [u8; STATES],
 }
 
-/// Follows the pitch: Viterbi's algorithm over candidates, whose decisions wait [`DELAY`] frames.
+/// Tracks the pitch: Viterbi's algorithm over candidates, with decisions delayed by [`DELAY`] frames.
 pub(super) struct Path {
     steps: [Step; DELAY + 1],
     costs: [f64; STATES],
@@ -32,8 +32,8 @@ impl Path {
         Path { steps: [step; DELAY + 1], costs: [0.0; STATES], count: 0 }
     }
 
-    /// Takes in the next frame, in which not being voiced has a strength of `unvoiced`; whether the frame [`DELAY`]
-    /// before it can be [decided](Self::decision) now.
+    /// Takes in the next frame, whose unvoiced state has the strength `unvoiced`; returns whether the frame
+    /// [`DELAY`] before it can be [decided](Self::decision) now.
     pub(super) fn push(&mut self, candidates: &Candidates, unvoiced: f64) -> bool {
         let before = self.steps[(self.count + DELAY) % (DELAY + 1)].candidates;
         let mut step = Step { candidates: *candidates, from: [0; STATES] };
@@ -52,14 +52,14 @@ impl Path {
         self.count > DELAY
     }
 
-    /// The least cost of coming to a state, and the state of the frame before from which that is.
+    /// The least cost of reaching a state, and the state of the previous frame on that path.
     fn cheapest(&self, before: &Candidates, to: Option<&Candidate>) -> (f64, usize) {
         let cost = |state: usize| (self.costs[state] + change(pitch(before, state), to), state);
         let all = (0..=before.as_slice().len()).map(cost);
         all.fold((f64::INFINITY, 0), |best, each| if each.0 < best.0 { each } else { best })
     }
 
-    /// The decision on the frame [`DELAY`] before the newest: the candidate taken, if it is voiced.
+    /// The decision on the frame [`DELAY`] before the newest: the chosen candidate, if it is voiced.
     pub(super) fn decision(&self) -> Option<Candidate> {
         let best = |best: usize, state: usize| {
             if self.costs[state] < self.costs[best] { state } else { best }
@@ -76,7 +76,7 @@ impl Path {
     }
 }
 
-/// The candidate of a state; `None` for that of not being voiced, the first.
+/// The candidate of a state; `None` for the first state, which is unvoiced.
 fn pitch(candidates: &Candidates, state: usize) -> Option<&Candidate> {
     state.checked_sub(1).map(|index| &candidates.as_slice()[index])
 }

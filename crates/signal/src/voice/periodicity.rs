@@ -1,29 +1,30 @@
-//! Candidates for the pitch of a frame, from the autocorrelation of its sound.
+//! Pitch candidates of a frame, from the autocorrelation of its sound.
 //!
-//! Boersma (1993), Proc. IFA 17: the autocorrelation of the windowed sound is divided by that of the window, so that
-//! its peaks are the share of periodic power, whatever the lag.
+//! Boersma (1993), Proc. IFA 17: the autocorrelation of the windowed sound is divided by that of the
+//! window, so that its peaks are the share of periodic power at any lag.
 
 use std::sync::Arc;
 
 use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
-/// The most candidates of a frame.
+/// The maximum number of candidates of a frame.
 pub(super) const MOST: usize = 15;
 /// The window's length in periods of the lowest pitch.
 const PERIODS: f64 = 3.0;
-/// The autocorrelation is interpolated to at least this rate [Hz], so that a parabola fits its peaks.
+/// The minimum rate to which the autocorrelation is interpolated [Hz], so that a parabola fits its peaks.
 const FINE_HZ: f64 = 32_000.0;
-/// Lower peaks are no candidates.
+/// Lower peaks are not candidates.
 const LEAST: f64 = 0.2;
-/// What an octave further down costs a candidate: between a period and its double, the period is taken.
+/// The cost of a candidate per octave below the highest: between a period and its double, the period is
+/// chosen.
 const OCTAVE_COST: f64 = 0.01;
 
 /// A possible pitch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Candidate {
     pub(super) pitch_hz: f64,
-    /// The share of periodic power, less the cost of a low pitch.
+    /// The share of periodic power minus the cost of a low pitch.
     pub(super) strength: f64,
     /// The share of periodic power [0..1].
     pub(super) periodicity: f64,
@@ -54,7 +55,7 @@ impl Candidates {
     }
 }
 
-/// Finds the candidates of frames.
+/// Finds the pitch candidates of frames.
 pub(super) struct Periodicity {
     window: Vec<f64>,
     forward: Arc<dyn RealToComplex<f64>>,
@@ -65,11 +66,11 @@ pub(super) struct Periodicity {
     powers: Vec<f64>,
     power_spectrum: Vec<Complex64>,
     correlation: Vec<f64>,
-    /// The autocorrelation of the window by fine lags, 1 at none.
+    /// The autocorrelation of the window at fine lags, 1 at lag zero.
     of_window: Vec<f64>,
     fine_hz: f64,
     lowest_hz: f64,
-    /// The lags to be searched, fine.
+    /// The range of lags to search, fine.
     lags: std::ops::Range<usize>,
     transform_hz: f64,
 }
@@ -113,12 +114,12 @@ impl Periodicity {
         periodicity
     }
 
-    /// Half the window's length without its middle sample.
+    /// Half the window length, excluding its middle sample.
     pub(super) fn half(&self) -> usize {
         self.window.len() / 2
     }
 
-    /// The candidates of a frame of the window's length without missing samples.
+    /// The candidates of a frame that has the window's length and no missing samples.
     pub(super) fn of(&mut self, frame: &[f64]) -> Candidates {
         let mean = frame.iter().sum::<f64>() / frame.len() as f64;
         self.padded.fill(0.0);
@@ -138,7 +139,7 @@ impl Periodicity {
         candidates
     }
 
-    /// The powers of the last frame's spectrum by frequency, and the distance of two [Hz].
+    /// The power spectrum of the last frame, and the spacing of its frequencies [Hz].
     pub(super) fn powers(&self) -> (&[f64], f64) {
         (&self.powers, self.transform_hz)
     }
@@ -156,14 +157,14 @@ impl Periodicity {
         let curve = before - 2.0 * here + after;
         let aside = 0.5 * (before - after) / curve;
         let height = here - 0.25 * (before - after) * aside;
-        // Beyond 1 is what a short window makes of noise.
+        // Values beyond 1 are an artefact of noise in a short window.
         let periodicity = if height > 1.0 { 1.0 / height } else { height };
         let pitch_hz = self.fine_hz / (lag as f64 + aside);
         let strength = periodicity - OCTAVE_COST * (self.lowest_hz / pitch_hz).log2();
         Some(Candidate { pitch_hz, strength, periodicity })
     }
 
-    /// The autocorrelation of what is padded, by fine lags.
+    /// The autocorrelation of the padded buffer, at fine lags.
     fn correlate(&mut self) {
         let scratch = &mut self.scratch[..self.forward.get_scratch_len()];
         let done = self.forward.process_with_scratch(&mut self.padded, &mut self.spectrum, scratch);

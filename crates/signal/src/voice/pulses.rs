@@ -1,20 +1,20 @@
-//! Glottal pulses: where the folds close, by which periods and amplitudes are compared.
+//! Glottal pulses: the moments at which the vocal folds close, whose periods and amplitudes are compared.
 
 use super::frame::Glottal;
 use super::sound::Sound;
 
-/// Where the next pulse is looked for, in periods from the last.
+/// The range in which the next pulse is searched for, in periods from the last one.
 const NEXT: (f64, f64) = (0.8, 1.25);
-/// Pulses whose surroundings correlate less don't belong to one voice.
+/// Pulses whose surroundings have a lower correlation do not belong to one voice.
 const LEAST_LIKENESS: f64 = 0.3;
 /// Half the length of the window over which a pulse's amplitude is taken, in periods (as in Praat).
 const AROUND: f64 = 0.2;
-/// Periods that differ more are not compared (as in Praat).
+/// Periods whose ratio exceeds this are not compared (as in Praat).
 const MOST_PERIODS_APART: f64 = 1.3;
-/// Amplitudes that differ more are not compared (as in Praat).
+/// Amplitudes whose ratio exceeds this are not compared (as in Praat).
 const MOST_AMPLITUDES_APART: f64 = 1.6;
 
-/// Follows the pulses of a voice.
+/// Tracks the pulses of a voice.
 #[derive(Debug, Default)]
 pub(super) struct Pulses {
     /// The position of the last pulse [samples], its amplitude, and the period before it [samples].
@@ -22,8 +22,8 @@ pub(super) struct Pulses {
 }
 
 impl Pulses {
-    /// Looks for pulses up to the sample `end`, in a frame with this period [samples] around the sample `middle`;
-    /// `None` where it is not voiced.
+    /// Searches for pulses up to the sample `end`, in a frame with this period [samples] around the sample
+    /// `middle`; the period is `None` if the frame is unvoiced.
     pub(super) fn push(
         &mut self,
         sound: &Sound,
@@ -70,7 +70,7 @@ fn is_near(one: f64, other: f64, most: f64) -> bool {
     one.max(other) < most * one.min(other)
 }
 
-/// The sample of greatest size within a period around a position.
+/// The sample with the largest magnitude within a period around a position.
 fn strongest(sound: &Sound, at: f64, period: f64) -> Option<f64> {
     let from = (at - period / 2.0).round() as i64;
     let samples = sound.get(from, from + period.round() as i64)?;
@@ -79,7 +79,8 @@ fn strongest(sound: &Sound, at: f64, period: f64) -> Option<f64> {
     Some((from + place as i64) as f64)
 }
 
-/// The distance from a pulse to the next [samples], at which their surroundings are most alike.
+/// The distance from a pulse to the next [samples], at which the correlation of their surroundings is
+/// highest.
 fn next_lag(sound: &Sound, at: f64, period: f64) -> Option<f64> {
     let half = (period / 3.0).round() as i64;
     let at = at.round() as i64;
@@ -104,7 +105,7 @@ fn next_lag(sound: &Sound, at: f64, period: f64) -> Option<f64> {
     Some(lag as f64 + aside.clamp(-0.5, 0.5))
 }
 
-/// The correlation of two stretches; 0 with a missing sample or for silence.
+/// The correlation of two stretches; 0 if a sample is missing, or for silence.
 fn likeness(one: &[f64], other: &[f64]) -> f64 {
     let [mut product, mut of_one, mut of_other] = [0.0; 3];
     for (a, b) in one.iter().zip(other) {

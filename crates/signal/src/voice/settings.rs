@@ -3,7 +3,7 @@ use crate::error::{SignalError, checked};
 /// The supported sampling rates [Hz].
 pub const RATES_HZ: (f64, f64) = (8_000.0, 96_000.0);
 
-/// Settings of the search for a voice.
+/// Settings of the voice features.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// The lowest pitch [Hz], 40 to 200; the window is three of its periods.
@@ -12,7 +12,7 @@ pub struct Settings {
     pub highest_hz: f64,
     /// The least periodicity of a voiced frame [0..1].
     pub voiced: f64,
-    /// How far speech is above the floor of noise [dB].
+    /// The least distance of speech above the noise floor [dB].
     pub above_floor_db: f64,
 }
 
@@ -24,13 +24,17 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The settings, if they and the rate [Hz] are in range.
+    /// Returns the settings if they and the rate [Hz] are in range.
     pub(super) fn checked(&self, rate_hz: f64) -> Result<(), SignalError> {
         checked("the sampling rate [Hz]", rate_hz, RATES_HZ)?;
         checked("the lowest pitch [Hz]", self.lowest_hz, (40.0, 200.0))?;
         checked("the highest pitch [Hz]", self.highest_hz, (self.lowest_hz * 2.0, 1500.0))?;
         checked("the least periodicity of a voiced frame", self.voiced, (0.1, 0.95))?;
-        checked("how far speech is above the floor [dB]", self.above_floor_db, (1.0, 30.0))?;
+        checked(
+            "the distance of speech above the noise floor [dB]",
+            self.above_floor_db,
+            (1.0, 30.0),
+        )?;
         Ok(())
     }
 }

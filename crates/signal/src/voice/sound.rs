@@ -2,7 +2,7 @@ use crate::gaps::is_usable;
 
 /// The newest samples of a sound with their times, numbered from the first one.
 ///
-/// They lie in one piece; no sample allocates once the buffer has grown to twice what is kept.
+/// They are contiguous; no sample allocates once the buffer has grown to twice the kept length.
 #[derive(Debug)]
 pub(super) struct Sound {
     kept: usize,
@@ -34,7 +34,7 @@ impl Sound {
         self.first + self.samples.len()
     }
 
-    /// The samples from one number to another; `None` where they are not all held.
+    /// The samples in a range of numbers; `None` unless all of them are held.
     pub(super) fn get(&self, from: i64, to: i64) -> Option<&[f64]> {
         let place = |number: i64| usize::try_from(number - self.first as i64).ok();
         self.samples.get(place(from)?..place(to)?)

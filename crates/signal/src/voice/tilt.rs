@@ -1,14 +1,14 @@
-//! The slope of a spectrum.
+//! Spectral tilt.
 
-/// From where to where it is measured [Hz].
+/// The frequency range of the tilt [Hz].
 const BAND_HZ: (f64, f64) = (100.0, 5_000.0);
-/// Bands an octave.
+/// The number of bands per octave.
 const AN_OCTAVE: f64 = 3.0;
 
-/// The line through the levels of a spectrum's third octaves by their pitch [dB/octave], from 100 Hz to 5 kHz or 90 %
-/// of what the rate can show; NaN for silence.
+/// The slope of the line through the third-octave levels of a spectrum [dB/octave], from 100 Hz to 5 kHz or
+/// 90 % of the Nyquist frequency; NaN for silence.
 ///
-/// `powers` are `step_hz` [Hz] apart, from 0.
+/// The `powers` are `step_hz` [Hz] apart, from 0.
 pub(super) fn tilt(powers: &[f64], step_hz: f64) -> f64 {
     let top_hz = BAND_HZ.1.min(0.9 * step_hz * (powers.len() - 1) as f64);
     let width = 2f64.powf(1.0 / AN_OCTAVE);

@@ -6,17 +6,17 @@ use super::store::Store;
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Value};
 use crate::robust::median;
 
-/// The least speech for values of speech [frames].
+/// The least amount of speech for values of speech [frames].
 const LEAST_SPEECH: usize = 50;
-/// The least voiced speech for values of pitch [frames].
+/// The least amount of voiced speech for values of pitch [frames].
 const LEAST_VOICED: usize = 20;
 /// The least number of pairs of periods for jitter and shimmer.
 const LEAST_PAIRS: f64 = 30.0;
-/// Less is no pause, but a closure or a hesitation [frames].
+/// A shorter gap is not a pause, but a closure or a hesitation [frames].
 const LEAST_PAUSE: usize = 25;
-/// The distance from speech to noise at which quality is full [dB].
+/// The signal-to-noise ratio at which quality reaches 1 [dB].
 const FULL_QUALITY_DB: f64 = 30.0;
-/// What the share of clipped samples takes from quality: at a tenth nothing is left.
+/// The factor on the share of clipped samples that reduces quality: a share of a tenth reduces it to 0.
 const CLIPPING: f64 = 10.0;
 /// The least quality for values of the voice.
 const LEAST_QUALITY: f64 = 0.2;
@@ -32,17 +32,17 @@ pub(super) static VALUES: [Value; 14] = [
     Value::new(
         "VOICE_Noise",
         "dB",
-        "median floor: least mean of 50 ms in the last 8 s; re full scale",
+        "median noise floor: minimum of 50 ms means over the last 8 s; re full scale",
     ),
     Value::new(
         "VOICE_Activity",
         "1",
-        "share of frames in speech: 5 dB over the floor or of periodicity over 0.8, 30 ms or more, closures up to 0.2 s filled",
+        "share of frames in speech: 5 dB above the floor or with a periodicity above 0.8, 30 ms or longer, closures up to 0.2 s filled",
     ),
     Value::new(
         "VOICE_Voiced",
         "1",
-        "share of voiced frames in those of speech: autocorrelation over that of the window (Boersma 1993), path with 0.2 s of delay",
+        "share of voiced frames among those in speech: autocorrelation over that of the window (Boersma 1993), path with a delay of 0.2 s",
     ),
     Value::new("VOICE_Pitch_Median", "Hz", "median pitch of voiced frames, 65–500 Hz"),
     Value::new(
@@ -53,29 +53,29 @@ pub(super) static VALUES: [Value; 14] = [
     Value::new(
         "VOICE_Speaking_Rate",
         "1/s",
-        "nuclei of syllables (voiced peaks of level between dips of 2 dB, as de Jong & Wempe 2009) by the time from the first to the last speech",
+        "syllable nuclei (voiced peaks of level between dips of 2 dB, as de Jong & Wempe 2009) over the time from the first to the last speech",
     ),
-    Value::new("VOICE_Articulation_Rate", "1/s", "nuclei of syllables by the time in speech"),
+    Value::new("VOICE_Articulation_Rate", "1/s", "syllable nuclei over the time in speech"),
     Value::new(
         "VOICE_Pauses",
         "1/min",
-        "stretches without speech of 0.25 s or more between speech, by the time from the first to the last speech",
+        "pauses of 0.25 s or more within speech, over the time from the first to the last speech",
     ),
-    Value::new("VOICE_Pause_Mean", "s", "mean length of such pauses"),
+    Value::new("VOICE_Pause_Mean", "s", "mean length of these pauses"),
     Value::new(
         "VOICE_Jitter",
         "1",
-        "mean difference of consecutive periods by their mean (Praat's local), periods within 1.3 times",
+        "mean difference of consecutive periods over their mean (Praat's local jitter), for periods within a factor of 1.3",
     ),
     Value::new(
         "VOICE_Shimmer",
         "1",
-        "mean difference of consecutive amplitudes by their mean (Praat's local), amplitudes within 1.6 times",
+        "mean difference of consecutive amplitudes over their mean (Praat's local shimmer), for amplitudes within a factor of 1.6",
     ),
     Value::new(
         "VOICE_Tilt",
         "dB/oct",
-        "median slope of the third octaves from 100 Hz to 5 kHz of voiced frames",
+        "median slope over the third octaves from 100 Hz to 5 kHz, of voiced frames",
     ),
 ];
 
@@ -123,15 +123,15 @@ fn enough(count: usize, least: usize, of: &dyn Fn() -> Result<f64, Reason>) -> R
     if count < least { Err(Reason::Short) } else { of() }
 }
 
-/// How far speech is above the noise, or how surely it is voiced, less what is clipped [0..1]; of a span without
-/// speech, what is not clipped.
+/// The signal-to-noise ratio or voicing, reduced by clipping [0..1]; in a span without speech, the share
+/// that is not clipped.
 fn quality<'a>(frames: impl Iterator<Item = &'a Frame>) -> f64 {
     let [mut count, mut clipped, mut in_speech, mut clear] = [0.0; 4];
     for frame in frames {
         (count, clipped) = (count + 1.0, clipped + frame.clipped.max(0.0));
         if frame.is_speech() {
             in_speech += 1.0;
-            // A voice that never pauses is its own floor.
+            // A voice without pauses raises the floor to its own level.
             let above = (frame.level_dbfs - frame.floor_dbfs) / FULL_QUALITY_DB;
             let voicing = if frame.is_voiced() { frame.voicing } else { 0.0 };
             clear += above.max(voicing).clamp(0.0, 1.0);
@@ -191,7 +191,7 @@ fn glottal<'a>(frames: impl Iterator<Item = &'a Frame>) -> Glottal {
     })
 }
 
-/// What is said from the first to the last frame in speech.
+/// The part from the first to the last frame in speech.
 #[derive(Debug, Default)]
 struct Talk {
     nuclei: f64,

@@ -20,29 +20,29 @@ use super::format::Format;
 use super::opened::Opened;
 use super::picture;
 
-/// A camera that gives no frame for so long is stuck.
+/// A camera that delivers no frame for this long is stuck.
 const SILENCE: Duration = Duration::from_secs(2);
-/// How long one look for a frame takes at most [ms].
+/// The longest single wait for a frame [ms].
 const LOOK_MILLIS: i32 = 200;
-/// How many frames the driver may fill while one is read.
+/// The number of buffers that the driver may fill while one is read.
 const BUFFERS: u32 = 4;
 /// `POLLIN`.
 const READABLE: i16 = 1;
-/// A larger jump of the driver's count is no loss, but a new count.
+/// A larger jump of the driver's counter is not a loss, but a restart of the counter.
 const MOST_LOST: u32 = 10_000;
 
-/// How the reading of a camera ended.
+/// How reading a camera ended.
 #[derive(Debug)]
 pub(super) enum Ended {
-    /// The session is over.
+    /// The session has ended.
     Closed,
     /// It was unplugged, or its driver failed.
     Gone(String),
-    /// It gives no frames.
+    /// It delivers no frames.
     Silent(String),
 }
 
-/// Reads a camera until it is gone, or the session is over.
+/// Reads a camera until it is gone or the session ends.
 pub(super) fn capture(
     opened: &Opened,
     stream: StreamId,
@@ -61,12 +61,12 @@ pub(super) fn capture(
     }
 }
 
-/// Returns when it is to stop, or when no frame comes any longer.
+/// Returns when it should stop, or when frames stop arriving.
 fn read(opened: &Opened, frames: &mut Frames, stop: &AtomicBool) -> std::io::Result<()> {
     let mut buffers = Stream::with_buffers(&opened.device, Type::VideoCapture, BUFFERS)?;
-    // The first is handed to the driver with each look for the next frame.
+    // The first buffer is returned to the driver with each request for the next frame.
     for index in 1..BUFFERS as usize {
-        // A driver may give fewer.
+        // A driver may provide fewer.
         if CaptureStream::queue(&mut buffers, index).is_err() && index == 1 {
             break;
         }
@@ -77,7 +77,7 @@ fn read(opened: &Opened, frames: &mut Frames, stop: &AtomicBool) -> std::io::Res
         if stop.load(Ordering::Acquire) || frames.outlet.is_closed() {
             return Ok(());
         }
-        // A frame is waited for before one is asked for: asking waits without an end.
+        // Wait for a frame before dequeueing it: dequeueing blocks without a time limit.
         if opened.device.handle().poll(READABLE, LOOK_MILLIS)? == 0 {
             if silent.elapsed() > SILENCE {
                 return Ok(());
@@ -91,19 +91,19 @@ fn read(opened: &Opened, frames: &mut Frames, stop: &AtomicBool) -> std::io::Res
     }
 }
 
-/// Where frames go.
+/// The destination of frames.
 struct Frames {
     outlet: Outlet,
     stream: StreamId,
     label: String,
     format: Format,
-    /// The least that a frame of pixels has [bytes].
+    /// The least size of a frame of raw pixels [bytes].
     least_bytes: usize,
     size: (u32, u32),
     stride: usize,
     encoder: Option<Encoder>,
     last: Option<u32>,
-    /// Whether the last frame was damaged: said once, until one is whole.
+    /// Whether the last frame was damaged: reported once, until a frame is intact.
     is_failing: bool,
 }
 
@@ -116,7 +116,7 @@ impl Frames {
             }
         };
         outlet.stamped_by(stream, THIS_HOST);
-        // From now on what is lost is known.
+        // From now on losses can be counted.
         outlet.lost(stream, 0.0);
         let rows = opened.height as usize;
         let row_bytes = opened.width as usize * opened.format.pixel_bytes().unwrap_or(0);
@@ -146,8 +146,8 @@ impl Frames {
         let Some(whole) = whole else {
             self.outlet.lost(self.stream, 1.0);
             if !self.is_failing {
-                let why = if is_damaged { "as its driver says" } else { "cut off" };
-                let label = format!("{}: a frame was damaged ({why}) and left out", self.label);
+                let why = if is_damaged { "reported by its driver" } else { "truncated" };
+                let label = format!("{}: a damaged frame ({why}) was dropped", self.label);
                 self.outlet.happen(passing(label));
             }
             self.is_failing = true;
@@ -163,7 +163,7 @@ impl Frames {
         }
     }
 
-    /// Counts what the driver dropped.
+    /// Counts the frames that the driver dropped.
     fn count(&mut self, sequence: u32) {
         let lost = self.last.map_or(0, |last| sequence.wrapping_sub(last).wrapping_sub(1));
         self.last = Some(sequence);
@@ -172,7 +172,8 @@ impl Frames {
         }
     }
 
-    /// When a frame was taken, by the session's clock, where its driver stamps by the machine's clock.
+    /// The time at which a frame was taken, by the session's clock, if the driver stamps frames by the machine's
+    /// clock.
     fn taken(&self, about: &Metadata) -> Option<Time> {
         let is_monotonic = about.flags & Flags::TIMESTAMP_MASK == Flags::TIMESTAMP_MONOTONIC;
         let stamp = about.timestamp;
@@ -187,7 +188,7 @@ impl Frames {
     }
 }
 
-/// Hands a picture over.
+/// Publishes a picture.
 pub(super) fn offer(outlet: &Outlet, stream: StreamId, message: Bytes, taken: Option<Time>) {
     let data = Data::Message(message);
     outlet.offer(Reading { index: None, stream, device_time: None, source_time: taken, data });

@@ -13,12 +13,12 @@ use super::format::Format;
 use super::opened::Opened;
 use super::picture;
 
-/// The quality of JPEG made here.
+/// The quality of JPEGs compressed here.
 const QUALITY: u8 = 85;
-/// How many frames wait to be compressed: a camera is not held up.
+/// The number of frames that may wait to be compressed: the camera is never blocked.
 const MOST_WAITING: usize = 2;
 
-/// Compresses frames on a thread of its own.
+/// Compresses frames on a separate thread.
 pub(super) struct Encoder {
     frames: SyncSender<(Vec<u8>, Option<Time>)>,
     outlet: Outlet,
@@ -58,12 +58,12 @@ impl Encoder {
                 )));
             }
         };
-        // Without it, each frame is counted as lost.
+        // Without the thread, each frame is counted as lost.
         drop(thread::Builder::new().name("camera_jpeg".into()).spawn(work));
         Encoder { frames, outlet, stream }
     }
 
-    /// Takes a frame, which is counted as lost where those before it are not compressed yet.
+    /// Queues a frame, which is counted as lost if the previous ones are not compressed yet.
     pub fn take(&self, frame: &[u8], taken: Option<Time>) {
         match self.frames.try_send((frame.to_vec(), taken)) {
             Ok(()) => {}
@@ -74,7 +74,7 @@ impl Encoder {
     }
 }
 
-/// What the bytes of a frame are.
+/// The layout of a frame's bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shape {
     format: Format,
@@ -87,7 +87,7 @@ pub(super) struct Shape {
 impl Shape {
     fn of(opened: &Opened) -> Shape {
         let side = |side: u32| u16::try_from(side).unwrap_or(u16::MAX);
-        // Colours of this format are of two pixels each.
+        // In this format, two pixels share their chroma.
         let is_paired = opened.format == Format::Yuyv;
         let width = side(opened.width);
         Shape {
@@ -106,7 +106,7 @@ impl Shape {
     }
 }
 
-/// A frame, as the encoder reads it.
+/// A frame, as read by the encoder.
 struct Rows<'a> {
     shape: &'a Shape,
     frame: &'a [u8],
@@ -158,7 +158,7 @@ fn push(buffers: &mut [Vec<u8>; 4], parts: [u8; 3]) {
     buffers.iter_mut().zip(parts).for_each(|(buffer, part)| buffer.push(part));
 }
 
-/// Brightness from 16 to 235, as video has it, to 0 to 255, as JPEG has it (ITU-R BT.601).
+/// Converts luma from 16–235, the video range, to 0–255, the JPEG range (ITU-R BT.601).
 fn luma(number: u8, is_full_range: bool) -> u8 {
     if is_full_range {
         return number;
@@ -167,7 +167,7 @@ fn luma(number: u8, is_full_range: bool) -> u8 {
     stretched.clamp(0, 255) as u8
 }
 
-/// The same for differences of colour, from 16 to 240.
+/// The same for chroma, from 16–240.
 fn colour(number: u8, is_full_range: bool) -> u8 {
     if is_full_range {
         return number;
@@ -184,7 +184,7 @@ mod tests {
 
     use super::*;
 
-    /// The pixels of a frame that was compressed: red, green, blue, or grey.
+    /// The pixels of a compressed frame: red, green, blue, or grey.
     fn decoded(shape: Shape, frame: &[u8]) -> Vec<u8> {
         let jpeg = shape.compressed(frame).unwrap();
         JpegDecoder::new(ZCursor::new(&jpeg)).decode().unwrap()
@@ -194,7 +194,7 @@ mod tests {
         Shape { format, width: 16, height: 8, stride, is_full_range: false }
     }
 
-    /// Frames of one colour, whose rows are filled up by 4 bytes.
+    /// Frames of one colour, with rows padded by 4 bytes.
     fn frame(pixels: &[u8]) -> (Vec<u8>, usize) {
         let row =
             [pixels.repeat(16 / (if pixels.len() == 4 { 2 } else { 1 })), vec![7; 4]].concat();
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn pixels_have_their_colours() {
-        // Y, Cb and Cr of BT.601, by its tables of colour bars at 75 %, and 0 to 255 of those.
+        // Y, Cb and Cr of the 75 % colour bars of BT.601, and their values in the range 0 to 255.
         for (y, cb, cr, expected) in [
             (180, 128, 128, [191, 191, 191]),
             (65, 100, 212, [191, 0, 0]),

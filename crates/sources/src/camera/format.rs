@@ -2,23 +2,23 @@ use v4l::format::FourCC;
 
 use super::Wish;
 
-/// What a camera gives, of what is read here.
+/// A supported camera format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Format {
-    /// Files of JPEG.
+    /// JPEG files.
     Jpeg,
-    /// Two pixels in four bytes, Y U Y V.
+    /// Four bytes per two pixels, Y U Y V.
     Yuyv,
     /// Red, green, blue.
     Rgb,
     /// Grey.
     Grey,
-    /// Distances of 16 bits, the lower byte first.
+    /// 16-bit distances, little-endian.
     Depth,
 }
 
 impl Format {
-    /// The formats that fit a wish, the best first.
+    /// The formats that match a request, the best first.
     pub fn wished(wish: Wish) -> Vec<Format> {
         match wish {
             Wish::Auto => vec![Format::Jpeg, Format::Yuyv, Format::Rgb, Format::Grey],
@@ -29,7 +29,7 @@ impl Format {
         }
     }
 
-    /// The format that the kernel calls so.
+    /// The format with this FourCC code.
     pub fn of(code: FourCC) -> Option<Format> {
         Some(match &code.repr {
             b"MJPG" | b"JPEG" => Format::Jpeg,
@@ -41,7 +41,7 @@ impl Format {
         })
     }
 
-    /// The length of a pixel [bytes]; `None` of files.
+    /// The size of a pixel [bytes]; `None` for JPEG.
     pub fn pixel_bytes(self) -> Option<usize> {
         match self {
             Format::Jpeg => None,
@@ -59,7 +59,7 @@ impl Format {
         }
     }
 
-    /// The name of its topic below that of the camera, by the conventions of `image_transport`.
+    /// The name of its topic below that of the camera, following `image_transport`.
     pub fn leaf(self) -> &'static str {
         match self {
             Format::Depth => "image_rect_raw",
@@ -67,13 +67,13 @@ impl Format {
         }
     }
 
-    /// What it is, for people.
+    /// A description for users.
     pub fn doc(self) -> &'static str {
         match self {
-            Format::Jpeg => "JPEG as the camera compressed it",
-            Format::Yuyv | Format::Rgb => "JPEG of its pixels, compressed here (quality 85)",
-            Format::Grey => "grey JPEG of its pixels, compressed here (quality 85)",
-            Format::Depth => "distances of 16 bits",
+            Format::Jpeg => "JPEG, as compressed by the camera",
+            Format::Yuyv | Format::Rgb => "JPEG, compressed here from raw pixels (quality 85)",
+            Format::Grey => "grey JPEG, compressed here from raw pixels (quality 85)",
+            Format::Depth => "16-bit distances",
         }
     }
 }

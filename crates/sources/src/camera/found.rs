@@ -6,27 +6,27 @@ use teampulse_core::source::SourceError;
 use v4l::capability::Flags;
 use v4l::device::Device;
 
-/// A camera of this computer, by what the kernel knows of it: it is not opened.
+/// A camera of this computer, as known from the kernel, without opening it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundCamera {
-    /// Its node, such as `/dev/video0`.
+    /// Its device node, such as `/dev/video0`.
     pub path: PathBuf,
-    /// Its name by its maker.
+    /// The name given by its manufacturer.
     pub name: String,
-    /// The link to it that stays when it is plugged in again, such as `/dev/v4l/by-id/…`; by its place where its maker
-    /// gave it no number.
+    /// The link to it that stays the same when it is plugged in again, such as `/dev/v4l/by-id/…`; a link by USB port
+    /// if its manufacturer gave it no serial number.
     pub link: Option<PathBuf>,
     /// Whether this user may read it.
     pub is_permitted: bool,
 }
 
 impl FoundCamera {
-    /// Those of this computer, in the order of their nodes' names.
+    /// The cameras of this computer, in the order of their node names.
     pub fn all() -> Vec<FoundCamera> {
         FoundCamera::below(Path::new("/"))
     }
 
-    /// Those of a tree with `sys` and `dev`.
+    /// The cameras of a file tree with `sys` and `dev`.
     pub(super) fn below(root: &Path) -> Vec<FoundCamera> {
         let Ok(entries) = fs::read_dir(root.join("sys/class/video4linux")) else {
             return Vec::new();
@@ -37,12 +37,12 @@ impl FoundCamera {
         names.iter().filter_map(|name| of(root, name)).collect()
     }
 
-    /// The one of which this text is a part of the name or of a path; without a text the only one.
+    /// The camera whose name or path contains this text; without a text, the only camera.
     pub(super) fn chosen(text: &str) -> Result<FoundCamera, SourceError> {
         choose(&FoundCamera::all(), text)
     }
 
-    /// What it is known by when it is plugged in again: its link, else its node.
+    /// Its identity across reconnections: its link, or else its node.
     pub(super) fn identity(&self) -> String {
         self.link.as_ref().unwrap_or(&self.path).display().to_string()
     }
@@ -51,7 +51,7 @@ impl FoundCamera {
         let is_in = |name: &str| name.to_lowercase().contains(&text.to_lowercase());
         let is_path = |path: &Path| {
             let path = path.to_string_lossy();
-            // `/dev/video1` is no part of `/dev/video10`.
+            // `/dev/video1` does not match `/dev/video10`.
             path == text || (!text.starts_with("/dev/video") && is_in(&path))
         };
         is_in(&self.name) || is_path(&self.path) || self.link.as_deref().is_some_and(is_path)
@@ -69,7 +69,7 @@ fn choose(all: &[FoundCamera], text: &str) -> Result<FoundCamera, SourceError> {
         (1, _) => Ok(meant.remove(0)),
         (0, 0) => Err(SourceError::Gone {
             message: "find a camera: this computer has none".to_owned(),
-            hint: "plug it in; `ls /dev/video*` lists what the kernel knows".to_owned(),
+            hint: "plug it in; `ls /dev/video*` lists the cameras known to the kernel".to_owned(),
         }),
         (0, _) => Err(SourceError::Gone {
             message: format!("find the camera `{text}` among {}", listed(all)),
@@ -95,11 +95,11 @@ fn of(root: &Path, node: &str) -> Option<FoundCamera> {
     Some(FoundCamera { path, name, link, is_permitted })
 }
 
-/// Whether a node gives pictures: USB cameras have a second one, of their metadata.
+/// Whether a node delivers pictures: USB cameras have a second node for metadata.
 fn takes_pictures(path: &Path, class: &Path) -> bool {
     let capabilities = Device::with_path(path).and_then(|device| device.query_caps());
     capabilities.map_or_else(
-        // One that this user may not open: the first of a camera gives pictures.
+        // If this user may not open it: the first node of a camera delivers pictures.
         |_| fs::read_to_string(class.join("index")).is_ok_and(|index| index.trim() == "0"),
         |known| known.capabilities.contains(Flags::VIDEO_CAPTURE | Flags::STREAMING),
     )
@@ -117,7 +117,7 @@ fn link_to(folder: &Path, node: &Path) -> Option<PathBuf> {
 mod tests {
     use super::*;
 
-    /// A tree with a camera of two nodes and one of a single node.
+    /// A file tree with a camera of two nodes and one of a single node.
     fn tree() -> tempfile::TempDir {
         let root = tempfile::tempdir().unwrap();
         let nodes = [

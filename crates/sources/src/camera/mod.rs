@@ -35,67 +35,68 @@ use format::Format;
 pub use found::FoundCamera;
 use opened::{Opened, Wanted};
 
-/// How often a camera that was unplugged is looked for.
+/// How often a disconnected camera is searched for.
 const LOOK: Duration = Duration::from_millis(500);
 /// The largest side of a picture [px].
 const MOST_SIDE: u32 = 16_384;
 
-/// A camera of this computer, as `/dev/video0`: USB cameras, those of laptops, those for colour and depth of an Intel
-/// `RealSense`.
+/// A camera of this computer, such as `/dev/video0`: USB cameras, laptop cameras, and the colour and depth cameras of
+/// an Intel `RealSense`.
 ///
-/// The files of a camera that gives JPEG are passed on byte for byte; pixels become JPEG, and distances stay as they are.
-/// Frames are shown on the dashboard and seen by workers; they are **not recorded and not published** unless `record` is
-/// set. Each has the time at which the driver took it.
+/// JPEG frames of the camera are passed on byte for byte; raw pixels are compressed to JPEG, and distances stay
+/// unchanged. Frames are shown on the dashboard and available to workers; they are **not recorded and not published**
+/// unless `record` is set. Each frame has the time at which the driver took it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// The person at whom it looks, by pseudonym: `p001`.
+    /// The person in view, by pseudonym: `p001`.
     #[serde(default)]
     pub person: Option<String>,
-    /// The robot at which it looks, or which carries it. Without `person` and `robot` it looks at the team.
+    /// The robot in view, or the robot that carries the camera. Without `person` and `robot`, the camera belongs to
+    /// the team.
     #[serde(default)]
     pub robot: Option<String>,
     /// Its name among the cameras of that person, robot or team.
     #[serde(default = "camera")]
     pub name: String,
-    /// Which camera, where there are several: a part of its name or of a path of it, such as
+    /// Which camera to use if there are several: a part of its name or of its path, such as
     /// `/dev/v4l/by-id/usb-046d_HD_Pro_Webcam_C920_0123ABCD-video-index0`. `teampulse scan` lists them.
     #[serde(default)]
     pub device: String,
-    /// The width of its pictures [px]; with `height`. Without both about 640 × 480.
+    /// The width of its pictures [px]; set it together with `height`. By default about 640 × 480.
     #[serde(default)]
     pub width: Option<u32>,
-    /// Their height [px].
+    /// The height of its pictures [px].
     #[serde(default)]
     pub height: Option<u32>,
-    /// How many pictures it takes [Hz].
+    /// The frame rate [Hz].
     #[serde(default = "rate")]
     pub rate_hz: f64,
-    /// What it gives. By default JPEG where it can, else pixels.
+    /// The format of its frames. By default JPEG if available, or else raw pixels.
     #[serde(default)]
     pub format: Wish,
-    /// Whether its pictures are recorded in the bag, and published where the study publishes its stream.
+    /// Whether its pictures are recorded in the bag, and published if the study publishes its stream.
     #[serde(default)]
     pub record: bool,
-    /// `"blur"`: its pictures are recorded with hidden faces only, by the worker of the type `blur`.
+    /// `"blur"`: its pictures are recorded only with hidden faces, by the worker of type `blur`.
     #[serde(default)]
     pub faces: Faces,
 }
 
-/// What a camera is asked for.
+/// The requested format of a camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Wish {
-    /// JPEG, else pixels in colour, else grey ones.
+    /// JPEG, or else raw colour pixels, or else grey ones.
     #[default]
     Auto,
-    /// JPEG, as the camera compresses it.
+    /// JPEG, as compressed by the camera.
     Mjpeg,
-    /// Pixels of colour, which are compressed here.
+    /// Raw colour pixels, which are compressed here.
     Yuyv,
     /// Grey pixels, which are compressed here.
     Grey,
-    /// Distances of 16 bits, as `sensor_msgs/Image`.
+    /// 16-bit distances, as `sensor_msgs/Image`.
     Depth,
 }
 
@@ -121,8 +122,9 @@ impl Camera {
         if let Some(person) = &self.person {
             check_person(person)?;
             if self.robot.is_some() {
-                let error = SettingsError::new("it looks at a person and at a robot").at("robot");
-                return Err(error.with_hint("name one; two sources can't share a camera"));
+                let error =
+                    SettingsError::new("the camera has both a person and a robot").at("robot");
+                return Err(error.with_hint("remove one of them; two sources can't share a camera"));
             }
         }
         let names = [("name", Some(&self.name)), ("robot", self.robot.as_ref())];
@@ -130,22 +132,23 @@ impl Camera {
             let is_token = name.starts_with(|first: char| first.is_ascii_alphabetic())
                 && name.chars().all(|each| each.is_ascii_alphanumeric() || each == '_');
             if !is_token {
-                let error = SettingsError::new(format!("`{name}` is no ROS name")).at(at);
-                return Err(error.with_hint("letters, digits and _, beginning with a letter"));
+                let error = SettingsError::new(format!("`{name}` is not a ROS name")).at(at);
+                return Err(error.with_hint("use letters, digits and _, beginning with a letter"));
             }
         }
         if self.width.is_some() != self.height.is_some() {
-            let error = SettingsError::new("it has one side of a picture").at("width");
-            return Err(error.with_hint("give `width` and `height`, or neither"));
+            let error = SettingsError::new("only one of `width` and `height` is set").at("width");
+            return Err(error.with_hint("set both or neither"));
         }
         let sides = [self.width, self.height];
         if sides.iter().flatten().any(|side| !(1..=MOST_SIDE).contains(side)) {
-            let error = SettingsError::new("its pictures have no such size").at("width");
-            return Err(error.with_hint(format!("sides are from 1 to {MOST_SIDE} pixels")));
+            let error = SettingsError::new("the picture size is out of range").at("width");
+            return Err(error.with_hint(format!("use sides of 1 to {MOST_SIDE} pixels")));
         }
         if !(self.rate_hz > 0.0 && self.rate_hz <= 1000.0) {
-            let error = SettingsError::new(format!("{} Hz is no rate of pictures", self.rate_hz));
-            return Err(error.with_hint("from above 0 to 1000 Hz").at("rate_hz"));
+            let error =
+                SettingsError::new(format!("a frame rate of {} Hz is out of range", self.rate_hz));
+            return Err(error.with_hint("use a rate above 0, up to 1000 Hz").at("rate_hz"));
         }
         Ok(())
     }
@@ -155,7 +158,7 @@ impl Camera {
         Wanted { size, rate_hz: self.rate_hz, formats: Format::wished(self.format) }
     }
 
-    /// The stream of what was opened.
+    /// The stream of an opened camera.
     fn stream(&self, opened: &Opened) -> Stream {
         let (subject, above) = match (&self.person, &self.robot) {
             (Some(person), _) => {
@@ -189,7 +192,7 @@ impl Camera {
 /// Reads a camera.
 struct CameraReader {
     settings: Camera,
-    /// What the one that was read is known by, whatever its node is.
+    /// The identity of the camera that was read before, whatever its node is now.
     read_before: Option<String>,
 }
 
@@ -222,7 +225,7 @@ impl Source for CameraReader {
 }
 
 impl Camera {
-    /// Whose camera it is, for people.
+    /// The camera and its owner, for messages.
     fn label(&self) -> String {
         let of = self.person.as_ref().or(self.robot.as_ref());
         of.map_or_else(|| self.name.clone(), |of| format!("{} of {of}", self.name))
@@ -230,7 +233,7 @@ impl Camera {
 }
 
 impl CameraReader {
-    /// The camera; the one that was read before is waited for. `None` where the session is over.
+    /// Finds the camera; waits for the one that was read before. `None` if the session has ended.
     async fn find(&self, outlet: &Outlet) -> Result<Option<FoundCamera>, SourceError> {
         loop {
             let Some(identity) = &self.read_before else {
@@ -261,25 +264,25 @@ impl CameraReader {
             };
             let ended = watched(read).unwrap_or_else(|panic| {
                 let message = format!(
-                    "read {}: its driver answers in no known way: {panic}",
+                    "read {}: unexpected answer from its driver: {panic}",
                     settings.label()
                 );
-                let hint = format!("a fault of teampulse{}; please report it", at(&panic));
+                let hint = format!("a bug in teampulse{}; please report it", at(&panic));
                 Err(SourceError::Gone { message, hint })
             });
-            // Nobody waits for it where the session is over.
+            // No receiver is left if the session has ended.
             drop(send_end.send(ended));
         };
         let thread = std::thread::Builder::new().name("camera".into()).spawn(work);
         if let Err(error) = thread {
             let message = format!("start a thread for {}: {error}", self.settings.label());
-            return Err(SourceError::Gone { message, hint: "end other programs".into() });
+            return Err(SourceError::Gone { message, hint: "close other programs".into() });
         }
         let _stops = Stops(is_over);
         tokio::select! {
             () = outlet.closed() => Ok(Ended::Closed),
             ended = ended => match ended {
-                // What was read once does not end the session.
+                // A camera that worked before does not end the session.
                 Ok(Err(SourceError::Fatal { message, hint })) if self.read_before.is_some() => {
                     Err(SourceError::Gone { message, hint })
                 }
@@ -290,7 +293,7 @@ impl CameraReader {
     }
 }
 
-/// Ends the thread of a camera with its reader.
+/// Stops the thread of a camera together with its reader.
 struct Stops(Arc<AtomicBool>);
 
 impl Drop for Stops {

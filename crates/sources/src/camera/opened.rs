@@ -14,37 +14,37 @@ use v4l::video::capture::Parameters;
 use super::format::Format;
 use super::{Camera, FoundCamera};
 
-/// The size that is asked for where the study does not say.
+/// The size that is requested by default.
 const USUAL: (u32, u32) = (640, 480);
-/// The most pixels of a picture.
+/// The most pixels in a picture.
 const MOST_PIXELS: u64 = 40_000_000;
 /// The largest frame that a camera may announce [bytes].
 const MOST_BYTES: u32 = 128 << 20;
-/// How far the rate may be from what was asked for, as a part of it.
+/// The largest deviation of the rate from the requested one, as a share of it.
 const RATE_WITHIN: f64 = 0.02;
 
-/// What is asked of a camera.
+/// A request to a camera.
 pub(super) struct Wanted {
     /// Width and height [px].
     pub size: Option<(u32, u32)>,
     pub rate_hz: f64,
-    /// The formats that will do, the best first.
+    /// The acceptable formats, the best first.
     pub formats: Vec<Format>,
 }
 
-/// A camera that was opened and set up.
+/// An opened and configured camera.
 pub(super) struct Opened {
     pub device: Device,
-    /// Its name by its maker.
+    /// The name given by its manufacturer.
     pub name: String,
     pub format: Format,
     pub width: u32,
     pub height: u32,
     /// The length of a row [bytes].
     pub stride: usize,
-    /// Whether its colours use all numbers from 0 to 255.
+    /// Whether its colours use the full range from 0 to 255.
     pub is_full_range: bool,
-    /// The rate that it gives [Hz].
+    /// Its actual frame rate [Hz].
     pub rate_hz: f64,
 }
 
@@ -60,7 +60,7 @@ impl Opened {
         let Some((format, code)) = chosen else {
             let offered: Vec<String> = offered.iter().map(|each| each.fourcc.to_string()).collect();
             return Err(SourceError::Fatal {
-                message: format!("read {}: it gives {} only", found.name, offered.join(", ")),
+                message: format!("read {}: it supports only {}", found.name, offered.join(", ")),
                 hint:
                     "choose another `format`: mjpeg (MJPG), yuyv (YUYV), grey (GREY), depth (Z16)"
                         .into(),
@@ -71,8 +71,14 @@ impl Opened {
         let set = device.set_format(&asked).map_err(|error| failed(&error))?;
         if wanted.size.is_some_and(|size| size != (set.width, set.height)) || set.fourcc != code {
             return Err(SourceError::Fatal {
-                message: format!("read {}: it has no pictures of {width} × {height}", found.name),
-                hint: format!("the nearest that it has are {} × {}", set.width, set.height),
+                message: format!(
+                    "read {}: it does not support pictures of {width} × {height}",
+                    found.name
+                ),
+                hint: format!(
+                    "the nearest size that it supports is {} × {}",
+                    set.width, set.height
+                ),
             });
         }
         let row_bytes = set.width as usize * format.pixel_bytes().unwrap_or(0);
@@ -82,7 +88,7 @@ impl Opened {
         if !is_sound {
             return Err(SourceError::Fatal {
                 message: format!(
-                    "read {}: it gives {} × {} pixels, in frames of {} MiB",
+                    "read {}: it delivers {} × {} pixels, in frames of {} MiB",
                     found.name,
                     set.width,
                     set.height,
@@ -108,45 +114,45 @@ impl Opened {
         })
     }
 
-    /// Says what the study asked for and does not get.
+    /// Warns about settings that the camera does not meet.
     pub fn warn(&self, settings: &Camera, outlet: &Outlet) {
         let asked_hz = settings.rate_hz;
         if (self.rate_hz - asked_hz).abs() > RATE_WITHIN * asked_hz {
             let label = settings.label();
             outlet.happen(passing(format!(
-                "{label}: it takes {:.1} pictures a second, not {asked_hz}, at {} × {}",
+                "{label}: the frame rate is {:.1} Hz instead of {asked_hz} Hz at {} × {}",
                 self.rate_hz, self.width, self.height
             )));
         }
     }
 }
 
-/// Sets the rate, and returns what the camera makes of it [Hz].
+/// Sets the frame rate, and returns the actual one [Hz].
 fn rate(device: &Device, wanted_hz: f64) -> f64 {
     let asked = v4l::Fraction::new(1000, (wanted_hz * 1000.0).round() as u32);
-    // Some cameras have one rate, and refuse to be asked.
+    // Some cameras have a fixed rate and reject the request.
     let set = device.set_params(&Parameters::new(asked)).or_else(|_| device.params());
     let interval = set.map(|set| set.interval);
     let rate_hz = interval.map(|each| f64::from(each.denominator) / f64::from(each.numerator));
     rate_hz.ok().filter(|rate_hz| rate_hz.is_finite() && *rate_hz > 0.0).unwrap_or(wanted_hz)
 }
 
-/// Why a camera can't be opened, with what to do.
+/// Why a camera cannot be opened, and what the user can do.
 pub(super) fn refused(found: &FoundCamera, error: &io::Error) -> SourceError {
     let path = found.path.display();
     let errno = error.raw_os_error().map(Errno::from_raw_os_error);
     let (message, hint) = match errno {
         Some(Errno::ACCESS | Errno::PERM) => (
-            format!("read {}: this user may not open {path}", found.name),
+            format!("read {}: permission denied for {path}", found.name),
             "run `sudo usermod -aG video $USER`, then log out and in again".to_owned(),
         ),
         Some(Errno::BUSY) => (
-            format!("read {}: another program has it", found.name),
+            format!("read {}: another program is using it", found.name),
             match holders(&found.path).as_slice() {
                 [] => {
-                    "end what shows or records it: a browser, a conference, another recorder".into()
+                    "close the program that shows or records it: a browser, a video call, another recorder".into()
                 }
-                holders => format!("end {}", holders.join(" or ")),
+                holders => format!("close {}", holders.join(" or ")),
             },
         ),
         _ => (format!("read {} at {path}: {error}", found.name), "plug it in again".to_owned()),
@@ -154,7 +160,7 @@ pub(super) fn refused(found: &FoundCamera, error: &io::Error) -> SourceError {
     SourceError::Gone { message, hint }
 }
 
-/// The other programs of this user that have a file open, with their process ids.
+/// The other programs of this user that have a file open, with their process IDs.
 fn holders(path: &Path) -> Vec<String> {
     let own = std::process::id().to_string();
     let Ok(processes) = fs::read_dir("/proc") else { return Vec::new() };
@@ -182,7 +188,7 @@ mod tests {
         fs::write(&path, "").unwrap();
         let file = fs::File::open(&path).unwrap();
         let mut other = std::process::Command::new("sleep").arg("60").stdin(file).spawn().unwrap();
-        // The new program has its name once it runs.
+        // The new process has its name only once it runs.
         let named = || holders(&path) == [format!("sleep ({})", other.id())];
         let is_named = (0..1000).any(|_| {
             named() || {
@@ -211,7 +217,7 @@ mod tests {
             }
         };
         assert!(of(Errno::ACCESS).1.contains("usermod -aG video"));
-        assert_eq!(of(Errno::BUSY).0, "read Desk Camera: another program has it");
+        assert_eq!(of(Errno::BUSY).0, "read Desk Camera: another program is using it");
         assert!(of(Errno::NODEV).0.contains("/dev/video7"));
     }
 }

@@ -1,14 +1,14 @@
-//! Pictures as messages, each copied once: out of the driver's memory.
+//! Pictures as messages, each copied out of the driver's memory only once.
 
 use bytes::Bytes;
 use teampulse_core::time::Time;
 use teampulse_messages::cdr::Writer;
 use teampulse_messages::standard::std_msgs::Header;
 
-/// What is around the bytes of a picture in its message [bytes].
+/// The size of a picture message without its pixel data [bytes].
 const AROUND_BYTES: usize = 128;
 
-/// A file of JPEG as `sensor_msgs/CompressedImage`.
+/// A JPEG file as `sensor_msgs/CompressedImage`.
 pub(super) fn file(jpeg: &[u8], taken: Option<Time>) -> Bytes {
     let mut writer = begin(jpeg.len(), taken);
     writer.text("jpeg");
@@ -16,7 +16,7 @@ pub(super) fn file(jpeg: &[u8], taken: Option<Time>) -> Bytes {
     writer.finish()
 }
 
-/// Distances as `sensor_msgs/Image`, whose rows have this length [bytes].
+/// Distances as `sensor_msgs/Image`, with rows of this length [bytes].
 pub(super) fn distances(
     rows: &[u8],
     (width, height): (u32, u32),

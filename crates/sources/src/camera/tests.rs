@@ -16,7 +16,7 @@ fn error(text: &str) -> String {
 
 fn opened(format: Format) -> Opened {
     Opened {
-        // It is not asked for anything.
+        // No request is sent to it.
         device: Device::with_path("/dev/null").unwrap(),
         name: "Desk Camera".to_owned(),
         format,
@@ -49,11 +49,11 @@ fn pictures_are_live_only_unless_the_study_records_them() {
 
 #[test]
 fn wrong_settings_say_what_is_wrong() {
-    assert!(error("person = \"p001\"\nrobot = \"r1\"").contains("at a person and at a robot"));
-    assert!(error("name = \"a b\"").contains("no ROS name"));
-    assert!(error("width = 640").contains("one side"));
-    assert!(error("width = 640\nheight = 0").contains("no such size"));
-    assert!(error("rate_hz = 0").contains("no rate"));
+    assert!(error("person = \"p001\"\nrobot = \"r1\"").contains("both a person and a robot"));
+    assert!(error("name = \"a b\"").contains("not a ROS name"));
+    assert!(error("width = 640").contains("only one of"));
+    assert!(error("width = 640\nheight = 0").contains("picture size"));
+    assert!(error("rate_hz = 0").contains("frame rate"));
     assert!(error("format = \"h264\"").contains("h264"));
 }
 

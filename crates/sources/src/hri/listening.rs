@@ -1,4 +1,4 @@
-//! The messages of all topics, and the streams that they become.
+//! Messages of all topics, and the streams that they are converted to.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -24,21 +24,21 @@ use super::topic::Topic;
 use crate::follow::{LossCounter, offered, who};
 use crate::ros_people::NAMESPACE;
 
-/// A publisher of a topic from which nothing came for this long is gone: another one may be heard [s].
+/// The time without messages after which a topic's publisher counts as gone, so that another is accepted [s].
 const SILENT_SECS: f64 = 1.0;
 /// The most streams.
 const MOST_STREAMS: usize = 512;
 
-/// What is heard of people.
+/// The messages about people received so far.
 pub(super) struct Listening {
     outlet: Outlet,
     graph: watch::Receiver<Arc<Graph>>,
     people: People,
     device: String,
     frame: Option<Frame>,
-    /// By person, the last token of their names, and the type of their messages.
+    /// By person, the last token of the stream name, and the message type.
     streams: BTreeMap<(Arc<str>, &'static str, String), Open>,
-    /// What was reported: each once.
+    /// The problems reported so far, each once.
     reported: BTreeSet<String>,
 }
 
@@ -49,14 +49,14 @@ struct Open {
     heard: Heard,
 }
 
-/// The publisher that was heard last.
+/// The publisher of the last message.
 struct Heard {
     topic: String,
     publisher: Gid,
     at: Time,
 }
 
-/// A message as it is offered.
+/// A message, converted for its stream.
 struct Read {
     stamp: Option<Time>,
     data: Data,
@@ -72,13 +72,13 @@ impl Listening {
         Listening { outlet, graph, people, device, frame, streams, reported }
     }
 
-    /// Takes a message of a topic, which has this name and type.
+    /// Handles a message of a topic with this name and type.
     pub fn hear(&mut self, topic: &Topic, key: &(String, String), arrival: &Arrival) {
         if let Topic::Match { person, part } = topic {
             match Text::decode(&arrival.bytes) {
                 Ok(id) if self.people.learn(person, *part, id.data.trim()) => {}
-                Ok(_) => self.report("persons", "more people than can be watched, or longer ids"),
-                Err(error) => self.report("persons", &format!("failed to read an id: {error}")),
+                Ok(_) => self.report("persons", "too many people, or an ID is too long"),
+                Err(error) => self.report("persons", &format!("failed to read an ID: {error}")),
             }
             return;
         }
@@ -89,8 +89,8 @@ impl Listening {
             Owner::Person(person) => person,
             Owner::Nobody => return,
             Owner::Beside => {
-                let why = "two at once: the one that was there first is the person's; give `id`, \
-                           or ids of faces and bodies, to distinguish people";
+                let why = "two at once: the first one is taken as the person's; set `id`, \
+                           or IDs of faces and bodies, to distinguish people";
                 return self.report(leaf(topic), why);
             }
         };
@@ -99,7 +99,7 @@ impl Listening {
         };
         if self.is_second(&open, key, arrival, now) {
             self.streams.insert((person, leaf(topic), key.1.clone()), open);
-            return self.report(leaf(topic), "a second publisher; what it sends is left out");
+            return self.report(leaf(topic), "a second publisher; its messages are ignored");
         }
         open.heard = Heard { topic: key.0.clone(), publisher: arrival.publisher, at: now };
         open.losses.count(arrival, &self.outlet);
@@ -125,7 +125,7 @@ impl Listening {
         }
     }
 
-    /// What a message says, and who looks, if it says that.
+    /// Decodes a message; also returns the sender, if the message states it.
     fn read(&self, topic: &Topic, arrival: &Arrival) -> (String, Result<Read, String>) {
         let Some(kind) = kind(topic) else {
             let data = Data::Message(arrival.bytes.clone());
@@ -140,7 +140,7 @@ impl Listening {
         }
     }
 
-    /// Whether a message is of another publisher of the topic than the one that is heard.
+    /// Whether a message comes from a publisher of the topic other than the accepted one.
     fn is_second(&self, open: &Open, key: &(String, String), arrival: &Arrival, now: Time) -> bool {
         let Heard { topic, publisher, at } = &open.heard;
         *topic == key.0
@@ -149,7 +149,7 @@ impl Listening {
             && self.graph.borrow().publishers(topic).any(|each| each.gid == *publisher)
     }
 
-    /// Takes the stream of a person out of the open ones, or declares it.
+    /// Removes the stream of a person from the open ones, or declares it.
     fn opened(
         &mut self,
         topic: &Topic,
@@ -161,13 +161,13 @@ impl Listening {
             return Some(open);
         }
         if self.streams.len() >= MOST_STREAMS {
-            self.report(leaf(topic), "more people than can be watched");
+            self.report(leaf(topic), "too many people");
             return None;
         }
         let stream = self.stream(topic, key, person, publisher);
         if stream.signal == Signal::Other && kind(topic) == Some(Kind::Skeleton) {
-            let why = "a skeleton states no size of the camera's frame: its points are parts of it, without `posture`; \
-                       give `frame = [640, 480]`";
+            let why = "a skeleton does not state the size of the camera's frame: its points are fractions of it, without `posture`; \
+                       set `frame = [640, 480]`";
             self.report(leaf(topic), why);
         }
         let id = self.outlet.declare(stream);
@@ -215,7 +215,7 @@ impl Listening {
 
     fn report(&mut self, what: &str, why: &str) {
         let said = label(format!("{}/{what}: {why}", self.device), 300);
-        // A program may be wrong in many ways; its first ones are enough.
+        // A program may have many faults; the first ones are enough.
         if self.reported.len() < 100 && self.reported.insert(said.clone()) {
             self.outlet.happen(passing(said));
         }
@@ -233,7 +233,7 @@ fn kind(topic: &Topic) -> Option<Kind> {
     }
 }
 
-/// The path of the point in a position.
+/// The path to the point in a position message.
 fn path(topic: &Topic) -> Option<&'static str> {
     match topic {
         Topic::BodyPosition { path, .. } | Topic::Position { path } => Some(path),
@@ -246,7 +246,7 @@ fn leaf(topic: &Topic) -> &'static str {
     kind(topic).map_or("position", Kind::topic)
 }
 
-/// The signal by which features know it. Points in parts of a frame have no angles and no distances.
+/// The signal type by which features select it. Points in fractions of a frame have no angles and no distances.
 fn signal(kind: Kind, frame: Option<Frame>) -> Signal {
     match kind {
         Kind::Landmarks => Signal::Face,
@@ -258,18 +258,18 @@ fn signal(kind: Kind, frame: Option<Frame>) -> Signal {
 
 fn doc(topic: &Topic, name: &str) -> String {
     let what = match (kind(topic), topic) {
-        (Some(Kind::Landmarks), _) => "points of a face",
+        (Some(Kind::Landmarks), _) => "face landmarks",
         (Some(Kind::ActionUnits), _) => "facial action units",
         (Some(Kind::Expression), _) => {
-            "what a face expresses: the stated word with its confidence, the rest shared by the others"
+            "facial expression: the stated class with its confidence, the remainder shared among the other classes"
         }
-        (Some(Kind::Gaze), _) => "whether the robot is looked at",
-        (Some(Kind::Skeleton), _) => "points of a body",
+        (Some(Kind::Gaze), _) => "whether the person looks at the robot",
+        (Some(Kind::Skeleton), _) => "body keypoints",
         (Some(Kind::Engagement), _) => {
             "engagement with the robot: 1 disengaged, 2 engaging, 3 engaged, 4 disengaging"
         }
-        (None, Topic::BodyPosition { .. }) => "where a body is",
-        (None, _) => "where the person is",
+        (None, Topic::BodyPosition { .. }) => "position of a body",
+        (None, _) => "position of the person",
     };
-    format!("{what}, as another program sees it (first on {name})")
+    format!("{what}, as detected by another program (first on {name})")
 }

@@ -1,4 +1,4 @@
-//! People whose faces and bodies other programs see, on ROS as REP-155 (ROS4HRI) has it.
+//! People detected by other programs: faces and bodies in ROS messages as specified by REP-155 (ROS4HRI).
 //!
 //! ```text
 //! /humans/faces/<id>/landmarks ──┐
@@ -7,7 +7,8 @@
 //! /humans/persons/<id>/face_id ───────────┘
 //! ```
 //!
-//! Ids of faces and bodies last as long as somebody is in view. Topics come and go with them; the stream of a person goes on.
+//! IDs of faces and bodies last as long as a person is in view, and topics come and go with them; the stream of a
+//! person continues.
 
 mod topic;
 mod people;
@@ -38,52 +39,53 @@ use listening::Listening;
 use people::People;
 use topic::Topic;
 
-/// How many messages a subscription keeps until they are taken.
+/// The queue size of a subscription.
 const DEPTH: u32 = 100;
-/// The most topics that are followed at once; a face has a few.
+/// The most topics that are followed at once; a face has several.
 const MOST_TOPICS: usize = 2000;
 /// Counted losses are reported at least this often.
 const REPORT_LOSSES: Duration = Duration::from_millis(500);
-/// Where REP-155 has people.
+/// The namespace of people in REP-155.
 const NAMESPACE: &str = "/humans";
-/// The device of its streams, and the token of their names, in that namespace.
+/// The device of its streams, which is also the token of their names.
 const DEVICE: &str = "hri";
 
-/// People as other programs see them: faces, bodies, expressions and gaze in messages of ROS4HRI (`hri_msgs`, REP-155), of
-/// `hri_face_detect`, `hri_body_detect` or nodes around `OpenFace` and py-feat.
+/// People detected by other programs: faces, bodies, expressions and gaze in messages of ROS4HRI (`hri_msgs`,
+/// REP-155), published by `hri_face_detect`, `hri_body_detect` or nodes around `OpenFace` and py-feat.
 ///
-/// The numbers have the names and units of those that models of our own give, so that the features `face`, `posture` and
-/// `expression` run on them: `/humans/persons/p001/hri/landmarks`, `skeleton2d`, `expression`, `facs`, `gaze`,
-/// `engagement_status`, `position`. Ids of faces change when somebody was out of view; the person's streams go on.
+/// The values have the same names and units as those of our own models, so that the features `face`, `posture` and
+/// `expression` work with them: `/humans/persons/p001/hri/landmarks`, `skeleton2d`, `expression`, `facs`, `gaze`,
+/// `engagement_status`, `position`. IDs of faces change when a person was out of view; the person's streams continue.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hri {
-    /// The person of the study, by pseudonym. Without it everyone that a person manager publishes is a person, under the id
-    /// that it gives.
+    /// The person of the study, by pseudonym. Without it, every person that a person manager publishes is recorded,
+    /// under the ID that it assigns.
     #[serde(default)]
     pub person: Option<String>,
-    /// The ids of faces that are the person's; a `*` stands for any part: `"*"` where only one person is in view. Of several
-    /// at once, the one that was there first.
+    /// The IDs of faces that belong to the person; a `*` matches any part: use `"*"` if only one person is in view.
+    /// If several are in view at once, the first one is used.
     #[serde(default)]
     pub face: Option<String>,
-    /// The ids of bodies that are the person's, likewise.
+    /// The IDs of bodies that belong to the person, with the same pattern syntax.
     #[serde(default)]
     pub body: Option<String>,
-    /// The person's id on ROS (`/humans/persons/<id>`), whose `face_id` and `body_id` say which face and body are the person's.
+    /// The person's ID on ROS (`/humans/persons/<id>`), whose `face_id` and `body_id` identify the person's face and
+    /// body.
     #[serde(default)]
     pub id: Option<String>,
     /// A topic with the person's position, such as that of a motion capture system: `PoseStamped`,
     /// `PoseWithCovarianceStamped`, `PointStamped` or `Odometry`.
     #[serde(default)]
     pub position: Option<String>,
-    /// Width and height of the camera's frame [px], where messages don't state them: skeletons never do, and without it
+    /// Width and height of the camera's frame [px], if messages do not state them: skeletons never do, and without it
     /// there is no `posture`.
     #[serde(default)]
     pub frame: Option<Frame>,
     /// The namespace of all of these topics.
     #[serde(default = "namespace")]
     pub namespace: String,
-    /// The ROS domain; without it that of `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, or else 0.
     #[serde(default)]
     pub domain: Option<BusId>,
 }
@@ -103,7 +105,7 @@ frame  = [640, 480]
     fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         self.check()?;
         let bus = join(context, self.domain.as_ref())?;
-        // It leaves these topics to nobody else, and shares them with others of its kind: each has people of its own.
+        // No other kind of source reads these topics; sources of this kind share them, each for its own people.
         let (namespace, position) = (self.namespace.clone(), self.position.clone());
         context.claims.lay(&bus, Rank::People, move |each| {
             topic(&namespace, position.as_deref(), each).is_some()
@@ -128,25 +130,30 @@ impl Hri {
         ];
         let is_whose = of_person.iter().find(|(_, is_given)| *is_given);
         if let (Some((setting, _)), None) = (is_whose, &self.person) {
-            let message = format!("`{setting}` is given, but not whose it is");
-            return wrong(message, setting, "give the person, such as `person = \"p001\"`");
+            let message = format!("`{setting}` needs a `person`");
+            return wrong(message, setting, "set the person, such as `person = \"p001\"`");
         }
         if let (Some(_), Some((setting, _))) = (&self.id, of_person[..2].iter().find(|(_, is)| *is))
         {
-            let message = format!("`{setting}` and `id` both say which one is the person's");
-            return wrong(message, setting, "leave one of them out");
+            let message =
+                format!("`{setting}` and `id` cannot be combined: both identify the person");
+            return wrong(message, setting, "remove one of them");
         }
         for (setting, topic) in
             [("namespace", Some(&self.namespace)), ("position", self.position.as_ref())]
         {
             if topic.is_some_and(|topic| Pattern::parse(topic).is_err() || topic.contains('*')) {
                 let message = format!("`{}` is not a ROS name", topic.map_or("", |it| it));
-                return wrong(message, setting, "give one such as \"/humans\"");
+                return wrong(message, setting, "use one such as \"/humans\"");
             }
         }
         if self.frame.is_some_and(|frame| !is_frame(&frame)) {
-            let hint = "give width and height, such as [640, 480]";
-            return wrong("a camera's frame has 1 to 65536 pixels a side".into(), "frame", hint);
+            let hint = "set width and height, such as [640, 480]";
+            return wrong(
+                "each side of `frame` must be from 1 to 65536 pixels".into(),
+                "frame",
+                hint,
+            );
         }
         Ok(())
     }
@@ -159,31 +166,31 @@ impl Hri {
     }
 }
 
-/// What a publisher's topic is.
+/// The role of a publisher's topic.
 fn topic(namespace: &str, position: Option<&str>, endpoint: &Endpoint) -> Option<Topic> {
     let (name, type_name) = (endpoint.topic.as_str(), endpoint.type_name.as_str());
     Topic::of(namespace, name, type_name)
         .or_else(|| Topic::of_position(name, type_name).filter(|_| position == Some(name)))
 }
 
-/// Whether a topic says something of people as REP-155 has it.
+/// Whether a topic is about people according to REP-155.
 pub fn hears(topic: &str, type_name: &str) -> bool {
     Topic::of(NAMESPACE, topic, type_name).is_some()
 }
 
-/// Whether a topic shows a face or a body as REP-155 has it.
+/// Whether a topic is about a face or a body according to REP-155.
 pub fn sees(topic: &str, type_name: &str) -> bool {
     let known = Topic::of(NAMESPACE, topic, type_name);
     known.is_some_and(|known| matches!(known, Topic::Face { .. } | Topic::Body { .. }))
 }
 
-/// Whether a stream is of somebody whom other programs see.
+/// Whether a stream is about a person detected by other programs.
 pub fn is_seen(stream: &Stream) -> bool {
     let device = stream.device.strip_prefix(DEVICE);
     device.is_some_and(|rest| rest.is_empty() || rest.starts_with('_')) && !stream.qos.is_empty()
 }
 
-/// People being seen.
+/// A running source of people.
 struct HriSource {
     bus: Arc<dyn Bus>,
     settings: Arc<Hri>,
@@ -208,13 +215,13 @@ impl Source for HriSource {
     }
 }
 
-/// The topics that are followed, as long as somebody publishes them.
+/// The followed topics, as long as they have publishers.
 struct Following<'a> {
     bus: &'a dyn Bus,
     outlet: &'a Outlet,
     settings: &'a Hri,
     listening: Arc<Mutex<Listening>>,
-    /// By topic and type; `None` where the bus rejected it.
+    /// By topic and type; `None` if the bus rejected the subscription.
     subscriptions: BTreeMap<(String, String), Option<Subscription>>,
     is_full: bool,
 }
@@ -245,7 +252,7 @@ impl Following<'_> {
         }
     }
 
-    /// Follows the topic if it is wanted, and no longer if nobody publishes it.
+    /// Follows the topic if it is wanted, and stops when it has no publishers.
     fn look(&mut self, topic: &str, graph: &Graph) {
         let published: Vec<&Endpoint> = graph.publishers(topic).filter(|each| !each.own).collect();
         let is_published = |type_name: &str| published.iter().any(|it| it.type_name == type_name);
@@ -263,7 +270,7 @@ impl Following<'_> {
                 if !std::mem::replace(&mut self.is_full, true) {
                     let namespace = &self.settings.namespace;
                     self.outlet.happen(passing(format!(
-                        "{namespace}: more than {MOST_TOPICS} topics of people; the others are left out"
+                        "{namespace}: more than {MOST_TOPICS} topics about people; the others are ignored"
                     )));
                 }
                 return;
@@ -305,9 +312,9 @@ mod tests {
         for settings in ["", "person = \"p001\"", "person = \"p001\"\nid = \"gvbec\""] {
             assert_eq!(wrong(settings), "", "{settings}");
         }
-        assert!(wrong("face = \"*\"").contains("`face` is given, but not whose it is"));
+        assert!(wrong("face = \"*\"").contains("`face` needs a `person`"));
         let both = wrong("person = \"p001\"\nbody = \"*\"\nid = \"gvbec\"");
-        assert!(both.contains("`body` and `id` both say"), "{both}");
+        assert!(both.contains("`body` and `id` cannot be combined"), "{both}");
         assert!(wrong("person = \"p001\"\nframe = [0, 480]").contains("1 to 65536 pixels"));
         assert!(wrong("namespace = \"humans\"").contains("not a ROS name"));
     }

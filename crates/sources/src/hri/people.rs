@@ -1,4 +1,4 @@
-//! Whose a face or a body is.
+//! Association of faces and bodies with people.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,35 +9,36 @@ use teampulse_core::time::Time;
 use super::Hri;
 use super::topic::{Part, Topic};
 
-/// A face or body of which nothing came for this long is out of view: another may be the person's now [s].
+/// The time without messages after which a face or body counts as out of view, so that another may be the person's
+/// [s].
 const LOST_SECS: f64 = 1.0;
-/// The most people that a person manager may publish.
+/// The most people accepted from a person manager.
 const MOST_PEOPLE: usize = 64;
-/// The longest id [bytes].
+/// The longest ID [bytes].
 const LONGEST_ID: usize = 64;
 
-/// The people of a source, and which faces and bodies are theirs now.
+/// The people of a source, and their current faces and bodies.
 #[derive(Debug)]
 pub(super) struct People {
     whose: Whose,
     has_position: Option<Arc<str>>,
     /// The face and the body of each person on ROS.
     matched: BTreeMap<(String, Part), String>,
-    /// The face and the body in view that are the person's, and when they were seen last.
+    /// The person's face and body currently in view, and when they were last seen.
     present: BTreeMap<Part, (String, Seen)>,
 }
 
-/// When something was seen.
+/// The time of a detection.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
-    /// When its message came.
+    /// The arrival of its message.
     pub came: Time,
-    /// The stamp of the picture, where there is one: messages that were held up come at once.
+    /// The stamp of the picture, if known: delayed messages arrive all at once.
     pub stamp: Option<Time>,
 }
 
 impl Seen {
-    /// Whether so much time is between both that what was seen before is out of view.
+    /// Whether enough time has passed since an earlier detection that it counts as out of view.
     fn is_lost_since(&self, before: &Seen) -> bool {
         let stamps = self.stamp.zip(before.stamp);
         let by_stamp = stamps.is_some_and(|(now, before)| now.secs_since(before) > LOST_SECS);
@@ -45,25 +46,25 @@ impl Seen {
     }
 }
 
-/// By what faces and bodies are matched to people.
+/// How faces and bodies are matched to people.
 #[derive(Debug)]
 enum Whose {
-    /// All with ids like these are one person's.
+    /// All with matching IDs belong to one person.
     Named { person: Arc<str>, face: Option<Pattern>, body: Option<Pattern> },
-    /// Those that a person manager says are of this person on ROS.
+    /// Those that a person manager assigns to this person on ROS.
     Matched { person: Arc<str>, id: String },
-    /// All of a person manager's people, under its ids.
+    /// All people of a person manager, under its IDs.
     Everyone,
 }
 
-/// Whose something is.
+/// The owner of a face or body.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Owner {
     /// A person of the study.
     Person(Arc<str>),
-    /// Nobody of the study.
+    /// Not a person of the study.
     Nobody,
-    /// Nobody, as another face or body is there at once.
+    /// None, because another face or body is in view at the same time.
     Beside,
 }
 
@@ -89,7 +90,7 @@ impl People {
         People { whose, has_position, matched: BTreeMap::new(), present: BTreeMap::new() }
     }
 
-    /// Learns which face or body is a person's; none of an empty id. Returns whether there was room for it.
+    /// Assigns a face or body to a person; an empty ID removes it. Returns whether there was room for it.
     pub fn learn(&mut self, person: &str, part: Part, id: &str) -> bool {
         let key = (person.to_owned(), part);
         if id.is_empty() {
@@ -111,7 +112,7 @@ impl People {
         true
     }
 
-    /// Whose a message on a topic is. A gaze states who looks.
+    /// The owner of a message on a topic. A gaze message states who looks.
     pub fn owner(&mut self, topic: &Topic, sender: &str, now: Seen) -> Owner {
         match topic {
             Topic::Face { id, .. } => self.of_part(Part::Face, id, now),
@@ -168,7 +169,7 @@ impl People {
     }
 }
 
-/// A person under an id on ROS; nobody, where it can't be a part of a topic.
+/// A person with an ID on ROS; `Nobody` if the ID is not a valid topic token.
 fn named(id: &str) -> Owner {
     match crate::wearables::check_person(id) {
         Ok(()) => Owner::Person(Arc::from(id)),
@@ -207,7 +208,7 @@ mod tests {
         assert_eq!(people.owner(&face("b"), "", at(2.5)), p001());
         assert_eq!(people.owner(&face("a"), "", at(2.6)), Owner::Beside);
         let body = Topic::Body { id: "a".into(), kind: Kind::Skeleton };
-        assert_eq!(people.owner(&body, "", at(2.6)), Owner::Nobody, "no bodies were asked for");
+        assert_eq!(people.owner(&body, "", at(2.6)), Owner::Nobody, "no bodies were requested");
     }
 
     #[test]
@@ -250,7 +251,7 @@ mod tests {
         people.learn("a-b", Part::Face, "c");
         let expected = Owner::Person("anonymous_person_1".into());
         assert_eq!(people.owner(&face("a"), "", at(0.0)), expected);
-        assert_eq!(people.owner(&face("c"), "", at(0.0)), Owner::Nobody, "no name of a topic");
+        assert_eq!(people.owner(&face("c"), "", at(0.0)), Owner::Nobody, "not a valid topic name");
     }
 
     #[test]

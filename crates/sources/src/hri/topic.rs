@@ -1,4 +1,4 @@
-//! What a topic is, by its name and type.
+//! The role of a topic, by its name and type.
 
 use teampulse_messages::hri::Kind;
 use teampulse_messages::standard::Message;
@@ -6,10 +6,10 @@ use teampulse_messages::standard::geometry_msgs::PoseStamped;
 use teampulse_messages::standard::nav_msgs::Odometry;
 use teampulse_messages::standard::std_msgs::Text;
 
-/// The type of a body's position, as `hri_body_detect` publishes it.
+/// The type of a body's position, as published by `hri_body_detect`.
 const POINT: &str = "geometry_msgs/msg/PointStamped";
 
-/// The types of positions, each with the path of its point.
+/// The types of positions, each with the path to its point.
 const POSITIONS: [(&str, &str); 4] = [
     (POINT, "point"),
     (PoseStamped::NAME, "pose.position"),
@@ -17,7 +17,7 @@ const POSITIONS: [(&str, &str); 4] = [
     (Odometry::NAME, "pose.pose.position"),
 ];
 
-/// What is seen of somebody.
+/// A part of a person that is detected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Part {
     /// A face.
@@ -26,27 +26,27 @@ pub(super) enum Part {
     Body,
 }
 
-/// What a topic says.
+/// The content of a topic.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Topic {
-    /// Something of a face.
+    /// A quantity of a face.
     Face { id: String, kind: Kind },
-    /// Something of a body.
+    /// A quantity of a body.
     Body { id: String, kind: Kind },
-    /// Something of a person.
+    /// A quantity of a person.
     Person { id: String, kind: Kind },
     /// Who looks at whom.
     Gazing,
-    /// Where a body is; the path of its point.
+    /// The position of a body, with the path to its point.
     BodyPosition { id: String, path: &'static str },
-    /// Where a person of the study is; the path of the point.
+    /// The position of a person of the study, with the path to its point.
     Position { path: &'static str },
-    /// Which face or body is a person's.
+    /// The assignment of a face or body to a person.
     Match { person: String, part: Part },
 }
 
 impl Topic {
-    /// The topic of this name and type, below a namespace.
+    /// Classifies the topic with this name and type below a namespace.
     pub fn of(namespace: &str, name: &str, type_name: &str) -> Option<Topic> {
         let below = name.strip_prefix(namespace.trim_end_matches('/'))?.strip_prefix('/')?;
         if below == "interactions/gazing" {
@@ -78,13 +78,13 @@ impl Topic {
         }
     }
 
-    /// A topic that may be the position of a person of the study.
+    /// A topic that may hold the position of a person of the study.
     pub fn of_position(name: &str, type_name: &str) -> Option<Topic> {
         (!name.is_empty()).then(|| path(type_name))?.map(|path| Topic::Position { path })
     }
 }
 
-/// The path of the point in messages of a type; `None` for one that is no position.
+/// The path to the point in messages of a type; `None` if it is not a position type.
 fn path(type_name: &str) -> Option<&'static str> {
     POSITIONS.iter().find(|(name, _)| *name == type_name).map(|(_, path)| *path)
 }

@@ -44,7 +44,7 @@ pub struct Cell<'a> {
     /// The values, one per channel. All NaN if there is none: always when the validity is [`Validity::Gap`]
     /// or [`Validity::Missing`].
     pub values: &'a [f64],
-    /// The row's time less that of the newest sample used for the values [ns]: negative if that was
+    /// The row's time minus that of the newest sample used for the values [ns]: negative if that was
     /// measured later, as with `linear` and `nearest`. Without values, the time since the last sample at or
     /// before the row was measured; `i64::MAX` if there never was one.
     pub age_nanos: i64,

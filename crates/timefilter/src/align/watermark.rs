@@ -7,7 +7,7 @@ use super::settings::SourceSettings;
 pub(super) struct Watermark {
     lateness_nanos: i64,
     idle_nanos: i64,
-    /// The newest sample's time less the lateness [ns]; `i64::MAX` once no more samples are expected.
+    /// The newest sample's time minus the lateness [ns]; `i64::MAX` once no more samples are expected.
     pub complete_until: i64,
     /// The newest sample's time [ns]; `i64::MIN` without any.
     pub newest: i64,

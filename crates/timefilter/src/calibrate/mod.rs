@@ -1,6 +1,6 @@
 //! Calibration: the lag between two streams that recorded the same events.
 //!
-//! Someone taps a sensor beside a button, or switches a light in front of a camera, a few times. Each
+//! Someone taps a sensor next to a button, or switches a light in front of a camera, a few times. Each
 //! stream is reduced to its onsets (the moments at which it leaves its quiet level); their
 //! cross-correlation shows which onsets match, and each pair gives a lag.
 //!

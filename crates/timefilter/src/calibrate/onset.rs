@@ -28,7 +28,7 @@ const GAP_INTERVALS: f64 = 3.0;
 /// The least weight of the share in a short event's first sample: a compromise between sensors that average
 /// over their period and those that sample an instant.
 const LEAST_LASTS: f64 = 0.5;
-/// The most onsets that are used, the largest first.
+/// The most onsets used; the largest are kept.
 const MOST: usize = 1000;
 
 /// A moment at which a stream leaves its quiet level.

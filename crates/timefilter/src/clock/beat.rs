@@ -1,4 +1,4 @@
-//! Packets that beat with the connection events of a link, so that delays follow a saw-tooth.
+//! Packets that beat with the connection events of a link, so that delays follow a sawtooth.
 
 mod teeth;
 
@@ -20,7 +20,7 @@ const LONGEST_SECS: f64 = 0.11;
 const MOST_EVENTS: f64 = 40.0;
 /// How long after the last step delays count as beating [ns].
 const BEATS_NANOS: i64 = 3_600_000_000_000;
-/// The height of the gate for a saw-tooth, as a multiple of its height: a delay may be half of that above
+/// The height of the gate for a sawtooth, as a multiple of its height: a delay may be half of that above
 /// the middle of its band, and step.
 const GATE: f64 = 2.2;
 /// The longest pause across which bins can show a step [s].
@@ -143,7 +143,7 @@ impl Beat {
         self.known.map_or(self.suspected, |(interval, _)| interval)
     }
 
-    /// How high bins may be above the line because of the saw-tooth [s].
+    /// How high bins may be above the line because of the sawtooth [s].
     pub fn height_secs(&self) -> f64 {
         GATE * self.interval()
     }

@@ -1,4 +1,4 @@
-//! The lower envelope of delays: arrival less device time of packets that were not held up.
+//! The lower envelope of delays: arrival minus device time of packets that were not delayed.
 //!
 //! Bluetooth, Wi-Fi and USB only ever add to the shortest delay. So the smallest `arrival - device` of
 //! every two seconds is kept for half an hour, and a low line is fitted to these by iteratively reweighted
@@ -179,7 +179,7 @@ impl Envelope {
             self.spread = fit.spread;
             self.usual.push(&fit);
         }
-        // A few points may lie on a line by chance, or on one edge of a saw-tooth.
+        // A few points may lie on a line by chance, or on one edge of a sawtooth.
         fit.no_surer_than_by(self.usual.residual)
     }
 }

@@ -169,7 +169,7 @@ impl Epoch {
         self.session(since, self.line.at(since))
     }
 
-    /// The session time by another map; `offset` is session time less device time, both since the epoch
+    /// The session time by another map; `offset` is session time minus device time, both since the epoch
     /// began [ns].
     pub fn session(&self, since: i64, offset: f64) -> i64 {
         self.origin.arrival.saturating_add(since).saturating_add(offset.round() as i64)
@@ -272,7 +272,7 @@ impl Epoch {
         Verdict::Runs
     }
 
-    /// Follows the saw-tooth of delays that beat with link events.
+    /// Follows the sawtooth of delays that beat with link events.
     fn follow(&mut self, bin: Point) {
         let interval = self.beat.interval();
         if self.teeth.have_height(interval) {
@@ -290,7 +290,7 @@ impl Epoch {
         if age < YOUNG_SECS {
             return LOOSE_SECS;
         }
-        // With beating packets, delays cover the whole saw-tooth.
+        // With beating packets, delays cover the whole sawtooth.
         let stated = GATE_ERRORS * self.fit.uncertainty_at(age, age);
         let unsure = stated.max(SILENT_SKEW * self.silent).min(GATE_MOST_SECS);
         GATE_SECS.max(GATE_SPREADS * self.fit.spread).max(unsure).max(self.beat.height_secs())
@@ -312,7 +312,7 @@ impl Epoch {
         self.line.lead_to(self.fit.at(age) * 1e9, self.fit.slope, within, slew);
     }
 
-    /// Fits a line to the steps of a saw-tooth if there is one, otherwise under all bins.
+    /// Fits a line to the steps of a sawtooth if there is one, otherwise under all bins.
     fn lay(&mut self, open: Option<Point>) {
         if self.teeth.are_followed() {
             if let Some(level) = self.teeth.level() {

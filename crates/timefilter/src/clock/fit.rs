@@ -33,7 +33,7 @@ pub(super) struct Expected {
     pub scatter: f64,
 }
 
-/// One packet: device time since the epoch began [s], and its delay, arrival less device time [s].
+/// One packet: device time since the epoch began [s], and its delay, arrival minus device time [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point {
     pub device: f64,

@@ -23,7 +23,7 @@ pub(super) struct OffsetMap {
 struct Knot {
     /// Device time since the epoch's first reading [ns].
     device: i64,
-    /// Session time less device time at the knot [ns].
+    /// Session time minus device time at the knot [ns].
     offset: f64,
     /// The slope of the offset over device time.
     slope: f64,

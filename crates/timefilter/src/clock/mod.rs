@@ -55,7 +55,7 @@ pub struct Stamps {
 }
 
 impl Stamps {
-    /// The stamps of a single sample of which only the arrival time is known.
+    /// The stamps of a single sample for which only the arrival time is known.
     pub fn arrived(arrival: i64) -> Stamps {
         Stamps {
             device: None,

@@ -184,7 +184,7 @@ impl OneWay {
         (self.settings.latency.secs * 1e9).round() as i64
     }
 
-    /// The fallback for an unknown time: the arrival, less the latency and the duration of the batch.
+    /// The fallback for an unknown time: the arrival, minus the latency and the duration of the batch.
     pub(super) fn arrived(&self, stamps: &Stamps) -> Corrected {
         let before = self.latency_nanos().saturating_add(sane(stamps.span_nanos()) as i64);
         Corrected {

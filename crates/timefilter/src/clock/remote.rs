@@ -54,16 +54,16 @@ const MOST_EVENTS: usize = 16;
 /// then that whole time plus the delay. Pending corrections increase it, and so do recent messages and
 /// bursts of probes that contradict the fitted line, as after a jump.
 ///
-/// The shift follows offset and skew by slewing, so that within an epoch time order is preserved. A
-/// timestamp is rejected, and has no effect on the model, if it is more than 0.1 s earlier than the fastest
-/// messages allow or more than one second later, unless it continues its stream in order (a network
-/// backlog), or is the first of its stream and at most five seconds late, and the clock is known from probes (its
-/// receiver held it until they were answered). If all timestamps are rejected for three seconds, the clock has jumped. A timestamp of zero
-/// counts as missing.
+/// The shift follows offset and skew by slewing, so that within an epoch time order is preserved. A timestamp
+/// is rejected, and has no effect on the model, if it is more than 0.1 s earlier than the fastest messages
+/// allow or more than one second later. Two kinds of late messages are accepted: those that continue their
+/// stream in order (a network backlog), and the first message of a stream, if it is at most five seconds late
+/// and the clock is known from probes (its receiver held it until they were answered). If all timestamps are
+/// rejected for three seconds, the clock has jumped. A timestamp of zero counts as missing.
 ///
 /// Timestamps of when a device took a measurement ([`StampOf::Measured`]) precede their arrival by the
 /// device's delay, so they can show that a clock is ahead but never that it is behind. Without probes and
-/// without messages that state when they were sent they are used unchanged, and nothing is known of the
+/// without messages that state when they were sent they are used unchanged, and nothing is known about the
 /// clock.
 ///
 /// No reading is placed more than 2 ms after its arrival.
@@ -194,8 +194,8 @@ impl Remote {
         }
     }
 
-    /// Whether a message is too late to be accepted on its own, but continues its stream in order, or begins it where
-    /// the clock is known from probes.
+    /// Whether a message is too late to be accepted on its own, but continues its stream in order, or begins
+    /// it while the clock is known from probes.
     fn is_held_up(&mut self, stamps: &Stamps, last: i64, delay: i64) -> bool {
         let ahead = match (self.offset(), stamps.stamp_of) {
             (Some(offset), _) => offset.at(self.now),

@@ -334,7 +334,7 @@ impl Node {
     }
 }
 
-/// Nodes from the steps of a saw-tooth of height `interval` [s]; `None` if it cannot be followed.
+/// Nodes from the steps of a sawtooth of height `interval` [s]; `None` if it cannot be followed.
 fn through_steps(bins: &[Point], interval: f64) -> Option<Vec<Node>> {
     let mut teeth = Teeth::whole();
     teeth.begin(interval);

@@ -6,7 +6,8 @@ use super::JoinError;
 const BIN_SECS: f64 = 0.01;
 /// The most bins: 46 hours.
 const MOST_BINS: usize = 1 << 24;
-/// Events that are compared at once; clocks run apart by a tenth of the tolerance meanwhile.
+/// The number of events compared at once; over such a chunk the clocks drift apart by a tenth of the
+/// tolerance.
 const CHUNK: usize = 256;
 /// The most chunks, spread evenly over the recording.
 const MOST_CHUNKS: usize = 12;
@@ -15,7 +16,7 @@ const PEAK_SECS: f64 = 0.2;
 /// The height of the second peak, relative to the first, above which the offset is ambiguous.
 const AMBIGUOUS_SHARE: f64 = 0.7;
 
-/// An offset, and the part of the recording that it was found in.
+/// An offset, and the part of the recording in which it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lag {
     pub(super) offset_secs: f64,

@@ -5,9 +5,9 @@ use std::fmt;
 pub enum JoinError {
     /// There are too few events on one side.
     Few {
-        /// The events on the side with fewer.
+        /// The number of events on the side with fewer events.
         found: usize,
-        /// The events that are needed.
+        /// The number of events needed.
         needed: usize,
     },
     /// No events are within the largest offset of each other.
@@ -19,16 +19,16 @@ pub enum JoinError {
         /// The next best offset [s].
         next_offset_secs: f64,
     },
-    /// There are too few stretches in which both moved alike.
+    /// There are too few segments with similar motion in both recordings.
     Still {
-        /// Those that were found.
+        /// The number of segments found.
         found: usize,
-        /// Those that are needed.
+        /// The number of segments needed.
         needed: usize,
     },
-    /// The events of the two do not belong together.
+    /// The events of the two recordings do not match.
     Unlike {
-        /// The share that matches at the best offset [0..1].
+        /// The share of events that match at the best offset [0..1].
         share: f64,
     },
 }
@@ -39,7 +39,7 @@ impl JoinError {
         match self {
             JoinError::Few { .. } => "choose a stream and a file that recorded the same minutes",
             JoinError::Apart => {
-                "allow a larger offset, and make sure that both recorded the same time"
+                "allow a larger offset, and make sure that both recordings cover the same time"
             }
             JoinError::Ambiguous { .. } => {
                 "the events are too regular or too few: join by a tap or a marker, or allow only a smaller offset"
@@ -58,18 +58,21 @@ impl fmt::Display for JoinError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             JoinError::Few { found, needed } => {
-                write!(f, "find enough events in both: {found} of at least {needed}")
+                write!(
+                    f,
+                    "find enough events in both recordings: found {found}, need at least {needed}"
+                )
             }
-            JoinError::Apart => {
-                f.write_str("find events of both within the largest offset of each other")
-            }
+            JoinError::Apart => f.write_str(
+                "find events in both recordings within the largest offset of each other",
+            ),
             JoinError::Ambiguous { offset_secs, next_offset_secs } => write!(
                 f,
                 "determine the offset: {offset_secs:.3} s and {next_offset_secs:.3} s fit about equally well"
             ),
             JoinError::Still { found, needed } => write!(
                 f,
-                "find enough stretches of half a minute in which both moved alike: {found} of at least {needed}"
+                "find enough half-minute segments with similar motion in both recordings: found {found}, need at least {needed}"
             ),
             JoinError::Unlike { share } => write!(
                 f,

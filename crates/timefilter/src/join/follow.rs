@@ -1,17 +1,18 @@
-//! Pairs of events, followed from the part where the offset was found to both ends.
+//! Pairs of events, followed in both directions from the part where the offset was found.
 
 use super::correlogram::Lag;
 
-/// Events that are matched at once.
+/// The number of events matched at once.
 const BLOCK: usize = 32;
-/// The tolerance grows by this over a stretch without pairs.
+/// The tolerance grows by this factor over a stretch without pairs.
 const DRIFT: f64 = 200e-6;
 /// The largest tolerance [s]: less than half of a fast heart's interval.
 const MOST_SECS: f64 = 0.15;
 /// The smallest share of a block with a partner for its offset to be followed.
 const LEAST_SHARE: f64 = 0.5;
 
-/// Pairs: the time of each event of the recording [s], and how much later that of the session is [s].
+/// Matched pairs: the time of each event of the recording [s], and how much later its partner in the session
+/// is [s].
 pub(super) fn pairs(session: &[f64], recording: &[f64], lag: &Lag) -> Vec<(f64, f64)> {
     let middle = usize::midpoint(lag.first, lag.end);
     let start = Follower {
@@ -42,7 +43,7 @@ struct Follower<'a> {
 }
 
 impl Follower<'_> {
-    /// The pairs of a block; none where too few agree.
+    /// The pairs of a block; empty if too few events agree.
     fn block(&mut self, block: &[f64]) -> Vec<(f64, f64)> {
         let middle = block[block.len() / 2];
         let most = MOST_SECS.max(self.tolerance);

@@ -1,17 +1,17 @@
-//! A robust straight line through pairs, and how wrong it may be.
+//! A robust straight line through pairs, and its uncertainty.
 
-/// Pairs that are further off than this many spreads are left out, at least by this much [s].
+/// Pairs further from the line than this many spreads, and than the distance below [s], are left out.
 const OUTLIER_SPREADS: f64 = 4.0;
 const OUTLIER_SECS: f64 = 0.004;
-/// From the median absolute deviation to the standard deviation of a normal distribution.
+/// The ratio of the standard deviation to the median absolute deviation of a normal distribution.
 const SIGMA_FROM_MAD: f64 = 1.4826;
-/// Pairs within this time err alike [s].
+/// Pairs within this time have correlated errors [s].
 const BLOCK_SECS: f64 = 60.0;
 /// The least number of blocks from which the error of the line is estimated.
 const LEAST_BLOCKS: usize = 4;
 /// The 97.5 % quantile of Student's t for 1, 2, 3, … degrees of freedom.
 const STUDENT_T: [f64; 10] = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23];
-/// The same for more.
+/// The same quantile for more degrees of freedom.
 const STUDENT_T_MORE: f64 = 2.1;
 
 /// A line through pairs; times in seconds.
@@ -21,7 +21,7 @@ pub(super) struct RobustLine {
     pub(super) at_center: f64,
     pub(super) slope: f64,
     pub(super) has_slope: bool,
-    /// Half of the 95 % intervals of the value at the center, and of the slope.
+    /// Half-widths of the 95 % intervals of the value at the center, and of the slope.
     pub(super) center_95: f64,
     pub(super) slope_95: f64,
     pub(super) spread: f64,
@@ -29,7 +29,7 @@ pub(super) struct RobustLine {
 }
 
 impl RobustLine {
-    /// The line through points; level where they span less than `slope_from`. `None` without points.
+    /// The line through points, with slope zero where they span less than `slope_from`. `None` without points.
     pub(super) fn through(points: &[(f64, f64)], slope_from: f64) -> Option<RobustLine> {
         let span = points.last()?.0 - points.first()?.0;
         let has_slope = span >= slope_from && points.len() > 2;
@@ -91,7 +91,7 @@ impl RobustLine {
         SIGMA_FROM_MAD * median(points.iter().map(|point| self.off(point).abs()))
     }
 
-    /// With its errors, from the means of blocks.
+    /// Adds its uncertainty, estimated from the means of blocks.
     fn judged(mut self, points: &[(f64, f64)]) -> RobustLine {
         let block_of = |point: &(f64, f64)| (point.0 / BLOCK_SECS).floor() as i64;
         let blocks: Vec<(f64, f64)> = points
@@ -127,7 +127,7 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     values.sum::<f64>() / count
 }
 
-/// The median; 0 of nothing.
+/// The median; 0 for an empty slice.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);

@@ -1,22 +1,24 @@
-//! Joining: where a recording by another clock belongs on a session's time, found afterwards from events that
-//! both recorded, such as heart beats or the presses of a button.
+//! Joining: finds where a recording with another clock belongs on a session's time axis, from events that both
+//! recorded, such as heartbeats or button presses.
 //!
-//! The times of events alone decide. All distances between an event of the session and one of the recording
-//! form a histogram; where the recording belongs, most events agree on one distance. Irregular events, as heart
-//! beats are, agree nowhere else. Regular ones agree in many places, and the result is an error, not a guess.
-//! From there pairs are followed outwards through gaps, and a robust line through them gives offset and skew.
+//! Only the times of events are used. The distances between all pairs of an event of the session and one of
+//! the recording form a histogram; at the true offset, most events agree on one distance. Irregular events,
+//! such as heartbeats, agree nowhere else. Regular ones agree at many offsets, and then the result is an error
+//! rather than a guess. From the best offset, pairs are followed outwards across gaps, and a robust line
+//! through them gives offset and skew.
 //!
-//! Two accelerometers on one person need no events ([`by_motion`]): stretches of half a minute in which both moved alike
+//! Two accelerometers on one person need no events ([`by_motion`]): half-minute segments with similar motion
 //! take their place.
 //!
-//! **Stated error.** Half of the 95 % interval of a placed time is the root of the sum of squares of: the error
-//! of the line at that time, from the scatter of its pairs in blocks of a minute, since neighbours err alike; the
-//! resolution of the stamps; for a recording that is too short to show its skew, what [`UNKNOWN_SKEW_PPM`] does
-//! to times away from the middle; and the uncertainty of the delay.
+//! **Stated error.** Half of the 95 % interval of a placed time is the root of the sum of squares of four
+//! terms: the uncertainty of the line at that time, from the scatter of its pairs in blocks of a minute, since
+//! the errors of neighbours are correlated; the resolution of the stamps; for a recording that is too short to
+//! show its skew, the effect of [`UNKNOWN_SKEW_PPM`] on times away from the middle; and the uncertainty of the
+//! delay.
 //!
-//! **Delay.** How much later the recording shows an event than the session does, by right clocks. No clock can
-//! show it, so it has to be known: the pulse of a heart beat arrives at a wrist 200 to 300 ms after the R wave,
-//! which differs between people by tens of milliseconds.
+//! **Delay.** How much later the recording shows an event than the session does, if both clocks are right. No
+//! clock can show it, so it must be known: the pulse of a heartbeat arrives at the wrist 200 to 300 ms after
+//! the R wave, which differs between people by tens of milliseconds.
 //!
 //! ```
 //! use teampulse_timefilter::clock::Latency;
@@ -48,26 +50,26 @@ use correlogram::best_lag;
 use follow::pairs;
 use line::RobustLine;
 
-/// The fewest beats on either side.
+/// The fewest beats required in each recording.
 const LEAST_BEATS: usize = 40;
-/// The smallest share of the recording's events, within the time of both, that have a partner.
+/// The smallest share of the recording's events in the common time that must have a partner.
 const LEAST_SHARE: f64 = 0.5;
 /// Recordings that overlap at least this long show their skew [s].
 const SKEW_FROM_SECS: f64 = 480.0;
-/// How far the clocks of devices run apart where a recording is too short to show it [ppm, 95 %].
+/// The assumed rate difference of two device clocks where a recording is too short to show it [ppm, 95 %].
 pub const UNKNOWN_SKEW_PPM: f64 = 100.0;
 /// The tolerance of a distance between two beats [s], and between two presses.
 const BEAT_SECS: f64 = 0.03;
 const MARK_SECS: f64 = 0.1;
 
-/// Where to search.
+/// The search settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
     /// The largest distance between the two clocks [s]; infinite if nothing is known about it.
     pub max_offset_secs: f64,
-    /// How much later the recording shows an event, by right clocks.
+    /// How much later the recording shows an event, if both clocks are right.
     pub delay: Latency,
-    /// Half of the step in which events of the recording are stamped [s].
+    /// Half of the resolution of the recording's event timestamps [s].
     pub resolution_secs: f64,
 }
 
@@ -78,18 +80,19 @@ impl Default for Search {
     }
 }
 
-/// Where a recording belongs on the session's time.
+/// The placement of a recording on the session's time axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// The time of the recording's clock at which the offset applies [s]: the middle of the pairs.
     pub center_secs: f64,
-    /// What is added there to a time of the recording [s].
+    /// The offset added to the recording's time there [s].
     pub offset_secs: f64,
-    /// How much slower the recording's clock runs than the session's [ppm]; 0 where it was too short to show it.
+    /// How much slower the recording's clock runs than the session's [ppm]; 0 if the recording is too short to
+    /// show it.
     pub skew_ppm: f64,
-    /// The number of events in both, or of stretches in which both moved alike.
+    /// The number of events matched in both recordings, or of segments with similar motion.
     pub pairs: usize,
-    /// The share of the recording's events, or stretches, in the common time that have a partner [0..1].
+    /// The share of the recording's events, or segments, in the common time that have a partner [0..1].
     pub share: f64,
     /// The spread of the pairs around the line, 1.4826 · MAD [s].
     pub spread_secs: f64,
@@ -99,7 +102,7 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The session's time [s] of a time by the recording's clock [s].
+    /// Converts a time of the recording's clock [s] to session time [s].
     pub fn session_from_device(&self, secs: f64) -> f64 {
         secs + self.offset_secs + self.skew_ppm * 1e-6 * (secs - self.center_secs)
     }
@@ -116,7 +119,7 @@ impl Placement {
     }
 }
 
-/// Joins by irregular events of which there are many: the times of heart beats [s], in any order.
+/// Joins by many irregular events: the times of heartbeats [s], in any order.
 pub fn by_beats(
     session: &[f64],
     recording: &[f64],
@@ -132,8 +135,8 @@ pub fn by_beats(
     placed(&session, &recording, &pairs, search)
 }
 
-/// Joins by a few events that both saw, such as presses of a button [s], in any order. One is enough where both
-/// have no other; several have to be at uneven distances.
+/// Joins by a few events that both recorded, such as button presses [s], in any order. One event is enough if
+/// neither recording has another; several must be unevenly spaced.
 pub fn by_marks(
     session: &[f64],
     recording: &[f64],
@@ -148,7 +151,7 @@ pub fn by_marks(
     placed(&session, &recording, &pairs, search)
 }
 
-/// Finite times in their order.
+/// The finite times in ascending order.
 fn sorted(secs: &[f64]) -> Vec<f64> {
     let mut secs: Vec<f64> = secs.iter().copied().filter(|secs| secs.is_finite()).collect();
     secs.sort_by(f64::total_cmp);
@@ -176,7 +179,7 @@ fn placed(
     Ok(placement(&line, share, search))
 }
 
-/// The placement by a line through pairs, of which a share of the recording is part.
+/// The placement given by a line through pairs; `share` is the share of the recording that is matched.
 fn placement(line: &RobustLine, share: f64, search: &Search) -> Placement {
     let skew_95_ppm = if line.has_slope { 1e6 * line.slope_95 } else { UNKNOWN_SKEW_PPM };
     Placement {

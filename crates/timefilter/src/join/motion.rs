@@ -1,4 +1,4 @@
-//! Joining by movement: two accelerometers on one person.
+//! Joining by motion: two accelerometers on one person.
 
 mod grid;
 mod coarse;
@@ -11,26 +11,26 @@ use coarse::best_offset;
 use fine::{Followed, follow};
 use grid::Grid;
 
-/// The fewest stretches in which both moved alike.
+/// The fewest segments with similar motion.
 const LEAST_STRETCHES: usize = 6;
-/// The smallest share of them that agree on one line.
+/// The smallest share of these segments that must agree on one line.
 const LEAST_AGREEING: f64 = 0.6;
 
-/// How strongly a sensor was accelerated at a moment, whichever way it was turned.
+/// The magnitude of acceleration at one moment, which does not depend on the sensor's orientation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Movement {
-    /// By the clock of its recording [s].
+    /// The time by the recording's clock [s].
     pub secs: f64,
-    /// The length of the vector of acceleration, gravity included, in any unit.
+    /// The length of the acceleration vector, including gravity, in any unit.
     pub magnitude: f64,
 }
 
-/// Joins by the movement that two accelerometers on one person felt, each in the order of time. Sampled at 20 Hz or
-/// more; for some minutes at least in which the person moved.
+/// Joins by the motion that two accelerometers on one person recorded, each in order of time. The sampling
+/// rate must be 20 Hz or more, and the person must move for at least some minutes.
 ///
-/// The envelopes of both movements show where the recording belongs. From there stretches of half a minute are
-/// followed: each in which both moved alike shows the offset to a few milliseconds, and a robust line goes through
-/// these. How far a movement arrives at one place later than at the other is for [`Search::delay`].
+/// The envelopes of both motions show where the recording belongs. From there, half-minute segments are
+/// followed: each with similar motion gives the offset to within a few milliseconds, and a robust line is
+/// fitted to these. Set [`Search::delay`] to how much later a movement reaches one sensor than the other.
 pub fn by_motion(
     session: &[Movement],
     recording: &[Movement],

@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// Numbers from 0 to 1 that look random.
+/// Pseudo-random numbers from 0 to 1.
 struct Chance(u64);
 
 impl Chance {
@@ -18,7 +18,7 @@ impl Chance {
     }
 }
 
-/// Beats of a heart with breathing and slower swings over `secs`.
+/// The beats of a heart with breathing and slower oscillations over `secs`.
 fn beats(secs: f64, chance: &mut Chance) -> Vec<f64> {
     let (mut at, mut beats) = (0.0_f64, Vec::new());
     while at < secs {
@@ -28,7 +28,8 @@ fn beats(secs: f64, chance: &mut Chance) -> Vec<f64> {
     beats
 }
 
-/// What a device records of beats: late by `delay_secs`, by a clock with an offset and a skew, with some missed.
+/// The beats that a device records: late by `delay_secs`, with a clock that has an offset and a skew, some
+/// missed.
 fn recorded(beats: &[f64], offset_secs: f64, skew_ppm: f64, chance: &mut Chance) -> Vec<f64> {
     let device = |secs: f64| (secs - offset_secs) / (1.0 + skew_ppm * 1e-6);
     let kept: Vec<f64> = beats.iter().copied().filter(|_| chance.next() > 0.05).collect();

@@ -318,7 +318,7 @@ impl<T> ApproximateTime<T> {
         }
     }
 
-    /// Drops the oldest message of a topic of which none is passed over.
+    /// Drops the oldest message of a topic without passed-over messages.
     #[inline]
     fn drop_oldest(&mut self, topic: usize, reason: DropReason, listener: &mut impl Listener<T>) {
         let queue = &mut self.queues[topic];

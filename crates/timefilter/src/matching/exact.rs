@@ -13,7 +13,7 @@ use super::{DropReason, Listener, Message, Set};
 pub struct ExactTime<T> {
     topics: usize,
     queue_size: usize,
-    /// The queued messages: rows with a place for each topic.
+    /// The queued messages: rows with a slot for each topic.
     messages: Vec<Option<Message<T>>>,
     /// The stamp and occupancy of each row.
     rows: Vec<Row>,

@@ -2,7 +2,7 @@
 
 use super::{Message, TopicSettings};
 
-/// A ring buffer of messages, some of the oldest of which may be passed over.
+/// A ring buffer of messages; some of the oldest may be passed over.
 ///
 /// Positions count all messages of the topic, so that a message keeps its position; they wrap around.
 #[derive(Clone, Debug)]

@@ -5,7 +5,8 @@ use crate::picture::Picture;
 /// The width and height of a block [pixels].
 const SIDE: usize = 8;
 
-/// The mean colours of the blocks of a picture, row by row [0..1]. What is left at its right and lower edge is left out.
+/// The mean colours of the blocks of a picture, row by row [0..1]. Incomplete blocks at the right and lower edge are
+/// left out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Blocks {
     pub columns: usize,

@@ -1,14 +1,13 @@
-//! What changed from one frame to the next.
+//! Changes between successive frames.
 
 use super::blocks::Blocks;
 
 /// The longest time between two frames that are compared [s].
 const PAUSE_SECS: f64 = 2.0;
-/// The least change of a block that is movement [0..1], and the number of standard deviations of the noise beyond which
-/// it is.
+/// The least change of a block that counts as movement [0..1], and the same in standard deviations of the noise.
 const LEAST_CHANGE: f64 = 0.008;
 const BEYOND: f64 = 5.0;
-/// The standard deviation of a normal distribution, in median absolute deviations.
+/// The ratio of the standard deviation to the median absolute deviation of a normal distribution.
 const OF_MEDIAN: f64 = 1.4826;
 
 /// Compares each frame with the one before it.
@@ -22,8 +21,8 @@ pub(super) struct Movement {
 }
 
 impl Movement {
-    /// Takes the next frame; returns the share of it that moves, and the mean change of its luma less that of the light
-    /// [0..1]. NaN where there is nothing to compare it with.
+    /// Takes in the next frame; returns the share of it that moves, and the mean change of its luma minus that of the
+    /// light [0..1]. NaN without a previous frame to compare it with.
     pub fn push(&mut self, blocks: &Blocks, at: f64) -> (f64, f64) {
         let lumas: Vec<f64> = blocks.lumas().collect();
         let before = std::mem::replace(&mut self.lumas, lumas);
@@ -39,7 +38,7 @@ impl Movement {
         }
         let changes: Vec<f64> =
             self.lumas.iter().zip(&before).map(|(now, before)| now - before).collect();
-        // Half of a view seldom moves: the median is the change of the light, and the spread around it noise.
+        // Half of a view seldom moves, so the median is the change of the light, and the spread around it is noise.
         let light = median(changes.clone());
         let noise = OF_MEDIAN * median(changes.iter().map(|each| (each - light).abs()).collect());
         let limit = LEAST_CHANGE.max(BEYOND * noise);
@@ -54,7 +53,7 @@ impl Movement {
     }
 }
 
-/// The share of those that are true; 0 of none.
+/// The share of true values; 0 for an empty slice.
 fn share(each: impl Iterator<Item = bool>) -> f64 {
     let (count, all) =
         each.fold((0_u32, 0_u32), |(count, all), is| (count + u32::from(is), all + 1));

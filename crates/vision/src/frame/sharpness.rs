@@ -1,4 +1,4 @@
-//! How sharp a picture is.
+//! Sharpness of a picture.
 
 use crate::picture::Picture;
 
@@ -11,7 +11,7 @@ pub(super) fn of(picture: &Picture) -> f64 {
     }
     let lumas: Vec<i32> = picture.rgb.as_chunks::<3>().0.iter().copied().map(luma).collect();
     let (mut of_luma, mut of_laplacian) = (Moments::default(), Moments::default());
-    // Every other row is enough, and half of the work.
+    // Every other row is enough, for half of the work.
     for row in (1..picture.height as usize - 1).step_by(2) {
         let line = |row: usize| &lumas[row * width..(row + 1) * width];
         let (above, here, below) = (line(row - 1), line(row), line(row + 1));

@@ -1,28 +1,28 @@
-//! The region of the colour of skin.
+//! Detection of skin-coloured regions.
 //!
-//! Skin of every tone has nearly the same hue: blood's. In Cb and Cr it lies in one range (Chai & Ngan 1999,
-//! doi:10.1109/76.767122), as wood and sand do.
+//! Skin of every tone has nearly the same hue, that of blood. In Cb and Cr it lies in one range (Chai & Ngan 1999,
+//! doi:10.1109/76.767122), as do wood and sand.
 
 use super::blocks::Blocks;
 
-/// The range of Cb and of Cr of skin [of 255].
+/// The range of Cb and of Cr of skin [0..255].
 const BLUE: std::ops::RangeInclusive<f64> = 77.0..=127.0;
 const RED: std::ops::RangeInclusive<f64> = 133.0..=173.0;
-/// The least luma at which colours can be trusted [0..1].
+/// The least luma at which colours are reliable [0..1].
 const DARK: f64 = 0.08;
 
-/// The largest region of blocks of the colour of skin.
+/// The largest region of skin-coloured blocks.
 #[derive(Clone, Debug)]
 pub(super) struct Region {
     /// Its share of all blocks [0..1].
     pub share: f64,
     /// Its mean red, green and blue [0..1]; NaN without a block.
     pub colour: [f64; 3],
-    /// Whether each block is in it.
+    /// Whether each block belongs to it.
     pub is_in: Vec<bool>,
 }
 
-/// The largest connected region of the colour of skin.
+/// Finds the largest connected skin-coloured region.
 pub(super) fn largest(blocks: &Blocks) -> Region {
     let mut is_free: Vec<bool> = blocks.colours.iter().map(is_skin).collect();
     let mut largest = Vec::new();
@@ -48,7 +48,7 @@ pub(super) fn largest(blocks: &Blocks) -> Region {
     Region { share: largest.len() as f64 / is_free.len().max(1) as f64, colour, is_in }
 }
 
-/// Takes a block and all that are connected with it by an edge.
+/// Adds a block and all blocks connected with it by an edge.
 fn connected(start: usize, blocks: &Blocks, is_free: &mut [bool]) -> Vec<usize> {
     is_free[start] = false;
     let mut region = vec![start];

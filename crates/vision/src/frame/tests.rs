@@ -6,7 +6,7 @@ const SIZE: (u32, u32) = (160, 120);
 const SKIN: [u8; 3] = [200, 140, 115];
 const WALL: [u8; 3] = [110, 130, 150];
 
-/// A picture whose pixels are a function of their place.
+/// A picture whose pixels are a function of their position.
 fn drawn(pixel: impl Fn(u32, u32) -> [u8; 3]) -> Picture {
     let (width, height) = SIZE;
     let places = (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
@@ -14,7 +14,7 @@ fn drawn(pixel: impl Fn(u32, u32) -> [u8; 3]) -> Picture {
     Picture { width, height, rgb }
 }
 
-/// A face of 48 × 48 pixels before a wall.
+/// A face of 48 × 48 pixels in front of a wall.
 fn face(left: u32) -> Picture {
     drawn(|column, row| {
         let is_face = (left..left + 48).contains(&column) && (40..88).contains(&row);

@@ -1,32 +1,33 @@
-//! Models that look at one picture in turn: those that find a face or a person first, then those that look at these.
+//! A chain of models that process each picture in turn: detectors of faces or persons first, then the models that
+//! process these.
 
 use super::decode::{Detection, Found};
 use super::descriptor::{Descriptor, Source, Subject};
 use super::{Model, ModelError};
 use crate::picture::Picture;
 
-/// Models in the order in which they look at a picture.
+/// Models in the order in which they process a picture.
 pub struct Chain {
     models: Vec<Model>,
 }
 
-/// What models have found in a picture.
+/// What the models have found in a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Looked {
-    /// For each model the numbers of its channels: NaN where it found nothing, or nothing to look at.
+pub struct Findings {
+    /// The channel values of each model: NaN where it found nothing, or had no input.
     pub numbers: Vec<Vec<f64>>,
-    /// All faces that any of them found.
+    /// All faces found by any of the models.
     pub faces: Vec<Detection>,
 }
 
-/// What is wrong with a chain; it has a model that looks at what no model before it finds.
+/// What is wrong with a chain: a model that needs a part which no earlier model finds.
 pub fn missing(descriptors: &[Descriptor]) -> Option<String> {
     descriptors.iter().enumerate().find_map(|(place, descriptor)| {
         let wanted = subject(descriptor.input.source)?;
         let finds = |earlier: &Descriptor| earlier.output.finds() == Some(wanted);
         let is_found = descriptors[..place].iter().any(finds);
         let name = &descriptor.name;
-        (!is_found).then(|| format!("`{name}` looks at a {wanted}, which no model before it finds"))
+        (!is_found).then(|| format!("`{name}` needs a {wanted}, which no model before it finds"))
     })
 }
 
@@ -39,7 +40,7 @@ fn subject(source: Source) -> Option<Subject> {
 }
 
 impl Chain {
-    /// Models in this order.
+    /// Creates a chain of models in this order.
     pub fn new(models: Vec<Model>) -> Chain {
         Chain { models }
     }
@@ -49,10 +50,10 @@ impl Chain {
         &mut self.models
     }
 
-    /// Looks at a picture.
-    pub fn look(&mut self, picture: &Picture) -> Result<Looked, ModelError> {
+    /// Processes a picture.
+    pub fn look(&mut self, picture: &Picture) -> Result<Findings, ModelError> {
         let mut parts: Vec<(Subject, Detection)> = Vec::new();
-        let mut looked = Looked::default();
+        let mut looked = Findings::default();
         for model in &mut self.models {
             let wanted = subject(model.descriptor.input.source);
             let part =

@@ -1,4 +1,4 @@
-//! What a model's outputs mean: points, parts of the picture, or numbers. A file a kind.
+//! Decoding of model outputs to points, parts of the picture, or numbers. One file per kind.
 
 mod boxes;
 mod classes;
@@ -20,49 +20,49 @@ use super::descriptor::Subject;
 use super::input::Placement;
 use super::tensor::{Tensor, shown};
 
-/// What comes out of a model, by its kind.
+/// The output of a model, by kind.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Output {
-    /// Points, each the highest place of a map.
+    /// Keypoints as heatmaps: each is at the maximum of its map.
     Heatmap(heatmap::Heatmap),
-    /// Points, each with its column and its row classified (SimCC).
+    /// Keypoints with their columns and rows classified separately (SimCC).
     Simcc(simcc::Simcc),
-    /// Points as numbers in a row.
+    /// Keypoints as a flat array of numbers.
     Points(points::Points),
-    /// Points as MoveNet gives them.
+    /// Keypoints as MoveNet outputs them.
     Movenet(movenet::Movenet),
-    /// How probable each of some classes is.
+    /// Class probabilities.
     Classes(classes::Classes),
-    /// Numbers as they are, such as valence and arousal.
+    /// Plain numbers, such as valence and arousal.
     Regression(regression::Regression),
-    /// The direction of a gaze.
+    /// Gaze direction.
     Gaze(gaze::Gaze),
-    /// Faces as YuNet gives them.
+    /// Faces as YuNet outputs them.
     Yunet(yunet::Yunet),
     /// Faces as offsets from anchors (BlazeFace).
     Ssd(ssd::Ssd),
-    /// Persons, faces or things as YOLO gives them.
+    /// Persons, faces or objects as YOLO outputs them.
     Yolo(yolo::Yolo),
 }
 
-/// What a model has found.
+/// The decoded output of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Found {
     /// Points, in the order of their names.
     Points(Vec<Point>),
-    /// Parts of the picture, the most certain first.
+    /// Parts of the picture, the most confident first.
     Detections(Vec<Detection>),
     /// Numbers.
     Values(Vec<f64>),
 }
 
-/// A point.
+/// A keypoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Its place [px].
+    /// Its position [px].
     pub place: [f32; 2],
-    /// How certain it is, as the model says.
+    /// Its score, as the model reports it.
     pub score: f32,
 }
 
@@ -77,57 +77,57 @@ pub struct Detection {
     pub width: f32,
     /// Its height [px].
     pub height: f32,
-    /// How certain it is, 0 to 1.
+    /// Its confidence, 0 to 1.
     pub score: f32,
-    /// Points in it [px].
+    /// Its keypoints [px].
     pub points: Vec<[f32; 2]>,
 }
 
-/// Why outputs can't be read.
+/// Why outputs cannot be decoded.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum DecodeError {
     /// Fewer outputs than needed.
     #[error("it has {is} outputs; its kind has {expected}")]
     Count {
-        /// How many there are.
+        /// The number of outputs.
         is: usize,
-        /// How many there should be.
+        /// The expected number of outputs.
         expected: usize,
     },
-    /// No output of this name.
-    #[error("it has no output `{name}`, but {has}")]
+    /// There is no output with this name.
+    #[error("it has no output `{name}`, only {has}")]
     Name {
         /// The name.
         name: String,
-        /// The names that there are.
+        /// The names of the outputs.
         has: String,
     },
-    /// An output of another shape.
+    /// An output has an unexpected shape.
     #[error("its output `{name}` is {is}; expected {expected}")]
     Shape {
         /// The output.
         name: String,
         /// Its shape.
         is: String,
-        /// What it should be.
+        /// The expected shape.
         expected: String,
     },
 }
 
-/// The settings and the meaning of a kind of output.
+/// The settings of a kind of output, and its decoding.
 trait Decode {
-    /// Reads the outputs of a model whose input has this size; places are in pixels of the input.
+    /// Decodes the outputs of a model whose input has this size; positions are in pixels of the input.
     fn decode(&self, outputs: &[Tensor], size: [usize; 2]) -> Result<Found, DecodeError>;
 
-    /// Names and units of the numbers of a picture.
+    /// Names and units of the values of a picture.
     fn channels(&self) -> Vec<(String, &'static str)>;
 
-    /// A setting without a meaning.
+    /// An invalid setting, if there is one.
     fn wrong(&self) -> Option<String> {
         None
     }
 
-    /// What it finds that later models look at.
+    /// What it finds for later models.
     fn finds(&self) -> Option<Subject> {
         None
     }
@@ -149,27 +149,27 @@ impl Output {
         }
     }
 
-    /// Reads the outputs of a model whose input has this width and height [px].
+    /// Decodes the outputs of a model whose input has this width and height [px].
     pub fn decode(&self, outputs: &[Tensor], size: [usize; 2]) -> Result<Found, DecodeError> {
         self.kind().decode(outputs, size)
     }
 
-    /// Names and units of the numbers of a picture.
+    /// Names and units of the values of a picture.
     pub fn channels(&self) -> Vec<(String, &'static str)> {
         self.kind().channels()
     }
 
-    /// What it finds that later models look at.
+    /// What it finds for later models.
     pub fn finds(&self) -> Option<Subject> {
         self.kind().finds()
     }
 
-    /// Whether its numbers have places in the picture.
+    /// Whether its values are positions in the picture.
     pub fn has_places(&self) -> bool {
         !matches!(self, Output::Classes(_) | Output::Regression(_) | Output::Gaze(_))
     }
 
-    /// The numbers of a picture, one a channel: NaN where nothing was found.
+    /// The values of a picture, one per channel: NaN where nothing was found.
     pub fn values(&self, found: Option<&Found>) -> Vec<f64> {
         let count = self.channels().len();
         let mut values = match found {
@@ -185,14 +185,14 @@ impl Output {
     pub(super) fn wrong(&self) -> Option<String> {
         let names = self.channels();
         if names.is_empty() || names.len() > 4096 {
-            return Some(format!("it has {} numbers; from 1 to 4096 can be read", names.len()));
+            return Some(format!("it has {} values; 1 to 4096 are supported", names.len()));
         }
         self.kind().wrong()
     }
 }
 
 impl Found {
-    /// The same in pixels of the picture.
+    /// Converts positions to pixels of the picture.
     #[must_use]
     pub fn placed(mut self, placement: &Placement) -> Found {
         match &mut self {
@@ -230,7 +230,7 @@ impl Detection {
     }
 }
 
-/// The output of this name; the one at this place, where no name is given.
+/// The output with this name or, without a name, at this index.
 fn output<'a>(
     outputs: &'a [Tensor],
     name: Option<&str>,
@@ -247,7 +247,7 @@ fn output<'a>(
     }
 }
 
-/// The error of a tensor of another shape.
+/// The error of a tensor with an unexpected shape.
 fn misshaped(tensor: &Tensor, expected: impl Into<String>) -> DecodeError {
     let (name, is) = (tensor.name.clone(), shown(&tensor.shape));
     DecodeError::Shape { name, is, expected: expected.into() }

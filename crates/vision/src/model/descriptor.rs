@@ -1,4 +1,4 @@
-//! The descriptor of a model, in TOML: its file, what goes in, and what comes out.
+//! Model descriptors in TOML: the file, its input and its output.
 
 use std::path::{Path, PathBuf};
 
@@ -10,46 +10,46 @@ use thiserror::Error;
 use super::decode::Output;
 use super::tensor::MOST_NUMBERS;
 
-/// The largest file of a model [bytes].
+/// The largest model file [bytes].
 const MOST_BYTES: u64 = 2 << 30;
 /// The largest side of an input [px].
 const MOST_SIDE: usize = 4096;
 
-/// A model: its file, its licence, what goes in and what comes out.
+/// A model: its file, its licence, its input and its output.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Descriptor {
-    /// Its name, the last token of the names of its streams: `expression`.
+    /// Its name, which is the last token of the names of its streams: `expression`.
     pub name: String,
-    /// What it finds, in a sentence.
+    /// What it computes, in a sentence.
     #[serde(default)]
     pub doc: String,
-    /// Its ONNX file, beside the descriptor.
+    /// Its ONNX file, next to the descriptor.
     pub file: PathBuf,
     /// The SHA-256 of the file, in hexadecimal. `teampulse models add` writes it; a model without it is not run.
     #[serde(default)]
     pub sha256: String,
-    /// The licence of the file, as its publisher names it. Shown wherever the model is.
+    /// The licence of the file, as named by its publisher. It is shown wherever the model is shown.
     pub licence: String,
-    /// Where the file comes from.
+    /// The origin of the file.
     #[serde(default)]
     pub origin: String,
-    /// The most pictures that it looks at [Hz]. Without it, as many as it can.
+    /// The highest rate at which it processes pictures [Hz]. By default as high as possible.
     #[serde(default)]
     pub max_hz: Option<f64>,
-    /// What goes in.
+    /// The input.
     pub input: Input,
-    /// What comes out.
+    /// The output.
     pub output: Output,
 }
 
-/// What goes into a model: a part of a picture, as numbers.
+/// The input of a model: a part of a picture, as numbers.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Input {
     /// Its width and height [px].
     pub size: [usize; 2],
-    /// The order of its dimensions: `nchw` (colours apart) or `nhwc` (the colours of a pixel together).
+    /// The memory layout: `nchw` (planar colours) or `nhwc` (interleaved colours).
     #[serde(default)]
     pub layout: Layout,
     /// The order of its colours: `rgb` or `bgr`.
@@ -58,27 +58,27 @@ pub struct Input {
     /// The type of its numbers: `f32`, `u8` or `i32`.
     #[serde(default, rename = "dtype")]
     pub number: Number,
-    /// What the brightness of a colour (0 to 255) is multiplied with, before the mean is taken off.
+    /// The factor on colour values (0 to 255), applied before the mean is subtracted.
     #[serde(default = "one")]
     pub scale: f32,
-    /// What is taken off each colour, in the order of `color`.
+    /// The mean subtracted from each colour, in the order of `color`.
     #[serde(default)]
     pub mean: [f32; 3],
-    /// What each colour is divided by then, in the order of `color`.
+    /// The divisor of each colour after that, in the order of `color`.
     #[serde(default = "ones")]
     pub std: [f32; 3],
-    /// How a part of other proportions is made to fit: `letterbox` (all of it, with a border), `stretch` or `crop` (its
+    /// How a part with other proportions is fitted: `letterbox` (all of it, with a border), `stretch` or `crop` (its
     /// middle).
     #[serde(default)]
     pub resize: Resize,
-    /// The brightness of the border, and of what is outside of the picture (0 to 255).
+    /// The value of the border, and of the area outside the picture (0 to 255).
     #[serde(default)]
     pub fill: f32,
-    /// What it looks at: the whole `frame`, the `face` or the `person` that an earlier model found, or a face
-    /// `aligned` by its five points.
+    /// The part of the picture that it processes: the whole `frame`, the `face` or the `person` found by an earlier
+    /// model, or a face `aligned` by its five points.
     #[serde(default)]
     pub source: Source,
-    /// How much larger than what was found the part is: 0.25 adds a quarter to each side.
+    /// How much the part is enlarged on each side: 0.25 adds a quarter to each.
     #[serde(default)]
     pub margin: f64,
 }
@@ -91,14 +91,14 @@ fn ones() -> [f32; 3] {
     [1.0; 3]
 }
 
-/// The order of an input's dimensions.
+/// The memory layout of an input.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Layout {
-    /// One colour after the other.
+    /// Planar: one colour after the other.
     #[default]
     Nchw,
-    /// One pixel after the other.
+    /// Interleaved: one pixel after the other.
     Nhwc,
 }
 
@@ -117,44 +117,44 @@ pub enum Colour {
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Number {
-    /// Of 32 bits, with fractions.
+    /// 32-bit floating point.
     #[default]
     F32,
     /// Bytes.
     U8,
-    /// Whole, of 32 bits.
+    /// 32-bit integers.
     I32,
 }
 
-/// How a part of other proportions is made to fit.
+/// How a part with other proportions is fitted.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Resize {
     /// All of it, with a border on two sides.
     #[default]
     Letterbox,
-    /// All of it, out of proportion.
+    /// All of it, distorted.
     Stretch,
     /// Its middle.
     Crop,
 }
 
-/// What a model looks at.
+/// The part of a picture that a model processes.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Source {
     /// The whole picture.
     #[default]
     Frame,
-    /// The face that an earlier model found.
+    /// The face found by an earlier model.
     Face,
-    /// The person that an earlier model found.
+    /// The person found by an earlier model.
     Person,
-    /// That face, turned and scaled by its five points.
+    /// That face, rotated and scaled by its five points.
     Aligned,
 }
 
-/// What a model finds that later ones look at.
+/// What a model finds for later ones.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Subject {
@@ -173,42 +173,42 @@ impl std::fmt::Display for Subject {
     }
 }
 
-/// Why a descriptor, or the file that it names, can't be used. The message fits after "failed to".
+/// Why a descriptor, or its model file, cannot be used. The message fits after "failed to".
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum DescriptorError {
-    /// A file can't be read.
+    /// A file cannot be read.
     #[error("read {file}: {why}")]
     File {
         /// The file.
         file: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
-    /// It is not TOML, or lacks something.
+    /// It is not TOML, or a field is missing.
     #[error("read the descriptor: {0}")]
     Syntax(String),
-    /// A setting has no meaning.
+    /// A setting is invalid.
     #[error("use the descriptor: {0}")]
     Setting(String),
-    /// It says nothing of the file's contents.
+    /// It has no hash of the file.
     #[error(
         "use the model `{0}`: its descriptor has no `sha256` (`teampulse models add` writes it)"
     )]
     NoHash(String),
-    /// The file is another one.
+    /// The hash of the file differs.
     #[error("use the model `{name}`: its file has the SHA-256 {is}, not {expected}")]
     Hash {
         /// The model.
         name: String,
-        /// That of the file.
+        /// The hash of the file.
         is: String,
-        /// That of the descriptor.
+        /// The hash in the descriptor.
         expected: String,
     },
 }
 
 impl Descriptor {
-    /// Reads a descriptor.
+    /// Parses a descriptor.
     pub fn parse(text: &str) -> Result<Descriptor, DescriptorError> {
         let read: Descriptor = toml::from_str(text)
             .map_err(|error| DescriptorError::Syntax(error.to_string().trim_end().to_owned()))?;
@@ -224,7 +224,7 @@ impl Descriptor {
         Descriptor::parse(&text)
     }
 
-    /// Reads the descriptor in a file, and the model beside it, whose contents have to be those that it names.
+    /// Reads the descriptor in a file, and the model next to it, whose hash must match.
     pub fn open(path: &Path) -> Result<(Descriptor, Vec<u8>), DescriptorError> {
         let descriptor = Descriptor::read(path)?;
         let name = descriptor.name.clone();
@@ -240,7 +240,7 @@ impl Descriptor {
         }
     }
 
-    /// The file of the model, beside the descriptor at this path.
+    /// The path of the model file, next to the descriptor at this path.
     pub fn model_file(&self, path: &Path) -> PathBuf {
         path.parent().unwrap_or(Path::new("")).join(&self.file)
     }
@@ -252,14 +252,14 @@ impl Descriptor {
             return Some(format!("the name `{}` is not of the form [a-z][a-z0-9_]*", self.name));
         }
         if self.max_hz.is_some_and(|rate| !rate.is_finite() || rate <= 0.0) {
-            return Some("`max_hz` has to be above 0".to_owned());
+            return Some("`max_hz` must be above 0".to_owned());
         }
         self.input.wrong().or_else(|| self.output.wrong())
     }
 }
 
 impl Input {
-    /// The shape of its tensor.
+    /// The shape of its input tensor.
     pub fn shape(&self) -> [usize; 4] {
         let [width, height] = self.size;
         match self.layout {
@@ -274,23 +274,23 @@ impl Input {
             || width * height * 3 > MOST_NUMBERS
         {
             return Some(format!(
-                "an input of {width} × {height} pixels; each side has 1 to {MOST_SIDE}"
+                "the input is {width} × {height} pixels; each side must be from 1 to {MOST_SIDE}"
             ));
         }
         if self.std.iter().any(|part| !part.is_finite() || *part == 0.0) || !self.scale.is_finite()
         {
-            return Some("`std` and `scale` have to be finite, and `std` not 0".to_owned());
+            return Some("`std` and `scale` must be finite, and `std` not 0".to_owned());
         }
         let is_margin = (-0.9..=10.0).contains(&self.margin);
-        (!is_margin).then(|| format!("a margin of {}; it is from -0.9 to 10", self.margin))
+        (!is_margin).then(|| format!("the margin is {}; it must be from -0.9 to 10", self.margin))
     }
 }
 
-/// The contents of a model's file.
+/// The contents of a model file.
 pub fn contents(file: &Path) -> Result<Vec<u8>, DescriptorError> {
     let about = std::fs::metadata(file).map_err(|error| unread(file, &error))?;
     if !about.is_file() || about.len() > MOST_BYTES {
-        let why = format!("a model is a file of at most {} MiB", MOST_BYTES >> 20);
+        let why = format!("a model file may have at most {} MiB", MOST_BYTES >> 20);
         return Err(DescriptorError::File { file: file.display().to_string(), why });
     }
     std::fs::read(file).map_err(|error| unread(file, &error))

@@ -1,4 +1,4 @@
-//! What runs models: the engine in pure Rust, which is always there, or an ONNX Runtime that is installed.
+//! Inference engines: one in pure Rust, which is always available, and an installed ONNX Runtime.
 
 mod onnx_runtime;
 mod pure;
@@ -10,60 +10,62 @@ use thiserror::Error;
 use super::descriptor::{Descriptor, Number};
 use super::tensor::Tensor;
 
-/// A model that an engine has loaded.
+/// A model loaded by an engine.
 pub trait Engine: Send {
-    /// The engine and its version.
+    /// The name and version of the engine.
     fn label(&self) -> &str;
 
     /// Runs the model on one input, on one thread.
     fn run(&mut self, input: &Tensor) -> Result<Vec<Tensor>, EngineError>;
 }
 
-/// Which engine runs models.
+/// The engine that runs models.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Library {
-    /// The one in pure Rust.
+    /// The engine in pure Rust.
     #[default]
     Pure,
     /// The library of an ONNX Runtime, 1.22 or newer.
     OnnxRuntime(PathBuf),
 }
 
-/// Why an engine can't load or run a model. The message fits after "failed to".
+/// Why an engine cannot load or run a model. The message fits after "failed to".
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum EngineError {
-    /// The library of ONNX Runtime can't be used.
+    /// The ONNX Runtime library cannot be used.
     #[error("use {library} as ONNX Runtime: {why}")]
     Library {
         /// The file.
         library: String,
-        /// What it says.
+        /// The error of the library.
         why: String,
     },
-    /// The file is no model, or one that needs what the engine lacks.
+    /// The file is not a model, or needs an operator that the engine lacks.
     #[error("load the model `{model}` with {engine}: {why}")]
     Load {
         /// The model.
         model: String,
         /// The engine.
         engine: String,
-        /// What it says.
+        /// The error of the engine.
         why: String,
     },
-    /// The model has more inputs than the picture.
-    #[error("use the model `{model}`: it has {count} inputs; a model has one, the picture")]
+    /// The model has several inputs.
+    #[error(
+        "use the model `{model}`: it has {count} inputs; only models with one input, the picture, are supported"
+    )]
     Inputs {
         /// The model.
         model: String,
-        /// How many it has.
+        /// The number of its inputs.
         count: usize,
     },
-    /// It failed while it ran.
+    /// Inference failed.
     #[error("run the model `{model}`: {why}")]
     Run {
         /// The model.
         model: String,
-        /// What the engine says.
+        /// The error of the engine.
         why: String,
     },
 }
@@ -83,12 +85,12 @@ pub fn load(
     }
 }
 
-/// A number of a tensor as a byte.
+/// Converts a number of a tensor to a byte.
 fn byte(value: f32) -> u8 {
     value.round().clamp(0.0, 255.0) as u8
 }
 
-/// What of an error fits into a line.
+/// Shortens an error to one line.
 fn line(error: &impl ToString) -> String {
     let words = error.to_string();
     words.split_whitespace().take(60).collect::<Vec<_>>().join(" ")
@@ -101,7 +103,7 @@ fn one_input(model: &str, count: usize) -> Result<(), EngineError> {
     }
 }
 
-/// The numbers of a type that an input has.
+/// The input types.
 enum Numbers {
     Float(Vec<f32>),
     Byte(Vec<u8>),

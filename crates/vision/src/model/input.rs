@@ -1,12 +1,12 @@
-//! The part of a picture that a model looks at, as the numbers that it expects.
+//! The part of a picture that a model processes, as its input tensor.
 
 use super::decode::Detection;
 use super::descriptor::{Colour, Input, Layout, Resize};
 use super::tensor::Tensor;
 use crate::picture::Picture;
 
-/// Where the five points of a face are in a picture of 112 × 112 pixels that models of aligned faces expect [px]: the
-/// eyes, the tip of the nose, and the corners of the mouth, each from the left (Deng et al. 2019, `ArcFace`,
+/// The five points of an aligned face in a picture of 112 × 112 pixels, as face models expect them [px]: the eyes, the
+/// tip of the nose, and the corners of the mouth, each from the left (Deng et al. 2019, `ArcFace`,
 /// doi:10.1109/CVPR.2019.00482).
 const FACE_112: [[f64; 2]; 5] = [
     [38.2946, 51.6963],
@@ -16,15 +16,14 @@ const FACE_112: [[f64; 2]; 5] = [
     [70.7299, 92.2041],
 ];
 
-/// Where the pixels of a model's input are in a picture: turned, scaled and moved. The centre of the first pixel is the
-/// origin of both.
+/// The similarity transform from a model's input to a picture. The origin of both is the centre of the first pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// What a step to the right in the input is in the picture [px].
+    /// The step in the picture for one input pixel to the right [px].
     right: [f64; 2],
-    /// What a step down in the input is in the picture [px].
+    /// The step in the picture for one input pixel down [px].
     down: [f64; 2],
-    /// Where the first pixel of the input is in the picture [px].
+    /// The position of the first input pixel in the picture [px].
     origin: [f64; 2],
 }
 
@@ -35,7 +34,7 @@ impl Placement {
         Placement::of_rectangle(input, [-0.5, -0.5], size)
     }
 
-    /// A part of a picture, with its margin; `None` for one without an area.
+    /// A part of a picture with its margin; `None` if its area is zero.
     pub fn of_part(input: &Input, part: &Detection) -> Option<Placement> {
         let corner = [part.left, part.top].map(f64::from);
         let size = [part.width, part.height].map(f64::from);
@@ -46,8 +45,8 @@ impl Placement {
         is_area.then(|| Placement::of_rectangle(input, corner, grown))
     }
 
-    /// A face whose five points are where models of aligned faces expect them (the least squares of Umeyama 1991,
-    /// doi:10.1109/34.88573); `None` where there are no five, or all in one place.
+    /// A face aligned by its five points (the least squares of Umeyama 1991, doi:10.1109/34.88573); `None` with fewer than
+    /// five points, or if they coincide.
     pub fn aligned(input: &Input, points: &[[f32; 2]]) -> Option<Placement> {
         let found: &[[f32; 2]; 5] = points.first_chunk()?;
         let found = found.map(|point| point.map(f64::from));
@@ -89,19 +88,19 @@ impl Placement {
         Placement { right: [step[0], 0.0], down: [0.0, step[1]], origin }
     }
 
-    /// A place of the input in the picture [px].
+    /// The position in the picture of a position in the input [px].
     pub fn in_picture(&self, [u, v]: [f32; 2]) -> [f32; 2] {
         let (u, v) = (f64::from(u), f64::from(v));
         [0, 1].map(|axis| (self.origin[axis] + self.right[axis] * u + self.down[axis] * v) as f32)
     }
 
-    /// How long a step of the input is in the picture, along each side [px].
+    /// The length in the picture of one input pixel, along each side [px].
     pub fn scale(&self) -> [f32; 2] {
         [self.right, self.down].map(|[x, y]| x.hypot(y) as f32)
     }
 }
 
-/// The numbers of a picture that a model expects.
+/// The input tensor of a model for a picture.
 pub fn tensor(input: &Input, picture: &Picture, placement: &Placement) -> Tensor {
     let [width, height] = input.size;
     let mut tensor = Tensor::zeros(input.shape());
@@ -117,7 +116,7 @@ pub fn tensor(input: &Input, picture: &Picture, placement: &Placement) -> Tensor
     tensor
 }
 
-/// Puts a row of colours where a model expects it, in its order and on its scale.
+/// Writes a row of colours into the input tensor, in the model's order and scale.
 fn write_row(input: &Input, row: usize, colours: &[[f32; 3]], values: &mut [f32]) {
     let [width, height] = input.size;
     for part in 0..3 {
@@ -137,7 +136,7 @@ fn write_row(input: &Input, row: usize, colours: &[[f32; 3]], values: &mut [f32]
     }
 }
 
-/// The two neighbours of a place along one side of a picture, and how far it is from the first to the second (0 to 1).
+/// The two pixels next to a position along one side of a picture, and the weight of the second (0 to 1).
 #[derive(Clone, Copy)]
 struct Between {
     near: usize,
@@ -163,14 +162,14 @@ impl Between {
     }
 }
 
-/// The neighbours of each column and of each row of an input that is not turned: the same for all of its pixels.
+/// The neighbours of each column and row of an input that is not rotated, shared by all of its pixels.
 struct Upright {
     columns: Vec<Option<Between>>,
     rows: Vec<Option<Between>>,
 }
 
 impl Upright {
-    /// `None` for a placement that is turned.
+    /// `None` for a rotated placement.
     fn new(input: &Input, picture: &Picture, placement: &Placement) -> Option<Upright> {
         let is_upright = placement.right[1] == 0.0 && placement.down[0] == 0.0;
         let column = |at| Between::new(placement.in_picture([at as f32, 0.0])[0], picture.width);
@@ -193,7 +192,7 @@ impl Upright {
     }
 }
 
-/// A row of an input that is turned.
+/// A row of a rotated input.
 fn turned(
     picture: &Picture,
     placement: &Placement,

@@ -1,15 +1,15 @@
-//! Descriptors of models that others publish. Their files are downloaded by the user, under their licences.
+//! Descriptors of published models. The user downloads their files, under their licences.
 
 /// A descriptor without a file: `teampulse models add` completes it.
 #[derive(Clone, Copy, Debug)]
 pub struct Ready {
     /// Its name.
     pub name: &'static str,
-    /// Its text, without the hash of a file.
+    /// Its text, without a file hash.
     pub text: &'static str,
 }
 
-/// The table of all ready descriptors.
+/// The table of all ready-made descriptors.
 pub const READY: &[Ready] = &[
     Ready { name: "yunet", text: include_str!("../../descriptors/yunet.toml") },
     Ready { name: "fer", text: include_str!("../../descriptors/fer.toml") },
@@ -18,7 +18,7 @@ pub const READY: &[Ready] = &[
     Ready { name: "emotieff", text: include_str!("../../descriptors/emotieff.toml") },
 ];
 
-/// The ready descriptor of this name.
+/// Returns the ready-made descriptor with this name.
 pub fn named(name: &str) -> Option<&'static Ready> {
     READY.iter().find(|ready| ready.name == name)
 }

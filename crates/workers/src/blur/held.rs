@@ -1,4 +1,4 @@
-//! Frames that are held until it is known what was found shortly after them.
+//! Frames that are held until the faces in the frames shortly after them are known.
 
 use std::collections::VecDeque;
 
@@ -12,43 +12,43 @@ use teampulse_vision::hide::hide;
 use teampulse_vision::model::decode::Detection;
 use teampulse_vision::picture::Picture;
 
-/// The quality of the pictures in which a face is hidden.
+/// The JPEG quality of pictures in which a face is hidden.
 const QUALITY: u8 = 85;
-/// The most that is held of a camera [bytes]. Beyond it the oldest frames are left out.
+/// The most data held per camera [bytes]. Beyond it, the oldest frames are dropped.
 const MOST_BYTES: usize = 256 << 20;
 
-/// A frame that was looked at.
+/// A processed frame.
 pub(super) struct Picked {
     /// The type of its message.
     pub type_name: &'static str,
     /// Its message.
     pub message: Bytes,
-    /// When it was taken.
+    /// The time at which it was taken.
     pub taken: Time,
 }
 
-/// The frames of a camera, and the faces in them and shortly before.
+/// The held frames of a camera, and the faces in them and shortly before.
 pub(super) struct Held {
     hold_secs: f64,
     margin: f64,
     frames: VecDeque<Picked>,
     bytes: usize,
-    /// The faces that were found: left, top, width and height [px], each with its time.
+    /// The detected faces: left, top, width and height [px], each with its time.
     faces: VecDeque<(Time, [f32; 4])>,
 }
 
 impl Held {
-    /// Nothing is held. Faces are hidden with this part of their sides more on each side.
+    /// Creates an empty queue that enlarges hidden parts by this share of a face's sides on each side.
     pub fn new(hold_secs: f64, margin: f64) -> Held {
         Held { hold_secs, margin, frames: VecDeque::new(), bytes: 0, faces: VecDeque::new() }
     }
 
-    /// How many frames are held.
+    /// The number of held frames.
     pub fn len(&self) -> usize {
         self.frames.len()
     }
 
-    /// Holds a frame with the faces that were found in it. Returns how many are held no longer, for want of room.
+    /// Holds a frame with the faces found in it. Returns the number of frames dropped for lack of room.
     pub fn push(&mut self, frame: Picked, faces: &[[f32; 4]]) -> usize {
         self.faces.extend(faces.iter().map(|face| (frame.taken, *face)));
         self.bytes += frame.message.len();
@@ -60,8 +60,8 @@ impl Held {
         left_out
     }
 
-    /// The next frame for which all is known when this time has come: its time, and its message with hidden faces, or
-    /// why it has none.
+    /// The next frame whose surroundings are known at this time: its time, and its message with hidden faces or the
+    /// reason why there is none.
     pub fn next(&mut self, now: Time) -> Option<(Time, Result<Bytes, String>)> {
         let taken = self.frames.front()?.taken;
         if now.secs_since(taken) < self.hold_secs {
@@ -97,7 +97,7 @@ impl Held {
     }
 }
 
-/// A picture as `sensor_msgs/CompressedImage`, with the header of the message that it came in.
+/// Encodes a picture as `sensor_msgs/CompressedImage`, with the header of its original message.
 fn compressed(original: &Bytes, picture: &Picture) -> Result<Bytes, String> {
     let failed = |error: &dyn std::fmt::Display| format!("compress a picture: {error}");
     let header = Reader::new(original).and_then(|mut reader| reader.read::<Header>());

@@ -1,4 +1,4 @@
-//! The session's end of the process that runs models.
+//! The session's side of the process that runs models.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -13,54 +13,55 @@ use super::serve::COMMAND;
 use super::wire::{Announced, Reply};
 use crate::child::{Answer, Child, Ended};
 
-/// How often the end of the session is checked for while a model works.
+/// How often the end of the session is checked for while a model runs.
 const LOOK: Duration = Duration::from_millis(50);
-/// The last line of a process that asks for too much memory says so, instead of the last function that it was in.
+/// Shortens the panic message of a process that runs out of memory, so that its last line states the reason.
 const SHORT: (&str, &str) = ("RUST_BACKTRACE", "0");
-/// This program, also after its file was replaced.
+/// The path of this executable, even after its file was replaced.
 const ITSELF: &str = "/proc/self/exe";
 
-/// Which models a process runs, and how.
+/// The models that a process runs, and its limits.
 pub(crate) struct Models<'a> {
-    /// Their descriptors, in the order in which they look at a picture.
+    /// The descriptors, in the order in which the models process a picture.
     pub(crate) descriptors: &'a [PathBuf],
     /// The library of an ONNX Runtime.
     pub(crate) onnx_runtime: Option<&'a Path>,
-    /// How long they may take to load, and to look at a picture [s].
+    /// How long the models may take to load, and to process a picture [s].
     pub(crate) patience_secs: f64,
-    /// The most memory that the process may have [MiB].
+    /// The memory limit of the process [MiB].
     pub(crate) memory_mib: u64,
 }
 
-/// How long models may take where a study does not say it [s].
+/// The default time limit of models [s].
 pub(crate) fn patience_secs() -> f64 {
     30.0
 }
 
-/// The memory that models may have where a study does not say it [MiB].
+/// The default memory limit of models [MiB].
 pub(crate) fn memory_mib() -> u64 {
     4096
 }
 
 impl Models<'_> {
-    /// Fails where there are none, or where they may have no time or memory.
+    /// Fails without models, or with a time or memory limit out of range.
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         if self.descriptors.is_empty() {
-            let error = SettingsError::new("it has no model").at("descriptors");
-            return Err(error.with_hint("`teampulse models list` has those that are ready"));
+            let error = SettingsError::new("no model is given").at("descriptors");
+            return Err(error.with_hint("`teampulse models list` lists ready-made ones"));
         }
         if !(self.patience_secs > 0.0 && self.patience_secs <= 3600.0) {
-            let error = SettingsError::new("give seconds above 0, and an hour at most");
+            let error = SettingsError::new("the time limit must be above 0 s and at most an hour");
             return Err(error.at("patience_secs"));
         }
         if !(64..=1 << 20).contains(&self.memory_mib) {
-            return Err(SettingsError::new("give 64 to 1048576 MiB").at("memory_mib"));
+            return Err(SettingsError::new("the memory limit must be from 64 to 1048576 MiB")
+                .at("memory_mib"));
         }
         Ok(())
     }
 }
 
-/// A process that runs models. Dropping it ends it.
+/// A process that runs models. Dropping it kills it.
 pub(crate) struct Process<'a> {
     child: Child,
     feed: &'a Feed,
@@ -69,16 +70,16 @@ pub(crate) struct Process<'a> {
     engine: String,
 }
 
-/// The result of looking at a picture.
+/// The result of processing a picture.
 pub(crate) enum Seen {
-    /// What was found in it.
+    /// The findings in the picture.
     Found {
-        /// The numbers of each model.
+        /// The values of each model.
         numbers: Vec<Vec<f64>>,
         /// All faces: left, top, width and height [px].
         faces: Vec<[f32; 4]>,
     },
-    /// Why it can't be decoded.
+    /// The reason why it cannot be decoded.
     Unreadable(String),
 }
 
@@ -102,12 +103,12 @@ impl<'a> Process<'a> {
         }
     }
 
-    /// What runs the models.
+    /// The name of the engine that runs the models.
     pub(crate) fn engine(&self) -> &str {
         &self.engine
     }
 
-    /// Has the models look at the picture in a message; `None` if the session ends first.
+    /// Runs the models on the picture in a message; `None` if the session ends first.
     pub(crate) fn look(
         &mut self,
         type_name: &str,
@@ -119,7 +120,7 @@ impl<'a> Process<'a> {
         question.extend_from_slice(message);
         self.child.write(question);
         let number = |number: Option<f64>| number.unwrap_or(f64::NAN);
-        match self.reply("look at a frame")? {
+        match self.reply("process a frame")? {
             None => Ok(None),
             Some(Reply::Seen { numbers, faces }) => {
                 let numbers =
@@ -131,12 +132,12 @@ impl<'a> Process<'a> {
         }
     }
 
-    /// Fails if the process has ended.
+    /// Fails if the process has exited.
     pub(crate) fn check(&mut self) -> Result<(), WorkerError> {
         self.child.check().map_err(|ended| self.ended(&ended))
     }
 
-    /// Ends the process.
+    /// Stops the process.
     pub(crate) fn end(&mut self) {
         self.child.end();
     }
@@ -147,14 +148,16 @@ impl<'a> Process<'a> {
         loop {
             match self.child.read(LOOK) {
                 Answer::Read(line) => return understood(&line).map(Some),
-                Answer::TooLong => return Err(failed("read an answer of a model: too long", "")),
+                Answer::TooLong => {
+                    return Err(failed("read the reply of a model: it is too long", ""));
+                }
                 Answer::Ended(ended) => return Err(self.ended(&ended)),
                 Answer::None if self.feed.is_closed() => return Ok(None),
                 Answer::None if began.elapsed() >= self.patience => {
                     let message = format!("{what} within {} s", self.patience.as_secs_f64());
                     return Err(failed(
                         &message,
-                        "if the model is that slow, raise `patience_secs`",
+                        "if the model is this slow, raise `patience_secs`",
                     ));
                 }
                 Answer::None => {}
@@ -167,23 +170,23 @@ impl<'a> Process<'a> {
         let said = if last_words.is_empty() { String::new() } else { format!(": {last_words}") };
         let message = format!("run the models: their process ended with {status}{said}");
         let mib = self.memory_mib;
-        failed(&message, &format!("they may have {mib} MiB of memory (`memory_mib`)"))
+        failed(&message, &format!("their memory is limited to {mib} MiB (`memory_mib`)"))
     }
 }
 
 fn understood(line: &str) -> Result<Reply, WorkerError> {
     match serde_json::from_str(line) {
         Ok(Reply::Failed(why)) => {
-            Err(failed(&label(why, LONGEST_LABEL), "`teampulse models verify` says more"))
+            Err(failed(&label(why, LONGEST_LABEL), "run `teampulse models verify` for details"))
         }
         Ok(reply) => Ok(reply),
-        Err(error) => Err(failed(&format!("read an answer of a model: {error}"), "")),
+        Err(error) => Err(failed(&format!("read the reply of a model: {error}"), "")),
     }
 }
 
 fn unexpected(reply: &Reply) -> WorkerError {
     let reply = label(format!("{reply:?}"), 60);
-    failed(&format!("understand the process of the models: it answered {reply}"), "")
+    failed(&format!("understand the process of the models: it replied {reply}"), "")
 }
 
 fn failed(message: &str, hint: &str) -> WorkerError {

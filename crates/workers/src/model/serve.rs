@@ -1,4 +1,4 @@
-//! The process that runs models: it reads pictures and writes numbers, and has no more memory than it may.
+//! The process that runs models: it reads pictures and writes results, within a memory limit.
 
 use std::env::var_os;
 use std::io::{self, BufRead, Read, Write};
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use bytes::Bytes;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-use teampulse_vision::model::chain::{Chain, Looked};
+use teampulse_vision::model::chain::{Chain, Findings};
 use teampulse_vision::model::decode::Detection;
 use teampulse_vision::model::engine::Library;
 use teampulse_vision::model::{Model, ModelError};
@@ -14,18 +14,18 @@ use teampulse_vision::picture::Picture;
 
 use super::wire::{Announced, Reply};
 
-/// The argument of this program that makes it this process.
+/// The command-line argument that starts this process.
 pub const COMMAND: &str = "__model";
 
-/// The longest line before a picture [bytes].
+/// The longest header line before a picture [bytes].
 const LONGEST_LINE: u64 = 4096;
 /// The largest message with a picture [bytes].
 const MOST_BYTES: usize = 256 << 20;
 
-/// The sides of a face that may be anywhere in a picture [px].
+/// The sides of a face that may be anywhere in the picture [px].
 const ANYWHERE: [f32; 4] = [0.0, 0.0, 1e6, 1e6];
 
-/// Bounds the memory of this process: what asks for more fails, or ends it.
+/// Limits the memory of this process: a larger allocation fails, or aborts it.
 pub fn limit_memory(mib: u64) {
     let limit = Some(mib << 20);
     let Rlimit { maximum, .. } = getrlimit(Resource::As);
@@ -34,15 +34,16 @@ pub fn limit_memory(mib: u64) {
     limited.unwrap_or_else(|error| tracing::warn!("failed to limit the memory of models: {error}"));
 }
 
-/// The engine: that of the setting, else that of `ORT_DYLIB_PATH`, by which other programs find ONNX Runtime.
+/// The engine: the one in the settings, or else that of `ORT_DYLIB_PATH`, the variable by which other programs find
+/// ONNX Runtime.
 pub fn library(setting: Option<PathBuf>) -> Library {
     let found = setting.or_else(|| var_os("ORT_DYLIB_PATH").map(PathBuf::from));
     let found = found.filter(|path| !path.as_os_str().is_empty());
     found.map_or(Library::Pure, Library::OnnxRuntime)
 }
 
-/// Loads models, then answers each picture until there are no more. The reason for an early end is written before it is
-/// returned.
+/// Loads models, then replies to each picture until there are no more. The reason for an early exit is written before
+/// it is returned.
 pub fn serve(
     descriptors: &[PathBuf],
     library: &Library,
@@ -57,7 +58,7 @@ pub fn serve(
     };
     let answered = answer(descriptors, library, &mut pictures, &mut said);
     if let Err(why) = &answered {
-        // Where the session has gone, there is nothing to say.
+        // If the session is gone, there is nothing to report.
         said(&Reply::Failed(why.clone())).ok();
     }
     answered
@@ -73,7 +74,7 @@ fn answer(
     let loaded: Result<Vec<Model>, ModelError> = loaded.collect();
     let mut chain = Chain::new(loaded.map_err(|error| error.to_string())?);
     let engine = chain.models().first().map(|model| model.engine().to_owned());
-    let gone = |error: io::Error| format!("answer: {error}");
+    let gone = |error: io::Error| format!("reply: {error}");
     said(&Reply::Ready { engine: engine.unwrap_or_default() }).map_err(gone)?;
     while let Some((type_name, message)) = next(pictures)? {
         let reply = match Picture::read(&type_name, &message) {
@@ -86,7 +87,7 @@ fn answer(
 }
 
 fn seen(chain: &mut Chain, picture: &Picture) -> Result<Reply, String> {
-    let Looked { numbers, faces } = chain.look(picture).map_err(|error| error.to_string())?;
+    let Findings { numbers, faces } = chain.look(picture).map_err(|error| error.to_string())?;
     let finite = |number: f64| Some(number).filter(|number| number.is_finite());
     let size = [picture.width, picture.height].map(|side| Some(f64::from(side)));
     let of_model = |(numbers, model): (Vec<f64>, &mut Model)| {
@@ -95,13 +96,13 @@ fn seen(chain: &mut Chain, picture: &Picture) -> Result<Reply, String> {
     };
     let numbers = numbers.into_iter().zip(chain.models()).map(of_model).collect();
     let sides = |face: &Detection| [face.left, face.top, face.width, face.height];
-    // JSON has no other numbers; a face without a place is anywhere.
+    // JSON has only finite numbers; a face without a position may be anywhere.
     let known = |sides: [f32; 4]| sides.iter().all(|side| side.is_finite()).then_some(sides);
     let faces = faces.iter().map(|face| known(sides(face)).unwrap_or(ANYWHERE)).collect();
     Ok(Reply::Seen { numbers, faces })
 }
 
-/// The next message with a picture, and its type; `None` where there are no more.
+/// The next picture message, and its type; `None` if there are no more.
 fn next(pictures: &mut impl BufRead) -> Result<Option<(String, Bytes)>, String> {
     let mut line = Vec::new();
     let read = pictures.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line);
@@ -111,10 +112,13 @@ fn next(pictures: &mut impl BufRead) -> Result<Option<(String, Bytes)>, String> 
         Err(error) => return Err(format!("read a picture: {error}")),
     }
     let announced: Announced = serde_json::from_slice(&line)
-        .map_err(|error| format!("read what is announced of a picture: {error}"))?;
+        .map_err(|error| format!("read the header of a picture: {error}"))?;
     if announced.bytes > MOST_BYTES {
         let mib = MOST_BYTES >> 20;
-        return Err(format!("read a picture of {} bytes; {mib} MiB can be", announced.bytes));
+        return Err(format!(
+            "read a picture of {} bytes; at most {mib} MiB are supported",
+            announced.bytes
+        ));
     }
     let mut message = Vec::new();
     let read = pictures.by_ref().take(announced.bytes as u64).read_to_end(&mut message);
@@ -122,7 +126,7 @@ fn next(pictures: &mut impl BufRead) -> Result<Option<(String, Bytes)>, String> 
         Ok(count) if count == announced.bytes => {
             Ok(Some((announced.type_name, Bytes::from(message))))
         }
-        Ok(_) => Err("read a picture: it is cut off".to_owned()),
+        Ok(_) => Err("read a picture: it is truncated".to_owned()),
         Err(error) => Err(format!("read a picture: {error}")),
     }
 }
@@ -154,7 +158,7 @@ mod tests {
         let picture = [head, &b"\n"[..], &[0, 1, 0, 0]].concat();
         let (ended, replies) =
             replies(&[], &[&picture[..], &picture[..picture.len() - 1]].concat());
-        assert_eq!(ended.unwrap_err(), "read a picture: it is cut off");
+        assert_eq!(ended.unwrap_err(), "read a picture: it is truncated");
         assert!(matches!(replies[1], Reply::Unreadable(_)), "{replies:?}");
         assert_eq!(replies.len(), 3);
     }

@@ -1,13 +1,13 @@
-//! The signal that the numbers of a model are, by their names.
+//! The kind of signal that a model's outputs are, inferred from their names.
 
 use teampulse_core::stream::Signal;
 use teampulse_vision::model::decode::Output;
 
-/// What only points of a body are called, and what only numbers of an expression.
+/// Words that occur only in names of body keypoints, and only in names of expressions.
 const OF_BODY: [&str; 2] = ["hip", "shoulder"];
 const OF_EXPRESSION: [&str; 6] = ["valence", "arousal", "happy", "happiness", "anger", "angry"];
 
-/// The signal of what a model finds. Points of a body include eyes, so that they come first.
+/// The signal of a model's outputs. Body keypoints include eyes, so they are checked first.
 pub(super) fn signal_of(output: &Output) -> Signal {
     let channels = output.channels();
     let has = |words: &[&str]| {

@@ -1,8 +1,9 @@
-//! What goes between a session and the process that runs its models: a line of JSON before each picture, and one back.
+//! The protocol between a session and the process that runs its models: a line of JSON before each picture, and one
+//! in reply.
 
 use serde::{Deserialize, Serialize};
 
-/// The line before a message with a picture.
+/// The header line before a picture message.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Announced {
@@ -13,24 +14,24 @@ pub(super) struct Announced {
     pub(super) bytes: usize,
 }
 
-/// A line back.
+/// A reply line.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Reply {
     /// The models are loaded.
     Ready {
-        /// What runs them.
+        /// The name of the engine that runs them.
         engine: String,
     },
-    /// What was found in a picture.
+    /// The findings in a picture.
     Seen {
-        /// The numbers of each model; null for NaN.
+        /// The values of each model; null for NaN.
         numbers: Vec<Vec<Option<f64>>>,
         /// All faces: left, top, width and height [px].
         faces: Vec<[f32; 4]>,
     },
-    /// Why a picture can't be decoded.
+    /// The reason why a picture cannot be decoded.
     Unreadable(String),
-    /// Why it ends.
+    /// The reason why the process exits.
     Failed(String),
 }

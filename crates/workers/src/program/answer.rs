@@ -11,9 +11,9 @@ use thiserror::Error;
 
 use super::offers::Declared;
 
-/// How much newer than all its records a reading may be [ns]: a prediction may look ahead a little.
+/// How much newer than all its records a reading may be [ns]: a prediction may refer to the near future.
 const AHEAD_NS: i64 = 1_000_000_000;
-/// How much older than all its records a reading may be [ns]: it may have waited for more.
+/// How much older than all its records a reading may be [ns]: the program may have waited for more records.
 const BEHIND_NS: i64 = 3_600_000_000_000;
 
 /// What is wrong with an answer.
@@ -21,14 +21,14 @@ const BEHIND_NS: i64 = 3_600_000_000_000;
 pub(super) enum AnswerError {
     #[error("it is not a JSON array of readings: {0}")]
     Syntax(#[from] serde_json::Error),
-    #[error("it has a reading of {name}, but offers {offered}")]
+    #[error("it has a reading for {name}, but offers {offered}")]
     UnknownStream { name: String, offered: String },
-    #[error("a reading of {name} has {count} values instead of {expected}")]
+    #[error("a reading for {name} has {count} values instead of {expected}")]
     Count { name: String, count: usize, expected: usize },
-    #[error("a reading of {name} is an event: it has a `label` and no `values`")]
+    #[error("a reading for {name} is an event: it has a `label` and no `values`")]
     NoLabel { name: String },
     #[error(
-        "a reading of {name} has a time of {time_ns} ns, far from the times of all records that it read"
+        "a reading for {name} has a time of {time_ns} ns, far from the times of all records that it read"
     )]
     Time { name: String, time_ns: i64 },
 }
@@ -45,8 +45,7 @@ struct Answered {
     duration_secs: Option<f64>,
 }
 
-/// The readings of an answer to records from the oldest to the newest of these times. A reading without a time
-/// gets the newest.
+/// The readings of an answer to records with these oldest and newest times. A reading without a time gets the newest.
 pub(super) fn read(
     line: &str,
     asked: RangeInclusive<Time>,
@@ -153,16 +152,16 @@ mod tests {
             ("hello", "it is not a JSON array of readings: expected value at line 1 column 1"),
             (
                 r#"[{"stream": "/x"}]"#,
-                "it has a reading of /x, but offers /own/moments, /own/score",
+                "it has a reading for /x, but offers /own/moments, /own/score",
             ),
-            (r#"[{"stream": "/own/score"}]"#, "a reading of /own/score has 0 values instead of 1"),
+            (r#"[{"stream": "/own/score"}]"#, "a reading for /own/score has 0 values instead of 1"),
             (
                 r#"[{"stream": "/own/moments", "values": [1]}]"#,
-                "a reading of /own/moments is an event: it has a `label` and no `values`",
+                "a reading for /own/moments is an event: it has a `label` and no `values`",
             ),
             (
                 r#"[{"stream": "/own/score", "values": [1], "time_ns": 9000000000}]"#,
-                "a reading of /own/score has a time of 9000000000 ns, far from the times of all records that it read",
+                "a reading for /own/score has a time of 9000000000 ns, far from the times of all records that it read",
             ),
         ] {
             assert_eq!(answer(line).unwrap_err(), wrong, "{line}");

@@ -23,26 +23,26 @@ pub struct Offer {
     /// The robot that it is about; without a robot and a person it is about the team.
     #[serde(default)]
     pub robot: Option<String>,
-    /// The numbers of a reading, in order. Without channels the readings are events.
+    /// The values of a reading, in order. Without channels the readings are events.
     #[serde(default)]
     pub channels: Vec<OfferedChannel>,
-    /// What it is, in one sentence.
+    /// A description in one sentence.
     #[serde(default)]
     pub doc: String,
 }
 
-/// One number of each reading.
+/// One value of each reading.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OfferedChannel {
     /// Its name.
     pub name: String,
-    /// Its unit: `uS`, `m/s`; `1` for a number without one.
+    /// Its unit: `uS`, `m/s`; `1` for a number without a unit.
     pub unit: String,
 }
 
 impl Offer {
-    /// Fails if it can't be a stream of a session.
+    /// Fails if it is not a valid stream of a session.
     pub(super) fn check(&self) -> Result<(), SettingsError> {
         let fits = |token: &str| {
             let is_plain = |each: char| each.is_ascii_alphanumeric() || each == '_';
@@ -52,14 +52,14 @@ impl Offer {
         };
         let tokens = self.name.strip_prefix('/').unwrap_or_default();
         if !tokens.split('/').all(fits) {
-            let error = SettingsError::new(format!("`{}` is not the name of a topic", self.name));
+            let error = SettingsError::new(format!("`{}` is not a valid topic name", self.name));
             return Err(error
                 .at("name")
-                .with_hint("give one like \"/humans/persons/p001/own/attention\""));
+                .with_hint("use one such as \"/humans/persons/p001/own/attention\""));
         }
         if self.person.is_some() && self.robot.is_some() {
-            let error = SettingsError::new("it is about a person and about a robot").at("robot");
-            return Err(error.with_hint("leave one of them out"));
+            let error = SettingsError::new("it is about both a person and a robot").at("robot");
+            return Err(error.with_hint("remove one of them"));
         }
         Ok(())
     }
@@ -104,11 +104,11 @@ impl Declared {
         Declared { streams: offers.iter().map(declare).collect(), compared: 0 }
     }
 
-    /// Fails if another stream of the session has the name of one of them.
+    /// Fails if another stream of the session has one of these names.
     pub(super) fn check(&mut self, outlet: &Outlet) -> Result<(), WorkerError> {
         let Some(name) = self.taken(outlet) else { return Ok(()) };
-        let message = format!("offer {name}: the session has a stream of that name already");
-        let hint = "give it a name of its own, such as \"/humans/persons/p001/own/attention\"";
+        let message = format!("offer {name}: the session already has a stream with that name");
+        let hint = "use a unique name, such as \"/humans/persons/p001/own/attention\"";
         Err(WorkerError { message, hint: hint.into() })
     }
 
@@ -121,7 +121,7 @@ impl Declared {
         taken.next().map(|(_, stream)| stream.name.clone())
     }
 
-    /// A stream by its name, with the number of values of a reading: none if its readings are events.
+    /// A stream by its name, with the number of values per reading: none if its readings are events.
     pub(super) fn get(&self, name: &str) -> Option<(StreamId, usize)> {
         self.streams.get(name).copied()
     }

@@ -11,7 +11,7 @@ use teampulse_core::time::Time;
 use teampulse_messages::definition::Definition;
 use teampulse_messages::value::{self, flatten};
 
-/// The longest array in a message whose values are written; of a longer one only the count is.
+/// The longest array in a message whose values are written; for longer ones, only the length is written.
 const LONGEST_ARRAY: usize = 1024;
 
 /// A request to the program and its time as a line: an array with one object.
@@ -21,7 +21,7 @@ pub(super) fn request(request: &str, at: Time) -> String {
     line
 }
 
-/// Writes the lines; remembers the definitions of messages.
+/// Writes the lines; caches message definitions.
 #[derive(Default)]
 pub(super) struct Questions {
     definitions: HashMap<Arc<Schema>, Option<Definition>>,

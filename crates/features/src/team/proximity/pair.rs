@@ -1,11 +1,11 @@
-//! The distances of a person and a robot in a second.
+//! The distances between a person and a robot within a second.
 
 use teampulse_core::data::Reason;
 use teampulse_signal::estimate::Estimate;
 
 use crate::value::Value;
 
-/// The ticks of a second.
+/// The number of ticks per second.
 const TICKS: f64 = 10.0;
 
 /// A person and a robot.
@@ -16,25 +16,25 @@ pub(super) struct Pair {
     near: u32,
     least_m: Option<f64>,
     newest: Option<Result<f64, Reason>>,
-    /// The distance at the end of the second before.
+    /// The distance at the end of the previous second.
     before_m: Option<f64>,
 }
 
-/// What a second came to.
+/// The result of a second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Second {
     /// The least distance [m].
     pub distance: Result<f64, Reason>,
     /// The share of the time within the limit.
     within: Result<f64, Reason>,
-    /// How fast they approach each other [m/s].
+    /// The speed of approach [m/s].
     approach: Result<f64, Reason>,
     /// The share of the second in which the distance is known.
     pub coverage: f64,
 }
 
 impl Pair {
-    /// Takes in the distance of a tick [m], and whether that is near.
+    /// Takes in the distance at a tick [m], and whether it counts as near.
     pub fn take(&mut self, distance: Result<f64, Reason>, is_near: Option<bool>) {
         self.ticks += 1;
         self.newest = Some(distance);
@@ -45,7 +45,7 @@ impl Pair {
         }
     }
 
-    /// Ends a second.
+    /// Ends a second and returns its result.
     pub fn pass(&mut self) -> Second {
         let newest = self.newest.unwrap_or(Err(Reason::Missing));
         let why = newest.err().unwrap_or(Reason::Gap);
@@ -66,7 +66,8 @@ impl Pair {
 }
 
 impl Second {
-    /// That of the nearest of several; the share of time is that of any of them: ticks that were near, and known ones.
+    /// The result for the nearest of several robots; the share of time is that of being near any of them, from the
+    /// ticks that were near and the known ones.
     pub fn nearest(all: &[Second], (near, known): (u32, u32)) -> Second {
         let metres = |second: &&Second| second.distance.unwrap_or(f64::INFINITY);
         let nearest = all.iter().min_by(|one, other| metres(one).total_cmp(&metres(other)));
@@ -77,7 +78,7 @@ impl Second {
             approach: none,
             coverage: 0.0,
         });
-        // An undefined distance says more than a missing one.
+        // An undefined distance is more informative than a missing one.
         let why = all
             .iter()
             .filter_map(|second| second.distance.err())
@@ -96,7 +97,7 @@ impl Second {
         }
     }
 
-    /// Distance, share and approach.
+    /// Distance, share and speed of approach.
     pub fn values(&self) -> [Value; 3] {
         [self.distance, self.within, self.approach].map(|value| value.map(Estimate::unstated))
     }

@@ -7,14 +7,14 @@ use teampulse_core::time::Time;
 use teampulse_messages::fields::header_frame;
 use teampulse_messages::readout::Readout;
 
-/// The message types with a position, each with the path of its point.
+/// The message types with a position, each with the path to its point.
 const TYPES: [(&str, &str); 4] = [
     ("nav_msgs/msg/Odometry", "pose.pose.position"),
     ("geometry_msgs/msg/PoseStamped", "pose.position"),
     ("geometry_msgs/msg/PoseWithCovarianceStamped", "pose.pose.position"),
     ("geometry_msgs/msg/PointStamped", "point"),
 ];
-/// Words in names of topics whose position is where a robot should be.
+/// Words in topic names that indicate a goal instead of an actual position.
 const WISHES: [&str; 3] = ["goal", "target", "initial"];
 
 /// The newest position on a stream.
@@ -33,7 +33,7 @@ struct Newest {
 }
 
 impl Place {
-    /// Whether a stream has positions of a person or a robot.
+    /// Whether a stream carries positions of a person or a robot.
     pub fn is_one(stream: &Stream) -> bool {
         let of_one = matches!(stream.about, About::Person | About::Robot) && !stream.id.is_empty();
         let is_wish = |stream: &Stream| {
@@ -46,14 +46,14 @@ impl Place {
             && !(stream.about == About::Robot && is_wish(stream))
     }
 
-    /// The positions of a stream, before the first one.
+    /// The stream's position tracker, before the first message.
     pub fn of(stream: &Stream) -> Option<Place> {
         let path = path(stream)?;
         let axes = ["x", "y"].map(|axis| Channel::new(format!("{path}.{axis}"), "m"));
         Some(Place { readout: Readout::of_channels(stream, &axes)?, newest: None })
     }
 
-    /// Takes in a message; one that can't be read, or that has no frame, is no position.
+    /// Takes in a message; one that cannot be decoded, or has no frame, does not count.
     pub fn take(&mut self, sample: &Sample) {
         let at = sample.measured;
         if self.newest.as_ref().is_some_and(|newest| newest.at > at) {
@@ -72,7 +72,7 @@ impl Place {
         }
     }
 
-    /// Whether a position is known that is not older than this.
+    /// Whether a position is known and not older than this.
     pub fn is_known_at(&self, now: Time, stale_secs: f64) -> bool {
         self.newest.as_ref().is_some_and(|newest| now.secs_since(newest.at) <= stale_secs)
     }
@@ -82,12 +82,12 @@ impl Place {
         self.newest.as_ref().map_or("", |newest| &newest.frame)
     }
 
-    /// When it was there.
+    /// The time of the position.
     pub fn at(&self) -> Time {
         self.newest.as_ref().map_or(Time::EPOCH, |newest| newest.at)
     }
 
-    /// The horizontal distance from another one in the same frame [m].
+    /// The horizontal distance to another position in the same frame [m].
     pub fn distance_m(&self, other: &Place) -> f64 {
         match (&self.newest, &other.newest) {
             (Some(one), Some(other)) => (one.x_m - other.x_m).hypot(one.y_m - other.y_m),

@@ -56,7 +56,8 @@ fn sample(stream: u32, secs: f64, data: Data) -> Sample {
     }
 }
 
-/// Somebody and robots through some seconds, a position each of each tick; gives the values of the last second of a stream.
+/// Runs a person and robots through some seconds, with one position per tick; returns the values of the last second
+/// of a stream.
 fn last(
     streams: &[Stream],
     secs: f64,

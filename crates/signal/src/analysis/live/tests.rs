@@ -8,7 +8,7 @@ use crate::analysis::{Track, Windows};
 const SEC: i64 = 1_000_000_000;
 static VALUES: [Value; 1] = [Value::new("Mean", "1", "mean of the span")];
 
-/// The mean of a span; each usable sample at a whole number of ten is an event.
+/// The mean of a span; each usable sample at a multiple of ten is an event.
 struct Means {
     track: Track,
     events: Vec<Event>,
@@ -70,7 +70,7 @@ fn reported(live: &mut Live, samples: &[(f64, f64)]) -> Heard {
     (windows, events)
 }
 
-/// Samples at 2 Hz of the given half seconds; each has its number as its value.
+/// Samples at 2 Hz at the given half seconds; the value of each is its number.
 fn halves(range: std::ops::Range<u32>) -> Vec<(f64, f64)> {
     range.map(|k| (5.0 + f64::from(k) / 2.0, f64::from(k))).collect()
 }
@@ -128,7 +128,7 @@ fn no_more_is_held_than_is_said() {
     reported(&mut live, &halves(0..3000));
     let span = |from_secs| Span { begin_ns: from_secs * SEC, end_ns: (from_secs + 10) * SEC };
     assert_eq!(live.measure(span(1000)).coverage, 1.0);
-    // 600 s, and 5 s for who asks a moment later.
+    // 600 s, plus 5 s for queries a moment later.
     assert_eq!(live.measure(span(884)).coverage, 0.0);
 }
 
@@ -140,7 +140,7 @@ fn a_sample_that_is_not_after_the_last_one_is_left_out() {
     assert_eq!(live.push(3 * SEC, &[1.0], &mut |_| ()), Some(3));
 }
 
-/// Means that are expensive to compute: where one was reported shortly before it is reused.
+/// Means that are expensive to compute: one that was reported shortly before is reused.
 struct Dear(Means);
 
 impl Windows for Dear {

@@ -7,7 +7,7 @@ const SECOND_NS: i64 = 1_000_000_000;
 /// A sample: its time [ns] and its numbers.
 type Sample = (i64, Vec<f64>);
 
-/// Windows that end each hop.
+/// Windows that end every hop.
 fn each_hop(lengths_ns: &[i64]) -> Vec<Pace> {
     lengths_ns.iter().map(|&length_ns| Pace { length_ns, hops: 1 }).collect()
 }
@@ -32,7 +32,7 @@ fn views_at_paces(samples: &[Sample], rate_hz: f64, paces: &[Pace]) -> Vec<Vec<V
     windows
 }
 
-/// What a window ought to be, of the samples that came before one that is after its end.
+/// The expected window, from the samples that came before the first one after its end.
 fn expected(samples: &[Sample], channel: usize, span: Span) -> Option<Summary> {
     let ended =
         samples.iter().position(|(at_ns, _)| *at_ns >= span.end_ns).unwrap_or(samples.len());
@@ -52,7 +52,7 @@ fn is_near(found: Option<f64>, exact: Option<f64>, tolerance: f64) -> bool {
     }
 }
 
-/// Median, extremes and counts exactly; the rest within a share of how far the numbers reach.
+/// Compares median, extremes and counts exactly; the rest within a share of the range of the values.
 fn assert_same(found: Option<Summary>, exact: Option<Summary>, share: f64) {
     let (Some(found), Some(exact)) = (found, exact) else {
         assert_eq!(found, exact);
@@ -64,7 +64,7 @@ fn assert_same(found: Option<Summary>, exact: Option<Summary>, share: f64) {
     assert!((found.mean - exact.mean).abs() <= 1e-9 * size, "{found:?} {exact:?}");
     assert!(is_near(found.sd, exact.sd, share * reach), "{found:?} {exact:?}");
     let (rise, exact_rise) = (found.slope_per_sec, exact.slope_per_sec);
-    // Of values close in time, small errors make steep lines.
+    // For values close in time, small errors make steep lines.
     let steepness = exact_rise.map_or(0.0, f64::abs) + reach;
     assert!(is_near(rise, exact_rise, share * steepness), "{found:?} {exact:?}");
 }
@@ -78,7 +78,7 @@ fn number() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// Samples each 50 to 150 ms, with gaps, some of them late by up to three seconds.
+/// Samples every 50 to 150 ms, with gaps, some of them late by up to three seconds.
 fn samples() -> impl Strategy<Value = Vec<Sample>> {
     let step_ms = prop_oneof![40 => 50i64..150, 1 => 1000i64..5000, 1 => 20_000i64..30_000];
     let late_ms = prop_oneof![9 => Just(0i64), 1 => 0i64..3000];
@@ -193,7 +193,7 @@ fn a_window_of_which_not_all_is_held_does_not_end_until_it_is_again() {
     assert_eq!(ends[1], expected);
 }
 
-/// Would take hours if a second were looked at again for each sample of it that is late.
+/// Would take hours if a second were scanned again for each of its late samples.
 #[test]
 fn samples_that_overlap_by_the_thousands_are_taken_in_at_once() {
     let mut rolling = Rolling::new(1000.0, 1, &each_hop(&[2 * SECOND_NS]), SECOND_NS);

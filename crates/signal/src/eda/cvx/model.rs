@@ -44,7 +44,7 @@ impl Unknowns {
 }
 
 impl Model {
-    /// The model of `count` samples at `rate_hz` [Hz], of at least 1 Hz.
+    /// The model of `count` samples at `rate_hz` [Hz], which must be at least 1 Hz.
     pub(super) fn new(count: usize, rate_hz: f64) -> Model {
         let step_secs = 1.0 / rate_hz;
         let (fast, slow) = (step_secs / FAST_SECS, step_secs / SLOW_SECS);
@@ -58,7 +58,7 @@ impl Model {
         Model { driver, count, knot, splines: splines(knot) }
     }
 
-    /// The number of blocks, which is that of splines.
+    /// The number of blocks, which is also the number of splines.
     pub(super) fn blocks(&self) -> usize {
         self.count.div_ceil(self.knot)
     }

@@ -27,7 +27,7 @@ const LEAST_UV: f64 = 30.0;
 pub struct Blink {
     /// The time of closed lids [samples from the first one], fractional.
     pub sample: f64,
-    /// Its height above the signal before and after it, whichever is less, below 7 Hz [µV].
+    /// Its height above the signal before or after it, whichever is less, below 7 Hz [µV].
     pub amplitude_uv: f64,
     /// Its width at half of that height [s].
     pub duration_secs: f64,
@@ -58,7 +58,7 @@ mod tests {
         ((bits ^ (bits >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as f64 / 8_388_608.0 - 1.0
     }
 
-    /// Blinks of 150 µV and about 0.1 s at half of it, that open more slowly than they close.
+    /// Blinks of 150 µV and about 0.1 s at half height, which open more slowly than they close.
     fn blinks(k: usize) -> f64 {
         let secs = k as f64 / RATE_HZ;
         let lid = |at: &f64| {

@@ -5,7 +5,7 @@ use crate::analysis::{Event, Reason};
 
 const SECS: f64 = 120.0;
 
-/// Numbers that look random (`SplitMix64`).
+/// Pseudo-random numbers (`SplitMix64`).
 struct Random(u64);
 
 impl Random {
@@ -25,7 +25,7 @@ impl Random {
     }
 }
 
-/// Somebody in front of a camera.
+/// A person in front of a camera.
 #[derive(Clone, Copy)]
 struct Scene {
     /// Pictures [1/s].
@@ -40,7 +40,7 @@ struct Scene {
     depth: (f64, f64),
     /// Long closures [1/min].
     drowsy: f64,
-    /// How much looking down covers of the eyes.
+    /// The share of the eye that is covered when the person looks down.
     down: f64,
     /// The share of pictures without a face.
     lost: f64,
@@ -76,7 +76,8 @@ fn names() -> Vec<String> {
     points.flat_map(|point| ["x", "y", "score"].map(|part| format!("{point}_{part}"))).collect()
 }
 
-/// A time in which somebody closes the eyes: its beginning, how long that takes, they stay and open again [s], and how far.
+/// A time in which the eyes are closed: its start, how long closing, staying closed and opening take [s],
+/// and how far the eyes close.
 struct Closing {
     from: f64,
     parts: [f64; 3],
@@ -97,7 +98,7 @@ impl Closing {
         self.depth * ease(part)
     }
 
-    /// Its middle, and how long it is at half of its depth [s].
+    /// The middle of the closure, and its duration at half depth [s].
     fn half(&self) -> (f64, f64) {
         let [closing, staying, opening] = self.parts;
         let (begin, end) =
@@ -106,7 +107,7 @@ impl Closing {
     }
 }
 
-/// What a person does with the eyes.
+/// The closures of a person's eyes.
 fn closings(random: &mut Random, scene: Scene) -> Vec<Closing> {
     let rate = random.between(scene.rate.0, scene.rate.1);
     let (mut all, mut t) = (Vec::new(), 3.0);
@@ -130,7 +131,7 @@ type Seen = (i64, Vec<f64>);
 fn pictures(seed: u64, scene: Scene) -> (Vec<Seen>, Vec<Closing>) {
     let mut random = Random(seed);
     let closings = closings(&mut random, scene);
-    // Points of the lids of closed eyes have a distance, too.
+    // The lid landmarks of closed eyes are apart, too.
     let (open, closed) = (random.between(0.25, 0.38), random.between(0.05, 0.11));
     let (sway_hz, roll) = (random.between(0.1, 0.3), random.between(-0.2, 0.2));
     let looks: Vec<(f64, f64)> =
@@ -241,14 +242,14 @@ fn score(seeds: Range<u64>, scene: Scene) -> Score {
 #[test]
 fn blinks_are_found_in_points_of_eyes() {
     for (kind, scene) in KINDS {
-        // Whoever never closes the eyes wholly does not show where that would be, and PERCLOS is too high.
+        // If the eyes never close completely, the closed level is unknown, and PERCLOS is too high.
         let most = if scene.depth.1 < 1.0 { 0.06 } else { 0.02 };
         for (seeds, set) in [(1..11, "chosen on"), (2001..2031, "judged on")] {
             let score = score(seeds, scene);
             let found = score.hits as f64 / (score.hits + score.missed) as f64;
             let right = score.hits as f64 / (score.hits + score.extra) as f64;
             eprintln!(
-                "{kind}, {set}: {:.2} % of {} blinks found (95), {:.2} % of what was found are (95); on average {:.0} ms \
+                "{kind}, {set}: {:.2} % of {} blinks detected (95), {:.2} % of detections correct (95); on average {:.0} ms \
                  off, {:+.0} ms long; PERCLOS at most {:.4} off ({most})",
                 100.0 * found,
                 score.hits + score.missed,
@@ -282,7 +283,7 @@ fn eyes_that_stay_open_have_no_blinks_and_no_noise_is_one() {
     for (kind, scene) in KINDS {
         let open = Scene { rate: (1e-6, 1e-6), drowsy: 0.0, ..scene };
         let count: usize = (3001..3021).map(|seed| run(&pictures(seed, open).0).1.len()).sum();
-        eprintln!("{kind}: {count} blinks in 40 min without any (4)");
+        eprintln!("{kind}: {count} blinks detected in 40 min without blinks (at most 4)");
         assert!(count <= 4, "{kind}");
     }
 }
@@ -307,7 +308,7 @@ fn a_head_that_tilts_and_moves_is_measured() {
     let mut seen = causal(&names).unwrap();
     for picture in 0..900 {
         let secs = f64::from(picture) / 30.0;
-        // 72 px between the eyes; half of that each second to the right, and tilted to the right shoulder.
+        // The eyes are 72 px apart; the head moves half of that to the right each second, tilted to the right shoulder.
         let (sin, cos) = (-0.2_f64).sin_cos();
         let shape = [[-18.0, 0.0], [-6.0, -6.0], [6.0, -6.0], [18.0, 0.0], [-6.0, 6.0], [6.0, 6.0]];
         let points = [-36.0, 36.0].into_iter().flat_map(|side| shape.map(|[x, y]| [x + side, y]));

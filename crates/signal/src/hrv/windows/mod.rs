@@ -23,23 +23,23 @@ use crate::spectrum::Transforms;
 /// sides.
 pub const BEFORE_SECS: f64 = 60.0;
 
-/// Heart beats, of which the variability in any span can be asked: what the analyses of ECG, pulse
-/// waves and intervals have in common.
+/// A store of heartbeats whose variability can be computed for any span: common to the analyses of ECG,
+/// pulse waves and intervals.
 ///
 /// The values are those of [`time_domain`](super::time_domain), [`segments`](super::segments),
 /// [`frequency_domain`](super::frequency_domain), [`poincare`](super::poincare) and the others of
-/// [`hrv`](super), of the intervals of which both beats lie in the span, corrected as Lipponen and
-/// Tarvainen do, but for what hearts do by themselves ([`Correction`](crate::intervals::Correction)), and
-/// outside of 300 to 2000 ms left out. Mean, SDNN and RMSSD of the intervals as detected stand beside them.
-/// Nothing is computed across a [hole](HeartWindows::mark_gap), nor across more than 4 s without a
-/// beat. How many beats were corrected is reported, too: above 5 % (`quality` below 0.5) the rest is
-/// doubtful, but stays, as is the custom.
+/// [`hrv`](super). They are computed from the intervals with both beats in the span, corrected as by
+/// Lipponen and Tarvainen but sparing natural variability ([`Correction`](crate::intervals::Correction)),
+/// without those outside 300 to 2000 ms. Mean, SDNN and RMSSD of the uncorrected intervals are reported as
+/// well. Nothing is computed across a [hole](HeartWindows::mark_gap), nor across more than 4 s without a
+/// beat. The number of corrected beats is reported, too: above 5 % (`quality` below 0.5) the other values
+/// are doubtful, but are still reported, as is customary.
 ///
-/// [Causally](HeartWindows::causal) a span's beats are corrected with those from [`BEFORE_SECS`] before
-/// it and none after it, so that the answer depends on nothing else; [of a whole
-/// recording](HeartWindows::whole) all beats are corrected at once. `coverage` is the share of the span
-/// in which intervals lie, up to 2 s at its ends included. `quality` is 1/(1 + c/5) with c the
-/// corrected beats in percent of those in the span: 0.5 at 5 %.
+/// In [causal](HeartWindows::causal) use, a span's beats are corrected with those from [`BEFORE_SECS`]
+/// before it and none after it, so that the result depends on nothing else; for a [whole
+/// recording](HeartWindows::whole), all beats are corrected at once. `coverage` is the share of the span
+/// covered by intervals, including up to 2 s at its ends. `quality` is 1/(1 + c/5), where c is the
+/// percentage of corrected beats among those in the span: 0.5 at 5 %.
 ///
 /// ```
 /// use teampulse_signal::analysis::{Span, Windows};
@@ -63,11 +63,11 @@ pub struct HeartWindows {
 /// The treatment of artefacts.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Treatment {
-    /// Corrected, as Lipponen and Tarvainen do.
+    /// Corrected by the method of Lipponen and Tarvainen.
     #[default]
     Corrected,
     /// Kept, and only counted: for intervals that were corrected already, or for comparison with other
-    /// programs. No interval is too short or too long then.
+    /// programs. Then no interval counts as too short or too long.
     AsTheyAre,
 }
 
@@ -84,11 +84,11 @@ impl HeartWindows {
         HeartWindows::of(beats, &format!("{CORRECTED} with the beats of {BEFORE_SECS} s before"))
     }
 
-    /// Of all beats of a recording [ns], in any order, with its `holes` [ns, from and to], and a
-    /// person's edits over them, in seconds since `begin_ns`.
+    /// A store of all beats of a recording [ns], in any order, with its `holes` [ns, from and to] and
+    /// manual edits, in seconds since `begin_ns`.
     ///
-    /// An edit means the beat within [`EDIT_WITHIN_SECS`] of its time. Beats that the person added,
-    /// moved or kept are not corrected.
+    /// An edit applies to the beat within [`EDIT_WITHIN_SECS`] of its time. Beats that were added, moved or
+    /// confirmed manually are not corrected.
     pub fn whole(
         begin_ns: i64,
         at_ns: &[i64],
@@ -147,7 +147,7 @@ impl HeartWindows {
         holes.mark(from_ns, to_ns);
     }
 
-    /// Drops what only spans that begin before a time [ns] need.
+    /// Drops the data that only spans that begin before a time [ns] need.
     pub fn forget(&mut self, before_ns: i64) {
         let Beats::Causal { at_ns, holes } = &mut self.beats else { return };
         let before_ns = Span { begin_ns: before_ns, end_ns: before_ns };
@@ -222,7 +222,7 @@ impl HeartWindows {
 /// The part of the recipes about corrected beats.
 const CORRECTED: &str = "beats corrected (Lipponen & Tarvainen 2019; natural changes spared)";
 const AS_THEY_ARE: &str =
-    "intervals as they are; artefacts (Lipponen & Tarvainen 2019) counted, not corrected";
+    "uncorrected intervals; artefacts (Lipponen & Tarvainen 2019) counted only";
 
 /// An edit applies to a beat within this time of the one that it names [s].
 pub const EDIT_WITHIN_SECS: f64 = 0.15;

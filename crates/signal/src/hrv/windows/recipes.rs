@@ -21,7 +21,7 @@ const LONGEST_BRIDGE_SECS: f64 = 6.0;
 const AUTOREGRESSIVE: Recipe = Recipe::Autoregressive { rate_hz: 4.0, order: 16 };
 
 /// The suffix of expensive recipes, which [`Live`](crate::analysis::Live) holds.
-const HELD: &str = "; made anew every 10 s while windows slide causally";
+const HELD: &str = "; recomputed every 10 s in causal sliding windows";
 
 /// The part of the recipes about uncorrected beats.
 const AS_DETECTED: &str = "intervals as detected, none corrected or left out";
@@ -29,7 +29,7 @@ const AS_DETECTED: &str = "intervals as detected, none corrected or left out";
 /// A group of values that are computed together.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Domain {
-    /// The time domain, SDANN and SDNNI, and what was corrected.
+    /// The time domain, SDANN and SDNNI, and the counts of corrections.
     Time,
     /// Powers of bands.
     Frequency,

@@ -17,12 +17,12 @@ pub(super) enum Need {
 
 use Need::{Bridged, Intervals, Nothing, Secs, Segments};
 
-/// Intervals for a spread: ten seconds or so. Munoz et al. (2015), doi:10.1371/journal.pone.0138921,
-/// found RMSSD of 10 s close to that of minutes.
+/// Intervals for a standard deviation: about ten seconds. Munoz et al. (2015),
+/// doi:10.1371/journal.pone.0138921, found RMSSD over 10 s close to that over minutes.
 const FEW: usize = 10;
 /// Intervals for shares of runs.
 const SOME: usize = 50;
-/// Intervals for the entropies, 10 to the power of m = 2 at least (Richman & Moorman 2000,
+/// Intervals for entropies, at least 10 to the power of m = 2 (Richman & Moorman 2000,
 /// doi:10.1152/ajpheart.2000.278.6.H2039), and for a histogram.
 const MANY: usize = 100;
 
@@ -33,7 +33,7 @@ const MANY_SCALES: usize = 3 * MANY;
 pub(super) type Row = (&'static str, &'static str, &'static str, Need);
 
 /// In the order of [`TimeDomain`](crate::hrv::TimeDomain), [`segments`](crate::hrv::segments), the counts, and
-/// the uncorrected values beside the corrected ones.
+/// the uncorrected values in addition to the corrected ones.
 pub(super) const TIME: [Row; 35] = [
     ("HRV_MeanNN", "ms", "mean interval", Intervals(1)),
     ("HRV_MedianNN", "ms", "median interval", Intervals(1)),
@@ -61,12 +61,12 @@ pub(super) const TIME: [Row; 35] = [
     ("HRV_SDNNI2", "ms", "mean of the standard deviations of segments of 120 s", Segments),
     ("HRV_SDANN5", "ms", "standard deviation of the mean intervals of segments of 300 s", Segments),
     ("HRV_SDNNI5", "ms", "mean of the standard deviations of segments of 300 s", Segments),
-    ("HRV_N", "1", "intervals that count", Nothing),
-    ("HRV_Ectopic", "1", "beats found too early or late and moved", Nothing),
-    ("HRV_Missed", "1", "beats found missing and added", Nothing),
-    ("HRV_Extra", "1", "beats found to be none and left out", Nothing),
-    ("HRV_LongShort", "1", "beats found too long or short after the one before and moved", Nothing),
-    ("HRV_Corrected", "%", "these four over the beats detected", Nothing),
+    ("HRV_N", "1", "intervals used", Nothing),
+    ("HRV_Ectopic", "1", "beats too early or too late, moved", Nothing),
+    ("HRV_Missed", "1", "missed beats added", Nothing),
+    ("HRV_Extra", "1", "false beats removed", Nothing),
+    ("HRV_LongShort", "1", "beats with a too long or too short interval, moved", Nothing),
+    ("HRV_Corrected", "%", "the four counts above over the beats detected", Nothing),
     ("HRV_Uncorrected_MeanNN", "ms", "mean interval", Intervals(1)),
     ("HRV_Uncorrected_SDNN", "ms", "standard deviation of intervals, n - 1", Intervals(FEW)),
     ("HRV_Uncorrected_RMSSD", "ms", "root mean square of successive differences", Intervals(FEW)),
@@ -87,8 +87,8 @@ pub(super) const FREQUENCY: [Row; 18] = [
     ("HRV_LFnu", "1", "LF over LF + HF", Bridged(120)),
     ("HRV_HFnu", "1", "HF over LF + HF", Bridged(120)),
     ("HRV_LnHF", "ln(ms^2)", "natural logarithm of HF", Bridged(60)),
-    ("HRV_LF_peak", "Hz", "where power is greatest from 0.04 to 0.15 Hz", Bridged(120)),
-    ("HRV_HF_peak", "Hz", "where power is greatest from 0.15 to 0.4 Hz", Bridged(60)),
+    ("HRV_LF_peak", "Hz", "frequency of the greatest power from 0.04 to 0.15 Hz", Bridged(120)),
+    ("HRV_HF_peak", "Hz", "frequency of the greatest power from 0.15 to 0.4 Hz", Bridged(60)),
     ("HRV_LF_AR", "ms^2", "power from 0.04 to 0.15 Hz", Bridged(120)),
     ("HRV_HF_AR", "ms^2", "power from 0.15 to 0.4 Hz", Bridged(60)),
     ("HRV_LFHF_AR", "1", "LF over HF", Bridged(120)),
@@ -100,8 +100,8 @@ pub(super) const FREQUENCY: [Row; 18] = [
 /// In the order of [`Geometric`](crate::hrv::Geometric), [`Poincare`](crate::hrv::Poincare),
 /// [`Asymmetry`](crate::hrv::Asymmetry), [`Fragmentation`](crate::hrv::Fragmentation),
 /// [`Entropies`](crate::hrv::Entropies) and
-/// [`DetrendedFluctuation`](crate::hrv::DetrendedFluctuation). Fluctuation at a scale wants four
-/// windows of it.
+/// [`DetrendedFluctuation`](crate::hrv::DetrendedFluctuation). Fluctuation at a scale needs four
+/// windows of that length.
 pub(super) const NONLINEAR: [Row; 29] = [
     ("HRV_HTI", "1", "intervals over those in the fullest bin of 7.8125 ms", Intervals(MANY)),
     (
@@ -120,12 +120,17 @@ pub(super) const NONLINEAR: [Row; 29] = [
     ("HRV_SD1SD2", "1", "SD1 over SD2", Intervals(FEW)),
     ("HRV_S", "ms^2", "pi SD1 SD2", Intervals(FEW)),
     ("HRV_CSI", "1", "SD2 over SD1", Intervals(FEW)),
-    ("HRV_CVI", "1", "decadic logarithm of 16 SD1 SD2", Intervals(FEW)),
+    ("HRV_CVI", "1", "base-10 logarithm of 16 SD1 SD2", Intervals(FEW)),
     ("HRV_CSI_Modified", "ms", "4 SD2^2 over SD1", Intervals(FEW)),
-    ("HRV_GI", "%", "distances of decelerations from identity in all", Intervals(SOME)),
-    ("HRV_SI", "%", "angles of decelerations in all", Intervals(SOME)),
-    ("HRV_AI", "%", "sectors of decelerations in all", Intervals(SOME)),
-    ("HRV_PI", "%", "accelerations in all changes", Intervals(SOME)),
+    (
+        "HRV_GI",
+        "%",
+        "share of decelerations in the distances from the line of identity",
+        Intervals(SOME),
+    ),
+    ("HRV_SI", "%", "share of decelerations in the angles", Intervals(SOME)),
+    ("HRV_AI", "%", "share of decelerations in the sector areas", Intervals(SOME)),
+    ("HRV_PI", "%", "share of accelerations in all changes", Intervals(SOME)),
     ("HRV_C1d", "1", "share of decelerations in SD1 squared", Intervals(SOME)),
     ("HRV_C1a", "1", "share of accelerations in SD1 squared", Intervals(SOME)),
     ("HRV_C2d", "1", "share of decelerations in SD2 squared", Intervals(SOME)),

@@ -1,10 +1,9 @@
-//! The breathing rate, read off what breathing does to the heart beats of an ECG or to the pulses of
-//! a PPG.
+//! Breathing rate derived from the beats of an ECG or the pulses of a PPG.
 //!
-//! Breathing turns the heart's electrical axis and fills the chest (amplitudes), lets the heart
-//! speed up and slow down (intervals), and moves blood (baseline). Each of these modulations is
-//! known once a beat. Where they show the same rhythm, that is breathing; where only one of them
-//! does, it may be another: the waves of blood pressure of 6 a minute show in intervals, too.
+//! Breathing rotates the heart's electrical axis and changes the volume of the chest (amplitudes),
+//! modulates the heart rate (intervals), and shifts blood (baseline). Each of these modulations is sampled
+//! once per beat. A rhythm that they have in common is breathing; one that only a single modulation has may
+//! have another cause: blood pressure waves at about 6 per minute also appear in intervals.
 //!
 //! ```
 //! use std::f64::consts::TAU;
@@ -46,28 +45,28 @@ pub struct Derived {
 
 /// The breathing rate from the beats of an ECG within a window [s].
 ///
-/// - *What*: the common rhythm of the intervals between beats (respiratory sinus arrhythmia) and of
-///   their amplitudes [any unit]: the height of R above S, or the strength of the QRS complex
+/// - *What*: the common rhythm of the intervals between beats (respiratory sinus arrhythmia) and of their
+///   amplitudes [any unit]: the height of R above S, or the strength of the QRS complex
 ///   ([`Beat::strength`](crate::ecg::Beat)). Heights above the baseline alone show far less of it.
-/// - *Formula*: in stretches of 30 s, half overlapping, each by the beats within it alone: each
-///   modulation without its outliers (4 · 1.4826 · MAD) and its line under a Hann window; its power
-///   from 4 a minute up to 45 or 0.47 of the heart rate, times the frequency (against the slow waves
-///   that all have); the product of the modulations' shares, each with a floor of a tenth of the mean;
-///   the rate of the greatest product, and as its uncertainty the root mean square distance of the
-///   squared product from it.
-///   A stretch counts when 80 % of the product lie within 1.5 / 30 s of the peak and its uncertainty
+/// - *Formula*: in segments of 30 s with 50 % overlap, each from the beats within it alone: each modulation
+///   without outliers (4 · 1.4826 · MAD), linearly detrended, under a Hann window; its power from 4 a
+///   minute up to 45 or 0.47 of the heart rate, multiplied by frequency (against the slow waves that all of
+///   them have); the product of the modulations' shares, each with a floor of a tenth of the mean; the rate
+///   at the maximum of the product, and as its uncertainty the root mean square distance of the squared
+///   product from it. A segment counts if 80 % of the product lie within 1.5 / 30 s of the peak and its
+///   uncertainty is below 2 a minute; a window if half of its segments do, with their median.
 ///   is below 2 a minute; a window when half of its stretches do, with their median.
 /// - *Window*: at least 30 s.
 /// - *Reference*: fusion of modulations after Karlen et al. (2013), doi:10.1109/TBME.2013.2246160;
-///   stretches and limits of the method: Charlton et al. (2016), doi:10.1088/0967-3334/37/4/610.
-/// - *Limits*: breaths faster than about half the heart rate look slower; pauses count as breaths;
-///   a rate that changes within 30 s is represented by its most frequent value. Of 30 s without any rhythm, one
-///   in six shows one by chance; of 60 s, one in a hundred. Premature beats are left out, but
-///   bigeminy is not survived.
+///   segments and limits of the method: Charlton et al. (2016), doi:10.1088/0967-3334/37/4/610.
+/// - *Limits*: breaths faster than about half the heart rate look slower; pauses count as breaths; a rate
+///   that changes within 30 s is represented by its most frequent value. Without any rhythm, one in six
+///   segments of 30 s shows one by chance, and one in a hundred windows of 60 s. Premature beats are left
+///   out, but with bigeminy the method fails.
 ///
-/// Times that don't ascend are left out, amplitudes that are missing are NaN. The reason is `Short`
-/// for a short window, `Missing` without amplitudes, `Gap` when beats cover less than half of the
-/// window, `Quality` when there is no common rhythm.
+/// Times that are out of order are left out; missing amplitudes are NaN. The reason is `Short` for a short
+/// window, `Missing` without amplitudes, `Gap` when beats cover less than half of the window, and `Quality`
+/// without a common rhythm.
 pub fn rate_from_beats(
     times_secs: &[f64],
     amplitudes: &[f64],
@@ -78,11 +77,10 @@ pub fn rate_from_beats(
 
 /// The breathing rate from the pulses of a PPG within a window [s].
 ///
-/// As [`rate_from_beats`], with three modulations: the intervals between pulses, their `amplitudes`
-/// (foot to peak) and their `baselines` (the height of the foot, or of the middle), in any unit.
-/// `Missing` when neither amplitudes nor baselines are there. Karlen et al. (2013),
-/// doi:10.1109/TBME.2013.2246160, refuse when the three differ by more than 4 a minute; here the
-/// uncertainty decides.
+/// As [`rate_from_beats`], with three modulations: the intervals between pulses, their `amplitudes` (foot
+/// to peak) and their `baselines` (the height of the foot, or of the middle), in any unit. `Missing`
+/// without both amplitudes and baselines. Karlen et al. (2013), doi:10.1109/TBME.2013.2246160, reject the
+/// rate if the three differ by more than 4 a minute; here the uncertainty is used instead.
 pub fn rate_from_pulses(
     times_secs: &[f64],
     amplitudes: &[f64],

@@ -7,7 +7,7 @@ const NAMES: [&str; 7] = CHANNELS;
 const SECS: f64 = 90.0;
 const WINDOW_SECS: f64 = 30.0;
 
-/// Numbers that look random (`SplitMix64`).
+/// Pseudo-random numbers (`SplitMix64`).
 struct Random(u64);
 
 impl Random {
@@ -27,16 +27,16 @@ impl Random {
     }
 }
 
-/// Somebody in front of a camera.
+/// A person in front of a camera.
 #[derive(Clone, Copy)]
 struct Scene {
     /// The amplitude of the pulse in green [share].
     pulse: f64,
     /// The noise of each colour in each frame [share].
     noise: f64,
-    /// Movement of the head, which changes all colours alike [share].
+    /// Movement of the head, which changes all colours equally [share].
     sway: f64,
-    /// Light that flickers [share].
+    /// Flicker of the light [share].
     flicker: f64,
     fps: f64,
 }
@@ -67,7 +67,7 @@ fn frames(seed: u64, scene: Scene) -> (Vec<Seen>, impl Fn(f64) -> f64) {
             + 0.03 * (TAU * drift_hz * t).sin()
             + scene.sway * ((TAU * sway_hz * t).sin() + 0.3 * wander)
             + scene.flicker * (TAU * flicker_hz * t).sin();
-        // What light that flickers has of its own colour.
+        // The colour of the flickering light.
         let tint = [1.0, 0.93, 0.8].map(|part| 1.0 + (light - 1.0) * part);
         let of_pulse = [0.33, 1.0, 0.6];
         let mut colour = [0.0; 3];
@@ -85,7 +85,7 @@ fn frames(seed: u64, scene: Scene) -> (Vec<Seen>, impl Fn(f64) -> f64) {
         let [red, green, blue] = colour;
         let at_ns = (t * 1e9) as i64;
         frames.push((at_ns, [brightness, moving, 1.0, 0.12, red, green, blue]));
-        // Frames come when they like.
+        // Frames come at irregular times.
         t += (1.0 + 0.2 * (random.unit() - 0.5)) / scene.fps;
     }
     (frames, rate_at)
@@ -104,7 +104,8 @@ fn span(from_secs: f64, secs: f64) -> Span {
     Span { begin_ns: nanos(from_secs), end_ns: nanos(from_secs + secs) }
 }
 
-/// Of the windows of some seeds: the errors of rates with their stated uncertainties and qualities, and how many there were.
+/// For the windows of some seeds: the errors of rates with their stated uncertainties and qualities, and
+/// the number of windows.
 fn judged(seeds: std::ops::Range<u64>, scene: Scene) -> (Vec<[f64; 3]>, usize) {
     let (mut stated, mut all) = (Vec::new(), 0);
     for seed in seeds {
@@ -131,7 +132,7 @@ fn shares(stated: &[[f64; 3]]) -> (f64, f64) {
     (share(&|[error, ..]| *error <= 2.0), share(&|[error, uncertainty, _]| error <= uncertainty))
 }
 
-/// Settings were chosen on seeds 1 to 30; these are judged on others.
+/// Settings were chosen on seeds 1 to 30; the test uses other seeds.
 const JUDGED: std::ops::Range<u64> = 2001..2031;
 
 #[test]

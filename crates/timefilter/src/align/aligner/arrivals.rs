@@ -109,7 +109,8 @@ impl Aligner {
         self.waits_for = None;
     }
 
-    /// Continues with the first row at or after a time; there is none near the end of the range of time.
+    /// Continues with the first row at or after a time; near the end of the range of times there is no such
+    /// row.
     #[cold]
     pub(super) fn skip_to(&mut self, period_nanos: i64, time: i64) {
         let after = multiple_from(period_nanos, time);

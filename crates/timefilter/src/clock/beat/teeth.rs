@@ -1,4 +1,4 @@
-//! The steps of a saw-tooth of delays, at which the true offset of a clock is known.
+//! The steps of a sawtooth of delays, at which the true offset of a clock is known.
 //!
 //! A packet waits for the next event of its link, for at most an interval. So the true offset lies between
 //! the lowest delay and one interval below it, and nothing shows where, until the delays step by an
@@ -58,7 +58,7 @@ struct Memory {
     drift: f64,
 }
 
-/// A saw-tooth, followed bin by bin.
+/// A sawtooth, followed bin by bin.
 #[derive(Clone, Debug)]
 pub(in crate::clock) struct Teeth {
     /// The height of a tooth [s]; 0 if there is none.

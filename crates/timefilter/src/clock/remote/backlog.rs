@@ -1,4 +1,5 @@
-//! Messages delayed in a backlog, which arrive late but in order, or held by their receiver until a clock was known.
+//! Late messages: those delayed in a backlog, which arrive in order, and those held by their receiver until
+//! the clock was known.
 
 /// The most streams of a computer that are followed; further ones share slots.
 const STREAMS: usize = 16;
@@ -8,7 +9,8 @@ const STEADY_NANOS: i64 = 1_000_000_000;
 const EQUAL_NANOS: u64 = 100_000_000;
 /// The latest that a message may be and still be accepted [ns].
 const LATEST_NANOS: i64 = 600_000_000_000;
-/// The latest that the first message of a stream may be [ns]: its receiver holds it until probes were answered.
+/// The greatest lateness of the first message of a stream [ns]: its receiver holds it until probes are
+/// answered.
 const HELD_NANOS: i64 = 5_000_000_000;
 
 /// The state of each stream of a computer.
@@ -44,8 +46,8 @@ impl Backlogs {
         goes_on
     }
 
-    /// Whether a late message is the first of its stream, and so may have been held until its clock was known. From
-    /// then on the stream is followed.
+    /// Whether a late message is the first of its stream, and so may have been held until the clock was known.
+    /// From then on the stream is followed.
     pub fn begins(&mut self, stream: u32, stamp: i64, arrival: i64, late: i64) -> bool {
         let begins = late < HELD_NANOS && self.of(stream).is_none();
         if begins {

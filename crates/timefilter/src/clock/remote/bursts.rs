@@ -1,4 +1,4 @@
-//! Bursts of probes, of which the fastest probe is used.
+//! Bursts of probes; the fastest probe of each burst is used.
 
 use std::collections::VecDeque;
 

@@ -31,7 +31,7 @@ impl Computer {
         time + self.ahead_nanos + (time - START) / 1_000_000 * self.fast_ppm
     }
 
-    /// Sends messages at 50 Hz, of which the fastest take 1 ms and most take longer.
+    /// Sends messages at 50 Hz; the fastest take 1 ms, most take longer.
     fn run(&mut self, from_secs: i64, to_secs: i64) {
         for k in from_secs * 50..to_secs * 50 {
             let sent = START + k * SECOND / 50;
@@ -52,7 +52,7 @@ impl Computer {
         corrected
     }
 
-    /// Sends a burst of probes of which the fastest takes 0.4 ms, with asymmetric paths.
+    /// Sends a burst of probes with asymmetric paths; the fastest takes 0.4 ms.
     fn probed(&mut self, at_secs: i64) {
         for k in 0..8 {
             let sent = START + at_secs * SECOND + k * 64_000_000;
@@ -217,8 +217,8 @@ fn messages_delayed_by_the_network_keep_their_timestamps() {
     assert_eq!((computer.disbelieved, computer.events.len()), (believed, 0));
 }
 
-/// Hands over samples of a stream that were held until `arrival`; the worst error of those that are placed by their
-/// stamps [ns], and how many are not.
+/// Delivers samples of a stream that were held until `arrival`; returns the worst error of those placed by
+/// their stamps [ns], and how many are not.
 fn held(computer: &mut Computer, stream: u32, sent: Range<i64>, arrival: i64) -> (i64, usize) {
     let (mut worst_nanos, mut disbelieved) = (0, 0);
     for sent in sent.step_by(100_000_000) {
@@ -233,11 +233,11 @@ fn held(computer: &mut Computer, stream: u32, sent: Range<i64>, arrival: i64) ->
 
 #[test]
 fn what_was_held_until_probes_were_answered_keeps_its_stamps() {
-    // Minutes apart, one that counts from when it was switched on, and one in step.
+    // Minutes apart, one that counts from power-on, and one in step.
     for ahead_nanos in [-185 * SECOND, 240 * SECOND, 1_000 * SECOND - START, 0] {
         let mut computer = Computer::new(ahead_nanos, 20);
         computer.probed(0);
-        // A regular stream, whose samples are recent, and markers of which the first are not.
+        // A regular stream with recent samples, and markers, the first of which are old.
         let known = START + 1_200_000_000;
         assert_eq!(held(&mut computer, 2, known - 200_000_000..known, known).1, 0);
         let (worst_nanos, disbelieved) = held(&mut computer, 1, START..known, known);

@@ -1,11 +1,11 @@
-//! The offset at which the envelopes of two movements agree best.
+//! The offset at which the envelopes of two motions agree best.
 
 use std::ops::Range;
 
 use super::JoinError;
 use super::grid::{Grid, STEP_SECS};
 
-/// The steps of the grid in one of an envelope.
+/// The number of grid steps per envelope step.
 const STEPS: usize = 5;
 const ENVELOPE_SECS: f64 = STEPS as f64 * STEP_SECS;
 /// The length of the parts of the recording that are searched for: ten minutes.
@@ -13,24 +13,24 @@ const PART: usize = 6_000;
 /// The most parts, and the most products that are computed.
 const MOST_PARTS: usize = 12;
 const MOST_PRODUCTS: f64 = 4e9;
-/// The changes of an envelope over more than this are left out: that people sit and walk \[steps\].
+/// Changes of an envelope slower than this are removed, such as alternating sitting and walking \[steps\].
 const TREND: usize = 600;
-/// The least correlation, and how high the next peak may be, relative to it.
+/// The least correlation, and the largest height of the next peak relative to it.
 const LEAST: f64 = 0.15;
 const AMBIGUOUS_SHARE: f64 = 0.75;
 /// Offsets this close belong to one peak [s].
 const PEAK_SECS: f64 = 5.0;
 
-/// Where a part of the recording belongs.
+/// The placement of a part of the recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Offset {
-    /// What is added to a time of the recording [s].
+    /// The offset added to a time of the recording [s].
     pub secs: f64,
     /// The middle of the part, by the recording's clock [s].
     pub at_secs: f64,
 }
 
-/// The offset on which any part of the recording agrees best.
+/// The best offset of the part of the recording that agrees best.
 pub(super) fn best_offset(
     session: &Grid,
     recording: &Grid,
@@ -52,11 +52,11 @@ pub(super) fn best_offset(
     }
 }
 
-/// How strongly somebody moved, ten times a second, more or less than around then.
+/// The intensity of motion ten times a second, relative to the surrounding time.
 struct Envelope {
     start_secs: f64,
     values: Vec<f32>,
-    /// The sums of the squares of all values before each.
+    /// The cumulative sums of squares of all values before each index.
     squares: Vec<f64>,
 }
 
@@ -74,7 +74,7 @@ impl Envelope {
         let mut known: Vec<f32> = strengths.iter().copied().filter(|each| *each > 0.0).collect();
         known.sort_by(f32::total_cmp);
         let usual = known.get(known.len() / 2).copied().unwrap_or(1.0);
-        // Strong movements count more than weak ones, and not so much that one of them decides.
+        // Strong movements count more than weak ones, but no single movement decides the result.
         let levels: Vec<f32> = strengths.iter().map(|each| (each / usual).ln_1p()).collect();
         let values = without_trend(&levels);
         let mut squares = vec![0.0];
@@ -90,7 +90,7 @@ impl Envelope {
         self.squares[part.end] - self.squares[part.start]
     }
 
-    /// Where the recording may begin in the session, in steps from the session's start; `None` for nowhere.
+    /// Where the recording may begin in the session, in steps from the session's start; `None` if nowhere.
     fn lags(&self, recording: &Envelope, max_offset_secs: f64) -> Option<Range<isize>> {
         let begins = (recording.start_secs - self.start_secs) / ENVELOPE_SECS;
         let most = max_offset_secs / ENVELOPE_SECS;
@@ -99,7 +99,7 @@ impl Envelope {
         (from < to).then_some(from.floor() as isize..to.ceil() as isize + 1)
     }
 
-    /// Where the parts begin in which most happened.
+    /// The starts of the parts with the most motion.
     fn liveliest(&self, length: usize, count: usize) -> Vec<usize> {
         let last = self.values.len() - length;
         let mut parts: Vec<usize> = (0..=last).step_by(length.max(1)).chain([last]).collect();
@@ -130,8 +130,8 @@ impl Envelope {
         Some(Peak { offset: Offset { secs: secs(lag), at_secs }, height, next })
     }
 
-    /// The correlation of a part of a recording that begins at a lag with what is there; `None` where less than half
-    /// of it is.
+    /// The correlation of a part of a recording that begins at a lag with the overlapping data; `None` if less
+    /// than half of it overlaps.
     fn correlation(&self, recording: &Envelope, part: &Range<usize>, lag: isize) -> Option<f64> {
         let from = part.start as isize + lag;
         let skipped = (-from).max(0) as usize;
@@ -157,7 +157,7 @@ fn dot(one: &[f32], other: &[f32]) -> f64 {
     parts.map(part).sum()
 }
 
-/// Each value less the mean of those around it.
+/// Each value minus the mean of those around it.
 fn without_trend(values: &[f32]) -> Vec<f32> {
     let mut sums = vec![0.0];
     let mut sum = 0.0;

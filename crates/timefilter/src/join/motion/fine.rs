@@ -1,26 +1,27 @@
-//! The offset of each stretch in which both moved alike, followed from the part where the offset was found to both ends.
+//! The offset of each segment with similar motion, followed in both directions from the part where the offset
+//! was found.
 
 use super::coarse::Offset;
 use super::grid::{Grid, STEP_SECS};
 
-/// The length of a stretch: 30 s \[steps\].
+/// The length of a segment: 30 s \[steps\].
 const STRETCH: usize = 1_500;
-/// How far around the offset a stretch is searched [s], and what is added after a time without any.
+/// The search range around the offset [s], and how much it grows after a time without matches.
 const AROUND_SECS: f64 = 0.3;
 const DRIFT: f64 = 200e-6;
 const MOST_AROUND_SECS: f64 = 1.0;
-/// The least correlation of a stretch in which both moved alike.
+/// The least correlation of a segment with similar motion.
 const LEAST: f64 = 0.3;
 
-/// What was found of all stretches.
+/// The result for all segments.
 pub(super) struct Followed {
-    /// The middle of each stretch in which both moved alike [s], and how much later that of the session is [s].
+    /// The middle of each segment with similar motion [s], and how much later it is in the session [s].
     pub pairs: Vec<(f64, f64)>,
-    /// The number of stretches that both recorded.
+    /// The number of segments that both recorded.
     pub stretches: usize,
 }
 
-/// Follows a recording from where its offset is known.
+/// Follows a recording from the place where its offset is known.
 pub(super) fn follow(session: &Grid, recording: &Grid, from: Offset) -> Followed {
     let middle = recording.place(from.at_secs).max(0) as usize;
     let start = Follower { session, recording, offset: from.secs, at: from.at_secs, stretches: 0 };
@@ -44,7 +45,7 @@ struct Follower<'a> {
 }
 
 impl Follower<'_> {
-    /// The middle of the stretch from a place on, and its offset [s]; `None` where the two did not move alike.
+    /// The middle of the segment that begins at an index, and its offset [s]; `None` if the motions differ.
     fn stretch(&mut self, place: usize) -> Option<(f64, f64)> {
         let theirs = self.recording.part(place as isize, STRETCH)?;
         let at = self.recording.secs(place + STRETCH / 2);

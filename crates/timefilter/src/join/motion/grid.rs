@@ -1,17 +1,17 @@
-//! Movement at even times.
+//! Motion on an even time grid.
 
 use super::Movement;
 
 /// The step of the grid [s].
 pub(super) const STEP_SECS: f64 = 0.02;
-/// Between samples further apart than this nothing is known [s].
+/// Gaps between samples longer than this are not interpolated [s].
 const GAP_SECS: f64 = 0.25;
-/// The changes of the magnitude over more than this are left out: gravity, and how a sensor is calibrated [steps].
+/// Changes of the magnitude slower than this are removed: gravity, and the sensor's calibration [steps].
 const TREND: usize = 50;
 /// The longest recording: four days [steps].
 const MOST: f64 = 17_280_000.0;
 
-/// By how much a sensor was accelerated more or less than by gravity, at even times; 0 where nothing is known.
+/// The acceleration of a sensor relative to gravity, on an even time grid; 0 where it is unknown.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     /// The time of the first value [s].
@@ -20,7 +20,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// The movement without its trend; `None` where there is none.
+    /// The motion without its trend; `None` if there is none.
     pub fn of(movement: &[Movement]) -> Option<Grid> {
         let is_sound = |each: &&Movement| each.secs.is_finite() && each.magnitude.is_finite();
         let mut sound: Vec<Movement> = movement.iter().filter(is_sound).copied().collect();
@@ -37,24 +37,24 @@ impl Grid {
         Some(Grid { start_secs: first, values: without_trend(&values) })
     }
 
-    /// The time of a value [s].
+    /// The time at an index [s].
     pub fn secs(&self, place: usize) -> f64 {
         self.start_secs + place as f64 * STEP_SECS
     }
 
-    /// The place of a time, which may lie outside.
+    /// The index of a time, which may lie outside the grid.
     pub fn place(&self, secs: f64) -> isize {
         ((secs - self.start_secs) / STEP_SECS).round() as isize
     }
 
-    /// Values from a place on; `None` where they are not all there.
+    /// The values from an index on; `None` if they are not all present.
     pub fn part(&self, from: isize, length: usize) -> Option<&[f32]> {
         let from = usize::try_from(from).ok()?;
         self.values.get(from..from.checked_add(length)?)
     }
 }
 
-/// Fills the steps between two samples, each with its time after the first of all [s].
+/// Fills the steps between two samples, each given with its time after the first sample [s].
 fn fill(values: &mut [f64], (from, one): (f64, Movement), (to, other): (f64, Movement)) {
     if to - from > GAP_SECS || to <= from {
         return;
@@ -66,7 +66,7 @@ fn fill(values: &mut [f64], (from, one): (f64, Movement), (to, other): (f64, Mov
     }
 }
 
-/// Each value less the mean of those around it.
+/// Each value minus the mean of those around it.
 fn without_trend(values: &[f64]) -> Vec<f32> {
     let mut sums = vec![(0.0, 0_u32)];
     let mut sum = (0.0, 0);

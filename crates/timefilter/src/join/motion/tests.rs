@@ -4,7 +4,7 @@ use super::*;
 use crate::clock::Latency;
 use crate::join::UNKNOWN_SKEW_PPM;
 
-/// Numbers from 0 to 1 that look random.
+/// Pseudo-random numbers from 0 to 1.
 struct Chance(u64);
 
 impl Chance {
@@ -20,10 +20,10 @@ impl Chance {
     }
 }
 
-/// A swing: when it begins, its duration [s], frequency [Hz] and strength [g].
+/// A swing: its start, duration [s], frequency [Hz] and strength [g].
 type Swing = (f64, f64, f64, f64);
 
-/// What a person does: swings that begin at random.
+/// The movements of a person: swings that begin at random.
 fn swings(secs: f64, per_min: f64, chance: &mut Chance) -> Vec<Swing> {
     let (mut at, mut swings) = (0.0, Vec::new());
     while at < secs {
@@ -45,7 +45,7 @@ fn strength(swings: &[Swing], at: f64) -> f64 {
     under_way.map(of_swing).sum()
 }
 
-/// What a sensor feels of some swings between two times, by a clock with an offset and a skew.
+/// What a sensor measures of some swings between two times, with a clock that has an offset and a skew.
 struct Sensor {
     rate_hz: f64,
     offset_secs: f64,

@@ -1,11 +1,11 @@
-//! What all that find parts of a picture share: overlaps, and the numbers of the most certain part.
+//! Code shared by the detectors: overlaps, and the values of the most confident detection.
 
 use super::Detection;
 
-/// The most parts that are compared with each other.
+/// The most detections that are compared with each other.
 const MOST: usize = 1000;
 
-/// The names and units of the numbers of the most certain part, and of its points.
+/// The names and units of the values of the most confident detection, and of its points.
 pub(super) fn channels(points: &[&str]) -> Vec<(String, &'static str)> {
     let sides = [("left", "px"), ("top", "px"), ("width", "px"), ("height", "px")];
     let rest = [("score", "1"), ("count", "1")];
@@ -14,7 +14,8 @@ pub(super) fn channels(points: &[&str]) -> Vec<(String, &'static str)> {
     parts.chain(points.map(|name| (name, "px"))).collect()
 }
 
-/// The numbers of the most certain part, how many there are, and its points. Without any, only their count, which is 0.
+/// The values of the most confident detection, the number of detections, and its points. Without any, only the count,
+/// which is 0.
 pub(super) fn values(found: &[Detection]) -> Vec<f64> {
     let count = found.len() as f64;
     let Some(best) = found.first() else {
@@ -25,8 +26,8 @@ pub(super) fn values(found: &[Detection]) -> Vec<f64> {
     sides.into_iter().chain([count]).chain(points).collect()
 }
 
-/// Leaves out each part that overlaps a more certain one by more than this (intersection over union); the most certain
-/// comes first.
+/// Non-maximum suppression: drops each detection that overlaps a more confident one by more than this (intersection
+/// over union); the most confident comes first.
 pub(super) fn apart(mut found: Vec<Detection>, most_overlap: f32) -> Vec<Detection> {
     found.retain(|each| each.score.is_finite() && area(each).is_finite());
     found.sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -65,7 +66,7 @@ mod tests {
         let found = vec![part(0.0, 0.5), part(1.0, 0.9), part(30.0, 0.6), part(2.0, f32::NAN)];
         let lefts: Vec<f32> = apart(found, 0.3).iter().map(|each| each.left).collect();
         assert_eq!(lefts, [1.0, 30.0]);
-        // Five of ten columns are common: 50 of 150 pixels.
+        // Five of ten columns overlap: 50 of 150 pixels.
         assert!((overlap(&part(0.0, 1.0), &part(5.0, 1.0)) - 1.0 / 3.0).abs() < 1e-6);
     }
 

@@ -1,4 +1,4 @@
-//! How probable each of some classes is: 1 × C.
+//! Class probabilities: 1 × C.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -11,10 +11,10 @@ use super::{Decode, DecodeError, Found, Tensor, misshaped, output};
 pub struct Classes {
     /// The names of the classes.
     pub labels: Vec<String>,
-    /// Whether the output has probabilities already. Without it, the softmax makes them.
+    /// Whether the output holds probabilities already. If not, softmax is applied.
     #[serde(default)]
     pub is_probability: bool,
-    /// The output's name. Without it, the first.
+    /// The name of the output. By default the first one.
     #[serde(default)]
     pub output: Option<String>,
 }
@@ -38,7 +38,7 @@ impl Decode for Classes {
     }
 }
 
-/// Probabilities of scores.
+/// The softmax of scores.
 fn softmax(scores: Vec<f64>) -> Vec<f64> {
     let highest = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let powers: Vec<f64> = scores.into_iter().map(|score| (score - highest).exp()).collect();

@@ -1,30 +1,30 @@
-//! The direction of a gaze, as two angles.
+//! Gaze direction, as two angles.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Decode, DecodeError, Found, Tensor, misshaped, output};
 
-/// The settings of a gaze.
+/// The settings of a gaze direction.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gaze {
-    /// Which angle comes first: `yaw_pitch` or `pitch_yaw`.
+    /// The order of the angles: `yaw_pitch` or `pitch_yaw`.
     #[serde(default)]
     pub order: Order,
-    /// Whether the angles are in degrees, not in radians.
+    /// Whether the angles are in degrees instead of radians.
     #[serde(default)]
     pub is_degrees: bool,
 }
 
-/// Which angle comes first.
+/// The order of the angles.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Order {
-    /// To the side, then up.
+    /// Yaw, then pitch.
     #[default]
     YawPitch,
-    /// Up, then to the side.
+    /// Pitch, then yaw.
     PitchYaw,
 }
 

@@ -1,20 +1,20 @@
-//! Points as maps: 1 × K × rows × columns. A point is the centre of the values around the highest one.
+//! Keypoints as heatmaps: 1 × K × rows × columns. A point is the centroid of the values around the maximum.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Decode, DecodeError, Found, Point, Tensor, misshaped, of_points, output};
 
-/// The settings of points as maps.
+/// The settings of heatmaps.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Heatmap {
     /// The names of the points.
     pub names: Vec<String>,
-    /// How far from the highest value its neighbours count [cells].
+    /// How far around the maximum values are included [cells].
     #[serde(default = "radius")]
     pub radius: usize,
-    /// The output's name. Without it, the first.
+    /// The name of the output. By default the first one.
     #[serde(default)]
     pub output: Option<String>,
 }
@@ -47,7 +47,7 @@ impl Decode for Heatmap {
 }
 
 impl Heatmap {
-    /// The point of a map whose cells have this size [px].
+    /// The point of a map with cells of this size [px].
     fn point(&self, map: &[f32], columns: usize, cells: [f32; 2]) -> Point {
         let finite = map.iter().enumerate().filter(|(_, value)| value.is_finite());
         let Some((highest, score)) = finite.max_by(|a, b| a.1.total_cmp(b.1)) else {

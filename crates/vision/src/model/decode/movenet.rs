@@ -1,4 +1,4 @@
-//! Points as MoveNet gives them: 1 × 1 × K × 3, each with y and x as fractions of the sides, and a score.
+//! Keypoints as MoveNet outputs them: 1 × 1 × K × 3, each with y and x as fractions of the sides, and a score.
 
 use schemars::JsonSchema;
 use serde::Deserialize;

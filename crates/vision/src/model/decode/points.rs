@@ -1,4 +1,4 @@
-//! Points as numbers in a row: x, y and others of each, as MediaPipe's landmark models give them.
+//! Keypoints as a flat array of numbers: x, y and others for each, as in MediaPipe's landmark models.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -6,25 +6,25 @@ use serde::Deserialize;
 use super::{Decode, DecodeError, Found, Point, Tensor, misshaped, of_points, output};
 use crate::model::tensor::sigmoid;
 
-/// The settings of points as numbers in a row.
+/// The settings of keypoints as a flat array.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Points {
-    /// The names of the points. The model may give more; those are left out.
+    /// The names of the points. Further points in the output are ignored.
     pub names: Vec<String>,
-    /// How many numbers a point has; x and y are the first two.
+    /// The number of values per point; x and y are the first two.
     #[serde(default = "two")]
     pub stride: usize,
     /// Whether x and y are fractions of the input's sides, not pixels.
     #[serde(default)]
     pub is_fraction: bool,
-    /// Which number of a point is its score, from 0. Without it, the score is 1.
+    /// The index of the score among the values of a point, from 0. By default the score is 1.
     #[serde(default)]
     pub score: Option<usize>,
-    /// Whether that number becomes a probability by the logistic function.
+    /// Whether the logistic function converts that value to a probability.
     #[serde(default)]
     pub is_logistic: bool,
-    /// The output's name. Without it, the first.
+    /// The name of the output. By default the first one.
     #[serde(default)]
     pub output: Option<String>,
 }
@@ -38,7 +38,7 @@ impl Decode for Points {
         let tensor = output(outputs, self.output.as_deref(), 0)?;
         let needed = self.names.len() * self.stride;
         if tensor.values.len() < needed || tensor.values.len() % self.stride != 0 {
-            return Err(misshaped(tensor, format!("{needed} numbers, {} a point", self.stride)));
+            return Err(misshaped(tensor, format!("{needed} numbers, {} per point", self.stride)));
         }
         let points = tensor.values.chunks_exact(self.stride).take(self.names.len());
         Ok(Found::Points(points.map(|numbers| self.point(numbers, size)).collect()))
@@ -51,7 +51,7 @@ impl Decode for Points {
     fn wrong(&self) -> Option<String> {
         let is_wrong = !(2..=64).contains(&self.stride)
             || self.score.is_some_and(|place| place >= self.stride);
-        is_wrong.then(|| "`stride` has to be from 2 to 64, and `score` below it".to_owned())
+        is_wrong.then(|| "`stride` must be from 2 to 64, and `score` below it".to_owned())
     }
 }
 

@@ -1,20 +1,20 @@
-//! Numbers as they are: valence and arousal, intensities of action units, a heart rate.
+//! Plain numbers: valence and arousal, intensities of action units, a heart rate.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Decode, DecodeError, Found, Tensor, misshaped, output};
 
-/// The settings of numbers.
+/// The settings of plain numbers.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Regression {
     /// The names of the numbers.
     pub names: Vec<String>,
-    /// Which number of the output is the first of these, from 0; those before and behind are left out.
+    /// The index of the first of these in the output, from 0; those before and after are ignored.
     #[serde(default)]
     pub first: usize,
-    /// The output's name. Without it, the first.
+    /// The name of the output. By default the first one.
     #[serde(default)]
     pub output: Option<String>,
 }

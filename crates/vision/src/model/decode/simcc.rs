@@ -1,21 +1,21 @@
-//! Points with their columns and rows classified apart, as RTMPose gives them (Li et al. 2022, SimCC,
-//! arXiv:2107.03332): 1 × K × columns and 1 × K × rows, several classes a pixel.
+//! Keypoints with their columns and rows classified separately, as RTMPose outputs them (Li et al. 2022, SimCC,
+//! arXiv:2107.03332): 1 × K × columns and 1 × K × rows, several classes per pixel.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Decode, DecodeError, Found, Point, Tensor, misshaped, of_points, output};
 
-/// The settings of points whose columns and rows are classified.
+/// The settings of SimCC keypoints.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Simcc {
     /// The names of the points.
     pub names: Vec<String>,
-    /// The output of the columns. Without it, the first.
+    /// The name of the output for columns. By default the first one.
     #[serde(default)]
     pub columns: Option<String>,
-    /// The output of the rows. Without it, the second.
+    /// The name of the output for rows. By default the second one.
     #[serde(default)]
     pub rows: Option<String>,
 }
@@ -26,7 +26,7 @@ impl Decode for Simcc {
         let rows = output(outputs, self.rows.as_deref(), 1)?;
         let (across, down) = (self.along(columns, size[0])?, self.along(rows, size[1])?);
         let point = |((x, in_x), (y, in_y)): ((f32, f32), (f32, f32))| {
-            // The less certain of both, as mmpose takes it.
+            // The lower of both scores, as in mmpose.
             Point { place: [x, y], score: in_x.min(in_y) }
         };
         Ok(Found::Points(across.into_iter().zip(down).map(point).collect()))
@@ -38,7 +38,7 @@ impl Decode for Simcc {
 }
 
 impl Simcc {
-    /// The most probable places along one side [px], with their scores.
+    /// The most probable positions along one side [px], with their scores.
     fn along(&self, tensor: &Tensor, side: usize) -> Result<Vec<(f32, f32)>, DecodeError> {
         let count = self.names.len();
         let bins = match tensor.shape.as_slice() {

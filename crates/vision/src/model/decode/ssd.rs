@@ -1,5 +1,5 @@
-//! Faces as offsets from anchors of one size, as BlazeFace gives them (Bazarevsky et al. 2019, arXiv:1907.05047):
-//! 1 × anchors × (4 + two a point), and 1 × anchors × 1 scores.
+//! Faces as offsets from anchors of one size, as BlazeFace outputs them (Bazarevsky et al. 2019, arXiv:1907.05047): 1
+//! × anchors × (4 + two per point), and 1 × anchors × 1 scores.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -8,25 +8,25 @@ use super::{Decode, DecodeError, Detection, Found, Tensor, boxes, misshaped, out
 use crate::model::descriptor::Subject;
 use crate::model::tensor::sigmoid;
 
-/// The points of a face, the right eye being the person's own.
+/// The points of a face; left and right are the person's own.
 const POINTS: [&str; 6] = ["right_eye", "left_eye", "nose", "mouth", "right_ear", "left_ear"];
 
 /// The settings of faces as offsets from anchors.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ssd {
-    /// The distance of the cells of each layer [px] and how many anchors a cell has: `[[8, 2], [16, 6]]`.
+    /// The cell spacing of each layer [px] and the number of anchors per cell: `[[8, 2], [16, 6]]`.
     pub anchors: Vec<[usize; 2]>,
-    /// How certain a face has to be, 0 to 1.
+    /// The least confidence of a face, 0 to 1.
     #[serde(default = "least_score")]
     pub least_score: f32,
-    /// How much two faces may overlap (intersection over union).
+    /// The largest overlap of two faces (intersection over union).
     #[serde(default = "most_overlap")]
     pub most_overlap: f32,
-    /// The output of the offsets. Without it, the first.
+    /// The name of the output for offsets. By default the first one.
     #[serde(default)]
     pub offsets: Option<String>,
-    /// The output of the scores. Without it, the second.
+    /// The name of the output for scores. By default the second one.
     #[serde(default)]
     pub scores: Option<String>,
 }
@@ -71,8 +71,9 @@ impl Decode for Ssd {
         let is_wrong = self.anchors.is_empty()
             || self.anchors.len() > 16
             || self.anchors.iter().any(|[stride, count]| *stride == 0 || !(1..=64).contains(count));
-        is_wrong
-            .then(|| "`anchors` are 1 to 16 pairs of a distance and a count, of 1 to 64".to_owned())
+        is_wrong.then(|| {
+            "`anchors` must be 1 to 16 pairs of a spacing and a count from 1 to 64".to_owned()
+        })
     }
 }
 

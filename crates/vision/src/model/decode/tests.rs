@@ -10,7 +10,7 @@ fn tensor(name: &str, shape: &[usize], values: &[f32]) -> Tensor {
     Tensor::new(name, shape, values.to_vec()).unwrap()
 }
 
-/// The numbers of the channels.
+/// The values of the channels.
 fn read(settings: &str, outputs: &[Tensor], size: [usize; 2]) -> Vec<f64> {
     let kind = kind(settings);
     let values = kind.values(Some(&kind.decode(outputs, size).unwrap()));

@@ -1,5 +1,5 @@
-//! Persons, faces or things as YOLO gives them: centre, sides and a score of each class [px], as 1 × (4 + C) × N
-//! (from version 8 on), or with a score of its own as 1 × N × (5 + C) (version 5).
+//! Persons, faces or objects as YOLO outputs them: centre, sides and a score per class [px], as 1 × (4 + C) × N (from
+//! version 8 on), or with an additional objectness score as 1 × N × (5 + C) (version 5).
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -7,26 +7,26 @@ use serde::Deserialize;
 use super::{Decode, DecodeError, Detection, Found, Tensor, boxes, misshaped, output};
 use crate::model::descriptor::Subject;
 
-/// The settings of what YOLO finds.
+/// The settings of YOLO detections.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Yolo {
-    /// The version that the output is of: `v5` or `v8`.
+    /// The version of the output format: `v5` or `v8`.
     pub version: Version,
-    /// What it finds that later models look at: a `person` or a `face`.
+    /// What it finds for later models: a `person` or a `face`.
     pub finds: Subject,
-    /// The class of that, from 0; with COCO, persons are class 0.
+    /// The index of that class, from 0; with COCO, persons are class 0.
     #[serde(default)]
     pub class: usize,
-    /// How certain it has to be, 0 to 1.
+    /// The least confidence of a detection, 0 to 1.
     #[serde(default = "least_score")]
     pub least_score: f32,
-    /// How much two of them may overlap (intersection over union).
+    /// The largest overlap of two detections (intersection over union).
     #[serde(default = "most_overlap")]
     pub most_overlap: f32,
 }
 
-/// The version of an output.
+/// The version of an output format.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Version {
@@ -55,7 +55,7 @@ impl Decode for Yolo {
             Version::V8 => (second, first, self.class.saturating_add(5)),
         };
         if width < needed {
-            return Err(misshaped(tensor, format!("at least {needed} numbers a box")));
+            return Err(misshaped(tensor, format!("at least {needed} numbers per box")));
         }
         let number = |place: usize, part: usize| match self.version {
             Version::V5 => tensor.values[place * width + part],

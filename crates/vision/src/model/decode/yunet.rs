@@ -1,5 +1,5 @@
-//! Faces with five points, as YuNet gives them (Wu et al. 2023, doi:10.1007/s11633-023-1423-y; decoded as
-//! OpenCV's `FaceDetectorYN` does): `cls_S`, `obj_S`, `bbox_S` and `kps_S` for strides S of 8, 16 and 32 pixels.
+//! Faces with five points, as YuNet outputs them (Wu et al. 2023, doi:10.1007/s11633-023-1423-y; decoded as in
+//! OpenCV's `FaceDetectorYN`): `cls_S`, `obj_S`, `bbox_S` and `kps_S` for strides S of 8, 16 and 32 pixels.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -7,9 +7,9 @@ use serde::Deserialize;
 use super::{Decode, DecodeError, Detection, Found, Tensor, boxes, misshaped, output};
 use crate::model::descriptor::Subject;
 
-/// The distances of the cells [px].
+/// The cell spacings [px].
 const STRIDES: [usize; 3] = [8, 16, 32];
-/// The points of a face, the right eye being the person's own.
+/// The points of a face; left and right are the person's own.
 const POINTS: [&str; 5] =
     ["right_eye", "left_eye", "nose", "right_mouth_corner", "left_mouth_corner"];
 
@@ -17,10 +17,10 @@ const POINTS: [&str; 5] =
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Yunet {
-    /// How certain a face has to be, 0 to 1.
+    /// The least confidence of a face, 0 to 1.
     #[serde(default = "least_score")]
     pub least_score: f32,
-    /// How much two faces may overlap (intersection over union).
+    /// The largest overlap of two faces (intersection over union).
     #[serde(default = "most_overlap")]
     pub most_overlap: f32,
 }

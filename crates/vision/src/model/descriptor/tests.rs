@@ -28,7 +28,7 @@ fn a_descriptor_says_what_is_wrong_with_it() {
         ("[8, 8]", "[1000000, 1000000]", "1000000 × 1000000"),
         ("[8, 8]", "[8, 8]\nstd = [1, 0, 1]", "`std`"),
         ("[8, 8]", "[8, 8]\nmargin = -1", "margin"),
-        ("[\"age\"]", "[]", "0 numbers"),
+        ("[\"age\"]", "[]", "0 values"),
         ("licence", "max_hz = 0\nlicence", "max_hz"),
     ] {
         let error = refused(old, new);

@@ -1,4 +1,4 @@
-//! An ONNX Runtime that is installed: its library is opened when a model is loaded.
+//! An installed ONNX Runtime, whose library is opened when a model is loaded.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -11,10 +11,10 @@ use ort::value::{DynValue, Tensor as Value};
 use super::{Engine, EngineError, Numbers, Tensor, line, one_input};
 use crate::model::descriptor::Number;
 
-/// The library that is open, and what its models share: a process has one.
+/// The open library and the environment shared by its models: one per process.
 static OPEN: Mutex<Option<(PathBuf, Environment)>> = Mutex::new(None);
 
-/// A model in ONNX Runtime.
+/// A model loaded by ONNX Runtime.
 pub(super) struct OnnxRuntime {
     name: String,
     engine: String,
@@ -41,7 +41,7 @@ impl OnnxRuntime {
     }
 }
 
-/// Opens the library, once in a process.
+/// Opens the library, once per process.
 fn environment(library: &Path) -> Result<Environment, EngineError> {
     let refused = |why: &str| EngineError::Library {
         library: library.display().to_string(),
@@ -50,7 +50,7 @@ fn environment(library: &Path) -> Result<Environment, EngineError> {
     let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
     match &*open {
         Some((other, environment)) if other == library => return Ok(environment.clone()),
-        Some((other, _)) => return Err(refused(&format!("{} is open already", other.display()))),
+        Some((other, _)) => return Err(refused(&format!("{} is already open", other.display()))),
         None => {}
     }
     let builder = ort::init_from(library).map_err(|error| refused(&error.to_string()))?;
@@ -60,7 +60,7 @@ fn environment(library: &Path) -> Result<Environment, EngineError> {
     Ok(environment)
 }
 
-/// One thread, which waits without spinning: two of them take longer on a busy computer.
+/// One thread that waits without spinning: two are slower on a busy computer.
 fn session(environment: &Environment, file: &[u8]) -> Result<Session, String> {
     let said = |error: ort::Error<_>| error.to_string();
     let builder = Session::builder(environment).map_err(|error| error.to_string())?;

@@ -9,7 +9,7 @@ use crate::model::descriptor::Number;
 
 const NAME: &str = "rten 0.27";
 
-/// A model in rten.
+/// A model loaded by rten.
 pub(super) struct Pure {
     name: String,
     model: rten::Model,
