@@ -148,11 +148,11 @@ from: number | null,
 lasts: number | null, };
 
 /**
- * Streams that are new, or of which more is known.
+ * New streams, and streams whose declaration changed.
  */
 export type Declared = { 
 /**
- * Whom they are about, and by which devices they are measured.
+ * Their subjects and devices.
  */
 whose: Array<Whose>, 
 /**
@@ -165,7 +165,7 @@ channels: Array<ChannelList>,
 streams: Array<StreamRow>, };
 
 /**
- * Whom streams are about, and by which device they are measured.
+ * A subject and the device that measures it.
  */
 export type Whose = { 
 /**
@@ -182,7 +182,7 @@ subject: string,
 device: string, };
 
 /**
- * The numbers of each sample, in their order.
+ * The channels of each sample, in order.
  */
 export type ChannelList = { 
 /**
@@ -195,7 +195,7 @@ names: Array<string>,
 units: Array<string>, };
 
 /**
- * A stream, without what is asked for by `describe`. What is left out is empty, false or 0.
+ * A stream without its descriptive text, which `describe` requests. Omitted fields are empty, false or 0.
  */
 export type StreamRow = { 
 /**
@@ -215,11 +215,11 @@ signal: string,
  */
 shape: string, 
 /**
- * The place in `whose` of whom it is about.
+ * The index of its subject and device in `whose`.
  */
 whose: number, 
 /**
- * The place of its channels in `channels`.
+ * The index of its channels in `channels`.
  */
 channels: number, 
 /**
@@ -247,7 +247,7 @@ window?: Span,
  */
 inputs?: Array<number>, 
 /**
- * The topic of which this holds a second publisher's samples.
+ * The topic whose second publisher's samples this holds.
  */
 beside?: string, 
 /**
@@ -255,12 +255,12 @@ beside?: string,
  */
 hidden?: boolean, 
 /**
- * Whether nobody is shown its data.
+ * Whether its data goes to workers only and is never shown.
  */
 private?: boolean, };
 
 /**
- * What a stream is, in words: the answer to a `describe`.
+ * The descriptive text of a stream: the answer to `describe`.
  */
 export type Description = { 
 /**
@@ -293,7 +293,7 @@ name: string,
  */
 signal: string, 
 /**
- * Whom it is about: `person`, `robot`, `team` or `session`.
+ * What it is about: `person`, `robot`, `team` or `session`.
  */
 about: string, 
 /**
@@ -341,7 +341,7 @@ window: Span | null,
  */
 inputs: Array<string>, 
 /**
- * The topic of which this holds a second publisher's samples; empty for any other stream.
+ * The topic whose second publisher's samples this holds; empty for any other stream.
  */
 beside: string, 
 /**
@@ -349,11 +349,11 @@ beside: string,
  */
 doc: string, 
 /**
- * Whether this viewer gets no data of it, as they would no longer be blind; see `show_estimates`.
+ * Whether this viewer gets no data of it because it would unblind them; see `show_estimates`.
  */
 hidden: boolean, 
 /**
- * Whether nobody is shown its data, which goes to workers alone: the pictures of a camera whose faces are hidden first.
+ * Whether its data goes to workers only and is never shown: the pictures of a camera whose faces are hidden first.
  */
 private: boolean, };
 
