@@ -173,6 +173,34 @@ async fn every_interval_of_a_strap_is_read_and_again_after_its_link_was_lost() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn an_h10_that_another_program_has_connected_is_read_beside_it() {
+    let (device, _) = h10(ADDRESS, Vec::new());
+    let (bluez, _) = bluez(vec![device]).await;
+    let other = zbus::connection::Builder::address(bluez.bus_address());
+    let other = other.build().await.expect("the bus accepts clients");
+    let ask = async |path: &str, interface: &str, method: &str| {
+        other.call_method(Some("org.bluez"), path, Some(interface), method, &()).await
+    };
+    ask("/org/bluez/hci0", "org.bluez.Adapter1", "StartDiscovery").await.expect("a discovery");
+    let path = format!("/org/bluez/hci0/dev_{}", ADDRESS.replace(':', "_"));
+    let began = Stopwatch::start();
+    while ask(&path, "org.bluez.Device1", "Connect").await.is_err() {
+        assert!(began.elapsed() < Duration::from_secs(20), "it is not found");
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    assert!(bluez.is_connected(ADDRESS));
+    let context = context(bluez.bus_address());
+    let source = source::<Polar>(r#"person = "p001""#, &context);
+    let records = session(vec![source], context.clock.clone(), |records| {
+        of(records, "ecg").len() >= 3 && !of(records, "battery").is_empty()
+    })
+    .await;
+    assert!(of(&records, "ecg").len() >= 3);
+    assert_eq!(values(&of(&records, "link"))[0], 1.0);
+    assert!(!faults(&records).iter().any(|label| label.contains("link")), "{:?}", faults(&records));
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn the_beats_of_a_strap_without_a_clock_are_placed_where_they_were() {
     let (device, _) = strap(ADDRESS);
     let (bluez, clock) = bluez(vec![device]).await;

@@ -12,6 +12,7 @@ mod strap;
 mod heart_rate;
 mod battery;
 mod shimmer;
+mod shimmer_gsr;
 mod e4;
 mod myo;
 

@@ -8,15 +8,13 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Wearer;
+use super::shimmer_gsr::Amplifier;
 
 /// Ticks of its clock in a second.
 const TICKS_HZ: f64 = 32768.0;
 
 const ACKNOWLEDGED: u8 = 0xff;
 const REFUSED: u8 = 0xfe;
-
-/// Resistors of the skin conductance amplifier \[kΩ\].
-const RESISTORS_KOHM: [f64; 4] = [40.2, 287.0, 1000.0, 3300.0];
 
 /// The properties of an emulated Shimmer3.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -76,6 +74,7 @@ pub struct Shimmer {
     interval_ticks: u16,
     sensors: [u8; 3],
     gsr_range: u8,
+    amplifier: Amplifier,
     expansion_power: u8,
     checksum_bytes: u8,
     /// The number of the next packet, counted from power-on.
@@ -96,6 +95,7 @@ impl Shimmer {
             interval_ticks: 640,
             sensors: [0x04, 0, 0],
             gsr_range: 0,
+            amplifier: Amplifier::default(),
             expansion_power: 0,
             checksum_bytes: 0,
             streaming: None,
@@ -256,7 +256,10 @@ impl Shimmer {
             let value = match channel {
                 0x03 => 2862,
                 0x12 => (wearer.light(self.now_secs).clamp(0.0, 1.0) * 4095.0).round() as u16,
-                _ => conductance(wearer.conductance_us(self.now_secs), self.gsr_range),
+                _ => {
+                    let us = wearer.conductance_us(self.now_secs);
+                    self.amplifier.value(us, self.gsr_range, ticks)
+                }
             };
             packet.extend(value.to_le_bytes());
         }
@@ -284,17 +287,6 @@ const fn arguments(code: u8) -> usize {
         0x21 | 0x5e | 0x8b | 0xa3 => 1,
         _ => 0,
     }
-}
-
-/// The amplifier's voltage for a skin conductance as the ADC reads it, with the resistor in bits 14 and 15. The
-/// automatic range (4) chooses the resistor with the smallest voltage above its lower limit.
-fn conductance(us: f64, range: u8) -> u16 {
-    let skin_kohm = 1000.0 / us;
-    let adc = |resistor_kohm: f64| (0.5 * (1.0 + resistor_kohm / skin_kohm) * 4095.0 / 3.0).round();
-    let fitting = RESISTORS_KOHM.iter().rposition(|resistor_kohm| adc(*resistor_kohm) <= 3900.0);
-    let resistor = if range < 4 { usize::from(range) } else { fitting.unwrap_or(0) };
-    let value = RESISTORS_KOHM.get(resistor).map_or(0.0, |resistor_kohm| adc(*resistor_kohm));
-    (resistor as u16) << 14 | value.clamp(0.0, 4095.0) as u16
 }
 
 /// CRC-16 of polynomial 0x1021, bit by bit; it starts from 0xB0CA, and an odd message ends with a zero.

@@ -29,7 +29,7 @@ impl Format {
         }
     }
 
-    /// The format with this FourCC code.
+    /// The format with this `FourCC` code.
     pub fn of(code: FourCC) -> Option<Format> {
         Some(match &code.repr {
             b"MJPG" | b"JPEG" => Format::Jpeg,

@@ -71,14 +71,8 @@ impl Opened {
         let set = device.set_format(&asked).map_err(|error| failed(&error))?;
         if wanted.size.is_some_and(|size| size != (set.width, set.height)) || set.fourcc != code {
             return Err(SourceError::Fatal {
-                message: format!(
-                    "read {}: it does not support pictures of {width} × {height}",
-                    found.name
-                ),
-                hint: format!(
-                    "the nearest size that it supports is {} × {}",
-                    set.width, set.height
-                ),
+                message: format!("read {}: it does not support {width} × {height}", found.name),
+                hint: format!("its nearest size is {} × {}", set.width, set.height),
             });
         }
         let row_bytes = set.width as usize * format.pixel_bytes().unwrap_or(0);
