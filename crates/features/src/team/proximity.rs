@@ -21,6 +21,7 @@ use self::pair::{Pair, Second};
 use self::place::Place;
 use crate::context::{FeatureContext, duration_setting};
 use crate::inputs::Inputs;
+use crate::over::refuse;
 use crate::value::window_of;
 use crate::whole_seconds::WholeSeconds;
 
@@ -48,7 +49,8 @@ const CHANNELS: [(&str, &str); 3] = [("distance", "m"), ("within", "1"), ("appro
 /// - Limits: positions of people are those that the study names (`position` of the source `hri`), or those of bodies
 ///   detected by other programs. Frames are compared by name (`header.frame_id`), and nothing is transformed: without
 ///   a common frame, a distance is undefined. `odom` is local to each robot, so it is not a frame common to several.
-///   Distances are between the origins of both, not between their surfaces; only the first 256 pairs are computed.
+///   Distances are between the origins of both, not between their surfaces; only the first 256 pairs are computed,
+///   and a fault reports that there are more.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Proximity {
@@ -97,6 +99,7 @@ impl Feature for Proximity {
             inputs: Inputs::default(),
             outputs: BTreeMap::new(),
             seconds: WholeSeconds::default(),
+            uncomputed: Uncomputed::default(),
         })
     }
 }
@@ -116,6 +119,17 @@ struct ProximityExtractor {
     /// The output streams of persons and of pairs.
     outputs: BTreeMap<(String, Option<String>), OutputId>,
     seconds: WholeSeconds,
+    uncomputed: Uncomputed,
+}
+
+/// The pairs beyond the limit, which are reported once.
+#[derive(Default)]
+enum Uncomputed {
+    #[default]
+    None,
+    /// The positions with which the first of them came.
+    New(Box<Stream>),
+    Reported,
 }
 
 impl Extractor for ProximityExtractor {
@@ -126,8 +140,13 @@ impl Extractor for ProximityExtractor {
         self.inputs.join(stream);
         for person in self.people.keys() {
             for robot in self.robots.keys() {
+                let pair = (person.clone(), robot.clone());
                 if self.pairs.len() < MOST_PAIRS {
-                    self.pairs.entry((person.clone(), robot.clone())).or_default();
+                    self.pairs.entry(pair).or_default();
+                } else if matches!(self.uncomputed, Uncomputed::None)
+                    && !self.pairs.contains_key(&pair)
+                {
+                    self.uncomputed = Uncomputed::New(Box::new(stream.clone()));
                 }
             }
         }
@@ -148,6 +167,7 @@ impl Extractor for ProximityExtractor {
         if self.pairs.is_empty() {
             return;
         }
+        self.report_uncomputed(now, out);
         self.measure(now);
         if let Some(second) = self.seconds.passed(now) {
             self.declare(out);
@@ -157,6 +177,15 @@ impl Extractor for ProximityExtractor {
 }
 
 impl ProximityExtractor {
+    fn report_uncomputed(&mut self, now: Time, out: &mut Outputs) {
+        let Uncomputed::New(stream) = &self.uncomputed else { return };
+        let label = format!(
+            "{FAMILY}: there are more than {MOST_PAIRS} pairs of a person and a robot: distances of further pairs are not computed"
+        );
+        refuse((stream, FAMILY), label, MOST_PAIRS as f64, now, out);
+        self.uncomputed = Uncomputed::Reported;
+    }
+
     /// Takes in the current distances.
     fn measure(&mut self, now: Time) {
         let stale_secs = self.settings.stale_secs;

@@ -178,6 +178,8 @@ fn a_crowd_has_a_bounded_number_of_pairs() {
     }
     let pairs = out.streams().iter().filter(|stream| stream.channels.len() == 3).count();
     assert_eq!(pairs, MOST_PAIRS);
+    let faults = out.streams().iter().filter(|stream| stream.shape == Shape::Event).count();
+    assert_eq!(faults, 1);
 }
 
 #[test]
