@@ -74,8 +74,8 @@ pub struct Input {
     /// The brightness of the border, and of what is outside of the picture (0 to 255).
     #[serde(default)]
     pub fill: f32,
-    /// What it looks at: the whole `frame`, the `face` or the `person` that an earlier model found, or a face
-    /// `aligned` by its five points.
+    /// What it looks at: the whole `frame`, the `face`, the `person` or the `hand` that an earlier model found, or a face
+    /// `aligned` by its five points. A hand whose palm has points is turned with its fingers up.
     #[serde(default)]
     pub source: Source,
     /// How much larger than what was found the part is: 0.25 adds a quarter to each side.
@@ -152,6 +152,8 @@ pub enum Source {
     Person,
     /// That face, turned and scaled by its five points.
     Aligned,
+    /// The hand that an earlier model found, turned by the points of its palm.
+    Hand,
 }
 
 /// What a model finds that later ones look at.
@@ -162,6 +164,8 @@ pub enum Subject {
     Face,
     /// A person.
     Person,
+    /// A hand.
+    Hand,
 }
 
 impl std::fmt::Display for Subject {
@@ -169,6 +173,7 @@ impl std::fmt::Display for Subject {
         out.write_str(match self {
             Subject::Face => "face",
             Subject::Person => "person",
+            Subject::Hand => "hand",
         })
     }
 }
@@ -238,6 +243,11 @@ impl Descriptor {
         } else {
             Err(DescriptorError::Hash { name, is, expected })
         }
+    }
+
+    /// The last tokens of the names of its streams: its own name, for a model of hands once for each side.
+    pub fn streams(&self) -> impl Iterator<Item = String> {
+        self.output.sides().iter().map(|side| format!("{}{side}", self.name))
     }
 
     /// The file of the model, beside the descriptor at this path.

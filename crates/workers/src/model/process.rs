@@ -73,7 +73,7 @@ pub(crate) struct Process<'a> {
 pub(crate) enum Seen {
     /// What was found in it.
     Found {
-        /// The numbers of each model.
+        /// The numbers of each stream of each model.
         numbers: Vec<Vec<f64>>,
         /// All faces: left, top, width and height [px].
         faces: Vec<[f32; 4]>,

@@ -24,7 +24,7 @@ pub(super) enum Reply {
     },
     /// What was found in a picture.
     Seen {
-        /// The numbers of each model; null for NaN.
+        /// The numbers of each stream of each model; null for NaN.
         numbers: Vec<Vec<Option<f64>>>,
         /// All faces: left, top, width and height [px].
         faces: Vec<[f32; 4]>,
