@@ -77,6 +77,7 @@ impl Model {
         let placement = match (input.source, part) {
             (Source::Frame, _) => Some(Placement::of_picture(input, picture)),
             (Source::Aligned, Some(part)) => Placement::aligned(input, &part.points),
+            (Source::Hand, Some(part)) => Placement::of_hand(input, part),
             (_, Some(part)) => Placement::of_part(input, part),
             (_, None) => None,
         };

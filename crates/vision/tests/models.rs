@@ -181,3 +181,54 @@ fn a_model_of_faces_needs_one_that_finds_them_before_it() {
     let values = Chain::new(vec![model]).look(&drawn(1).0).unwrap().numbers;
     assert!(values[0].len() == 7 && values[0].iter().all(|value| value.is_nan()));
 }
+
+/// Models that find a palm in each half of a picture, and points of a hand.
+fn hands(folder: &Path, library: &Library) -> Chain {
+    let input = |size: [usize; 2]| {
+        format!("[input]\nsize = {size:?}\nlayout = 'nhwc'\nscale = 0.00392156862745098")
+    };
+    let palms =
+        format!("{}\n[output]\nkind = 'ssd'\nfinds = 'hand'\nanchors = [[16, 1]]", input([32, 16]));
+    let hand = format!(
+        "{}\nsource = 'hand'\n[output]\nkind = 'hand'\nnames = ['wrist', 'thumb_tip']",
+        input([8, 8])
+    );
+    let loaded = [("palms.onnx", palms), ("hand.onnx", hand)].map(|(file, rest)| {
+        let folder = folder.join(file.replace('.', "_"));
+        std::fs::create_dir_all(&folder).expect("the folder is writable");
+        Model::load(&described(&folder, file, &rest), library).expect("it can be loaded")
+    });
+    Chain::new(loaded.into())
+}
+
+#[test]
+fn each_hand_has_the_numbers_of_its_side() {
+    let library = onnx_runtime().expect("ONNX Runtime is in .venv: `make peers` installs it");
+    // Bright on the right, which the model takes for the right hand, and the other way round.
+    for (levels, sides) in [([20, 200], [0.0, 16.0]), ([200, 20], [16.0, 0.0])] {
+        let row = levels.map(|level| [level; 3 * 16]).concat();
+        let picture = Picture { width: 32, height: 16, rgb: row.repeat(16) };
+        for library in [&Library::Pure, &library] {
+            let folder = tempfile::tempdir().unwrap();
+            let looked = hands(folder.path(), library).look(&picture).unwrap();
+            let [palm, left, right] = looked.numbers.try_into().unwrap();
+            assert_eq!((palm.len(), palm[5]), (20, 2.0), "two palms");
+            for (hand, x) in [left, right].into_iter().zip(sides) {
+                // 6 px around a middle that is 2.4 px above that of the palm, at 8, 8.
+                let expected = [x + 5.375, 2.975, 0.9, x + 10.625, 8.225, 0.9];
+                let is_near = |(a, b): (&f64, f64)| (a - b).abs() < 1e-4;
+                assert!(hand.iter().zip(expected).all(is_near), "{hand:?} {expected:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn without_a_second_hand_its_numbers_are_unknown() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = Picture { width: 32, height: 16, rgb: vec![200; 3 * 32 * 16] };
+    let looked = hands(folder.path(), &Library::Pure).look(&picture).unwrap();
+    let [_, left, right] = looked.numbers.try_into().unwrap();
+    assert!(left.len() == 6 && left.iter().all(|number| number.is_nan()), "{left:?}");
+    assert!(right.iter().all(|number| number.is_finite()), "{right:?}");
+}

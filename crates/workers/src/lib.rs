@@ -4,6 +4,7 @@ mod program;
 mod frames;
 pub mod model;
 mod blur;
+mod pose_3d;
 mod child;
 mod guard;
 
@@ -14,6 +15,7 @@ use teampulse_core::worker::Worker;
 pub use blur::Blur;
 pub use frames::Frames;
 pub use model::Model;
+pub use pose_3d::Pose3d;
 pub use program::Program;
 
 /// The table of all workers.
@@ -22,6 +24,7 @@ pub const WORKERS: &[Entry<dyn Worker, WorkerContext>] = &[
     Entry::new::<frames::Frames>("frames"),
     Entry::new::<model::Model>("model"),
     Entry::new::<blur::Blur>("blur"),
+    Entry::new::<pose_3d::Pose3d>("pose_3d"),
 ];
 
 /// The context that workers are built with.

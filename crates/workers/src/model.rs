@@ -159,7 +159,7 @@ impl Model {
         }
     }
 
-    /// Declares the streams of a camera, one per model.
+    /// Declares the streams of a camera: one per model, two for a model of hands.
     fn camera(
         &self,
         pictures: &Stream,
@@ -167,14 +167,14 @@ impl Model {
         process: &Process<'_>,
         outlet: &Outlet,
     ) -> Camera {
-        let declare = |descriptor: &Descriptor| {
+        let declare = |(descriptor, token): (&Descriptor, String)| {
             let (name, subject) = match &self.person {
                 Some(person) => {
                     let camera = named(&pictures.name);
-                    let name = format!("/humans/persons/{person}/{camera}/{}", descriptor.name);
+                    let name = format!("/humans/persons/{person}/{camera}/{token}");
                     (name, Subject::person(person.clone()))
                 }
-                None => (format!("{}/{}", pictures.name, descriptor.name), pictures.subject()),
+                None => (format!("{}/{token}", pictures.name), pictures.subject()),
             };
             // Positions are published together with the size of their frame.
             let size = FRAME_CHANNELS.map(|name| Channel::new(name, "px"));
@@ -193,7 +193,11 @@ impl Model {
         };
         let least = descriptors.iter().filter_map(|descriptor| descriptor.max_hz).reduce(f64::min);
         let period_secs = self.max_hz.or(least).map_or(0.0, |rate_hz| (1.0 - EARLY) / rate_hz);
-        let streams = descriptors.iter().map(declare).collect();
+        let streams = descriptors
+            .iter()
+            .flat_map(|descriptor| descriptor.streams().map(move |token| (descriptor, token)))
+            .map(declare)
+            .collect();
         Camera { streams, period_secs, last: None, failing: None }
     }
 }
@@ -208,7 +212,7 @@ fn about(descriptor: &Descriptor) -> String {
 
 /// A camera that is being processed.
 struct Camera {
-    /// The streams, one per model.
+    /// The streams of the models, in order.
     streams: Vec<StreamId>,
     /// The least time between two processed frames [s].
     period_secs: f64,

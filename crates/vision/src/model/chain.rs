@@ -1,10 +1,13 @@
-//! A chain of models that process each picture in turn: detectors of faces or persons first, then the models that
+//! A chain of models that process each picture in turn: detectors of faces, persons or hands first, then the models that
 //! process these.
 
 use super::decode::{Detection, Found};
 use super::descriptor::{Descriptor, Source, Subject};
 use super::{Model, ModelError};
 use crate::picture::Picture;
+
+/// The most hands that a model of hands processes in a picture.
+const MOST_HANDS: usize = 4;
 
 /// Models in the order in which they process a picture.
 pub struct Chain {
@@ -14,7 +17,7 @@ pub struct Chain {
 /// What the models have found in a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Findings {
-    /// The channel values of each model: NaN where it found nothing, or had no input.
+    /// The channel values of each stream of each model: NaN where it found nothing, or had no input.
     pub numbers: Vec<Vec<f64>>,
     /// All faces found by any of the models.
     pub faces: Vec<Detection>,
@@ -36,6 +39,7 @@ fn subject(source: Source) -> Option<Subject> {
         Source::Frame => None,
         Source::Face | Source::Aligned => Some(Subject::Face),
         Source::Person => Some(Subject::Person),
+        Source::Hand => Some(Subject::Hand),
     }
 }
 
@@ -56,18 +60,26 @@ impl Chain {
         let mut looked = Findings::default();
         for model in &mut self.models {
             let wanted = subject(model.descriptor.input.source);
-            let part =
-                wanted.and_then(|wanted| parts.iter().find(|(subject, _)| *subject == wanted));
-            let found = model.look(picture, part.map(|(_, part)| part))?;
+            let is_wanted = |(subject, _): &&(Subject, Detection)| Some(*subject) == wanted;
+            let is_for_both = model.descriptor.output.sides().len() > 1;
+            let most = if is_for_both { MOST_HANDS } else { 1 };
+            let mut found = Vec::new();
+            for (_, part) in parts.iter().filter(is_wanted).take(most) {
+                found.extend(model.look(picture, Some(part))?);
+            }
+            if wanted.is_none() {
+                found.extend(model.look(picture, None)?);
+            }
             if let (Some(subject), Some(Found::Detections(found))) =
-                (model.descriptor.output.finds(), &found)
+                (model.descriptor.output.finds(), found.first())
             {
-                parts.extend(found.first().map(|best| (subject, best.clone())));
+                let best = found.iter().take(MOST_HANDS);
+                parts.extend(best.map(|part| (subject, part.clone())));
                 if subject == Subject::Face {
                     looked.faces.extend_from_slice(found);
                 }
             }
-            looked.numbers.push(model.descriptor.output.values(found.as_ref()));
+            looked.numbers.extend(model.descriptor.output.numbers(&found));
         }
         Ok(looked)
     }

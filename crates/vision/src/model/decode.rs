@@ -3,6 +3,7 @@
 mod boxes;
 mod classes;
 mod gaze;
+mod hand;
 mod heatmap;
 mod movenet;
 mod points;
@@ -19,6 +20,7 @@ use thiserror::Error;
 use super::descriptor::Subject;
 use super::input::Placement;
 use super::tensor::{Tensor, shown};
+pub use hand::SeenHand;
 
 /// The output of a model, by kind.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -40,10 +42,12 @@ pub enum Output {
     Gaze(gaze::Gaze),
     /// Faces as YuNet outputs them.
     Yunet(yunet::Yunet),
-    /// Faces as offsets from anchors (BlazeFace).
+    /// Faces or palms as offsets from anchors (BlazeFace).
     Ssd(ssd::Ssd),
     /// Persons, faces or objects as YOLO outputs them.
     Yolo(yolo::Yolo),
+    /// The points of a hand, and which hand it is.
+    Hand(hand::Hand),
 }
 
 /// The decoded output of a model.
@@ -55,6 +59,8 @@ pub enum Found {
     Detections(Vec<Detection>),
     /// Numbers.
     Values(Vec<f64>),
+    /// A hand; `None` where the part of the picture shows none.
+    Hand(Option<SeenHand>),
 }
 
 /// A keypoint.
@@ -66,7 +72,7 @@ pub struct Point {
     pub score: f32,
 }
 
-/// A part of a picture: a face, or a person.
+/// A part of a picture: a face, a person, or a hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detection {
     /// Its left side [px].
@@ -146,6 +152,7 @@ impl Output {
             Output::Yunet(kind) => kind,
             Output::Ssd(kind) => kind,
             Output::Yolo(kind) => kind,
+            Output::Hand(kind) => kind,
         }
     }
 
@@ -169,7 +176,26 @@ impl Output {
         !matches!(self, Output::Classes(_) | Output::Regression(_) | Output::Gaze(_))
     }
 
-    /// The values of a picture, one per channel: NaN where nothing was found.
+    /// What distinguishes its streams, at the end of their names: the side of a hand, otherwise nothing.
+    pub fn sides(&self) -> &'static [&'static str] {
+        match self {
+            Output::Hand(_) => &hand::SIDES,
+            _ => &[""],
+        }
+    }
+
+    /// The values of a picture for each of its streams, of everything found in it.
+    pub fn numbers(&self, found: &[Found]) -> Vec<Vec<f64>> {
+        match self {
+            Output::Hand(_) => {
+                let sides = hand::of_sides(found);
+                sides.into_iter().map(|hand| self.values(hand)).collect()
+            }
+            _ => vec![self.values(found.first())],
+        }
+    }
+
+    /// The values of a stream, one per channel: NaN where nothing was found.
     pub fn values(&self, found: Option<&Found>) -> Vec<f64> {
         let count = self.channels().len();
         let mut values = match found {
@@ -177,6 +203,9 @@ impl Output {
             Some(Found::Values(values)) => values.clone(),
             Some(Found::Points(points)) => points.iter().flat_map(Point::values).collect(),
             Some(Found::Detections(found)) => boxes::values(found),
+            Some(Found::Hand(hand)) => {
+                hand.iter().flat_map(|hand| &hand.points).flat_map(Point::values).collect()
+            }
         };
         values.resize(count, f64::NAN);
         values
@@ -196,7 +225,7 @@ impl Found {
     #[must_use]
     pub fn placed(mut self, placement: &Placement) -> Found {
         match &mut self {
-            Found::Points(points) => {
+            Found::Points(points) | Found::Hand(Some(SeenHand { points, .. })) => {
                 for point in points {
                     point.place = placement.in_picture(point.place);
                 }
@@ -206,7 +235,7 @@ impl Found {
                     each.place(placement);
                 }
             }
-            Found::Values(_) => {}
+            Found::Values(_) | Found::Hand(None) => {}
         }
         self
     }

@@ -74,8 +74,9 @@ pub struct Input {
     /// The value of the border, and of the area outside the picture (0 to 255).
     #[serde(default)]
     pub fill: f32,
-    /// The part of the picture that it processes: the whole `frame`, the `face` or the `person` found by an earlier
-    /// model, or a face `aligned` by its five points.
+    /// The part of the picture that it processes: the whole `frame`, the `face`, the `person` or the `hand` found by an
+    /// earlier model, or a face `aligned` by its five points. A hand whose palm has points is rotated so that its fingers
+    /// point up.
     #[serde(default)]
     pub source: Source,
     /// How much the part is enlarged on each side: 0.25 adds a quarter to each.
@@ -152,6 +153,8 @@ pub enum Source {
     Person,
     /// That face, rotated and scaled by its five points.
     Aligned,
+    /// The hand that an earlier model found, turned by the points of its palm.
+    Hand,
 }
 
 /// What a model finds for later ones.
@@ -162,6 +165,8 @@ pub enum Subject {
     Face,
     /// A person.
     Person,
+    /// A hand.
+    Hand,
 }
 
 impl std::fmt::Display for Subject {
@@ -169,6 +174,7 @@ impl std::fmt::Display for Subject {
         out.write_str(match self {
             Subject::Face => "face",
             Subject::Person => "person",
+            Subject::Hand => "hand",
         })
     }
 }
@@ -238,6 +244,11 @@ impl Descriptor {
         } else {
             Err(DescriptorError::Hash { name, is, expected })
         }
+    }
+
+    /// The last tokens of the names of its streams: its own name, or one for each side for a model of hands.
+    pub fn streams(&self) -> impl Iterator<Item = String> {
+        self.output.sides().iter().map(|side| format!("{}{side}", self.name))
     }
 
     /// The path of the model file, next to the descriptor at this path.

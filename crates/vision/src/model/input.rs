@@ -16,6 +16,9 @@ const FACE_112: [[f64; 2]; 5] = [
     [70.7299, 92.2041],
 ];
 
+/// How far the middle of a hand is above that of its palm, as a share of the palm's height: the fingers are above it.
+const PALM_TO_HAND: f64 = 0.4;
+
 /// The similarity transform from a model's input to a picture. The origin of both is the centre of the first pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
@@ -70,6 +73,35 @@ impl Placement {
         let (right, down) = ([cosine, sine], [-sine, cosine]);
         let origin = [0, 1].map(|axis| to[axis] - right[axis] * from[0] - down[axis] * from[1]);
         is_face.then_some(Placement { right, down, origin })
+    }
+
+    /// A hand, as a square around the points of its palm, grown by the margin and turned so that the way from the wrist
+    /// (the first point) to the root of the middle finger (the third) is up. A hand without points is placed as any other
+    /// part. `None` where the points have no extent.
+    pub fn of_hand(input: &Input, part: &Detection) -> Option<Placement> {
+        let &[wrist, _, middle, ..] = part.points.as_slice() else {
+            return Placement::of_part(input, part);
+        };
+        let way = [0, 1].map(|axis| f64::from(wrist[axis]) - f64::from(middle[axis]));
+        let length = way[0].hypot(way[1]);
+        let down = way.map(|part| part / length);
+        let right = [down[1], -down[0]];
+        let along = |axis: [f64; 2]| {
+            let places = part.points.iter();
+            let places = places.map(|[x, y]| axis[0] * f64::from(*x) + axis[1] * f64::from(*y));
+            let ends = (f64::INFINITY, f64::NEG_INFINITY);
+            places.fold(ends, |(least, most), place| (least.min(place), most.max(place)))
+        };
+        let ((left, end), (top, bottom)) = (along(right), along(down));
+        let side = (end - left).max(bottom - top) * (1.0 + input.margin);
+        let is_hand = length > 1e-3 && (1.0..=1e6).contains(&side);
+        let above = PALM_TO_HAND * (bottom - top);
+        let middle = [f64::midpoint(left, end), f64::midpoint(top, bottom) - above];
+        let step = side / input.size[0].min(input.size[1]) as f64;
+        let from = [0, 1].map(|axis| middle[axis] - step * (input.size[axis] as f64 - 1.0) / 2.0);
+        let origin = [0, 1].map(|axis| right[axis] * from[0] + down[axis] * from[1]);
+        let (right, down) = (right.map(|part| part * step), down.map(|part| part * step));
+        is_hand.then_some(Placement { right, down, origin })
     }
 
     /// A rectangle of a picture, from the corner of its first pixel.

@@ -15,6 +15,8 @@ pub const READY: &[Ready] = &[
     Ready { name: "fer", text: include_str!("../../descriptors/fer.toml") },
     Ready { name: "mediapipe_pose", text: include_str!("../../descriptors/mediapipe_pose.toml") },
     Ready { name: "rtmpose", text: include_str!("../../descriptors/rtmpose.toml") },
+    Ready { name: "mediapipe_palm", text: include_str!("../../descriptors/mediapipe_palm.toml") },
+    Ready { name: "mediapipe_hand", text: include_str!("../../descriptors/mediapipe_hand.toml") },
     Ready { name: "emotieff", text: include_str!("../../descriptors/emotieff.toml") },
 ];
 

@@ -2,7 +2,8 @@
 
 `joints.onnx` finds the joints of a drawn person: each joint has a colour of its own, and the map of a joint is high
 where the picture has that colour. Nothing was trained. `net.onnx` has random weights (seed 1) in the layers that
-small networks of pictures have.
+small networks of pictures have. `palms.onnx` finds an upright palm in each half of any picture, and `hand.onnx` a hand
+in any picture, a right one if it is bright.
 """
 
 import sys
@@ -81,6 +82,23 @@ def net() -> None:
     saved("net", nodes, {"picture": [1, 3, 32, 32]}, {"scores": [1, 7]}, weights)
 
 
+def hands() -> None:
+    """Numbers that are the same for every picture, but for which hand it is: the mean brightness."""
+    palm = [[0, 3], [-2, -2], [0, -3], [1.5, -2.5], [3, -1], [-2, 2], [-3, 0]]
+    row = numpy.concatenate([[0, 0, 6, 6], numpy.ravel(palm)])
+    mean = helper.make_node("ReduceMean", ["picture"], ["mean"], keepdims=0)
+    nothing = helper.make_node("Mul", ["mean", "zero"], ["nothing"])
+    same = lambda name: helper.make_node("Add", [f"{name}_is", "nothing"], [name])
+    weights = {"zero": 0, "offsets_is": [[row, row]], "scores_is": [[[4], [3]]]}
+    outputs = {"offsets": [1, 2, 18], "scores": [1, 2, 1]}
+    saved("palms", [mean, nothing, same("offsets"), same("scores")], {"picture": [1, 16, 32, 3]}, outputs, weights)
+    right = helper.make_node("Mul", ["ones", "mean"], ["handedness"])
+    weights = {"zero": 0, "points_is": [[0, 0, 5, 7, 7, 5]], "presence_is": [[0.9]], "ones": [[1]]}
+    outputs = {"points": [1, 6], "presence": [1, 1], "handedness": [1, 1]}
+    saved("hand", [mean, nothing, same("points"), same("presence"), right], {"picture": [1, 8, 8, 3]}, outputs, weights)
+
+
 if __name__ == "__main__":
     joints()
     net()
+    hands()

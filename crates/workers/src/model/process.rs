@@ -74,7 +74,7 @@ pub(crate) struct Process<'a> {
 pub(crate) enum Seen {
     /// The findings in the picture.
     Found {
-        /// The values of each model.
+        /// The values of each stream of each model.
         numbers: Vec<Vec<f64>>,
         /// All faces: left, top, width and height [px].
         faces: Vec<[f32; 4]>,

@@ -90,11 +90,13 @@ fn seen(chain: &mut Chain, picture: &Picture) -> Result<Reply, String> {
     let Findings { numbers, faces } = chain.look(picture).map_err(|error| error.to_string())?;
     let finite = |number: f64| Some(number).filter(|number| number.is_finite());
     let size = [picture.width, picture.height].map(|side| Some(f64::from(side)));
-    let of_model = |(numbers, model): (Vec<f64>, &mut Model)| {
-        let size = size.into_iter().filter(|_| model.descriptor.output.has_places());
+    let outputs = chain.models().iter().map(|model| &model.descriptor.output);
+    let of_streams = outputs.flat_map(|output| output.sides().iter().map(|_| output.has_places()));
+    let of_stream = |(numbers, has_places): (Vec<f64>, bool)| {
+        let size = size.into_iter().filter(|_| has_places);
         numbers.into_iter().map(finite).chain(size).collect()
     };
-    let numbers = numbers.into_iter().zip(chain.models()).map(of_model).collect();
+    let numbers = numbers.into_iter().zip(of_streams).map(of_stream).collect();
     let sides = |face: &Detection| [face.left, face.top, face.width, face.height];
     // JSON has only finite numbers; a face without a position may be anywhere.
     let known = |sides: [f32; 4]| sides.iter().all(|side| side.is_finite()).then_some(sides);

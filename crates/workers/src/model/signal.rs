@@ -38,6 +38,8 @@ mod tests {
         assert_eq!(of("yunet"), Signal::Face);
         assert_eq!(of("mediapipe_pose"), Signal::Body);
         assert_eq!(of("rtmpose"), Signal::Body);
+        assert_eq!(of("mediapipe_hand"), Signal::Other);
+        assert_eq!(of("mediapipe_palm"), Signal::Other);
         assert_eq!(of("fer"), Signal::Expression);
         assert_eq!(of("emotieff"), Signal::Expression);
     }

@@ -25,7 +25,7 @@ pub(super) enum Reply {
     },
     /// The findings in a picture.
     Seen {
-        /// The values of each model; null for NaN.
+        /// The values of each stream of each model; null for NaN.
         numbers: Vec<Vec<Option<f64>>>,
         /// All faces: left, top, width and height [px].
         faces: Vec<[f32; 4]>,

@@ -1,5 +1,5 @@
-//! Faces as offsets from anchors of one size, as BlazeFace outputs them (Bazarevsky et al. 2019, arXiv:1907.05047): 1
-//! × anchors × (4 + two per point), and 1 × anchors × 1 scores.
+//! Faces or palms as offsets from anchors of one size, as BlazeFace outputs them (Bazarevsky et al. 2019,
+//! arXiv:1907.05047): 1 × anchors × (4 + two per point), and 1 × anchors × 1 scores.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -9,18 +9,24 @@ use crate::model::descriptor::Subject;
 use crate::model::tensor::sigmoid;
 
 /// The points of a face; left and right are the person's own.
-const POINTS: [&str; 6] = ["right_eye", "left_eye", "nose", "mouth", "right_ear", "left_ear"];
+const OF_FACE: [&str; 6] = ["right_eye", "left_eye", "nose", "mouth", "right_ear", "left_ear"];
+/// The points of a palm: the wrist, the bases of the fingers, and the two joints at the base of the thumb.
+const OF_PALM: [&str; 7] =
+    ["wrist", "index_mcp", "middle_mcp", "ring_mcp", "pinky_mcp", "thumb_cmc", "thumb_mcp"];
 
-/// The settings of faces as offsets from anchors.
+/// The settings of faces or palms as offsets from anchors.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ssd {
     /// The cell spacing of each layer [px] and the number of anchors per cell: `[[8, 2], [16, 6]]`.
     pub anchors: Vec<[usize; 2]>,
-    /// The least confidence of a face, 0 to 1.
+    /// What it finds for later models: a `face`, with six points, or a `hand`, with the seven points of its palm.
+    #[serde(default = "face")]
+    pub finds: Subject,
+    /// The least confidence, 0 to 1.
     #[serde(default = "least_score")]
     pub least_score: f32,
-    /// The largest overlap of two faces (intersection over union).
+    /// The largest overlap of two of them (intersection over union).
     #[serde(default = "most_overlap")]
     pub most_overlap: f32,
     /// The name of the output for offsets. By default the first one.
@@ -29,6 +35,10 @@ pub struct Ssd {
     /// The name of the output for scores. By default the second one.
     #[serde(default)]
     pub scores: Option<String>,
+}
+
+fn face() -> Subject {
+    Subject::Face
 }
 
 fn least_score() -> f32 {
@@ -44,7 +54,7 @@ impl Decode for Ssd {
         let offsets = output(outputs, self.offsets.as_deref(), 0)?;
         let scores = output(outputs, self.scores.as_deref(), 1)?;
         let anchors = self.centres(size);
-        let width = 4 + 2 * POINTS.len();
+        let width = 4 + 2 * self.points().len();
         if offsets.values.len() != anchors.len() * width {
             return Err(misshaped(offsets, format!("1 × {} × {width}", anchors.len())));
         }
@@ -52,22 +62,25 @@ impl Decode for Ssd {
             return Err(misshaped(scores, format!("1 × {} × 1", anchors.len())));
         }
         let rows = offsets.values.chunks_exact(width).zip(&scores.values).zip(anchors);
-        let face = |((row, score), anchor): ((&[f32], &f32), [f32; 2])| {
+        let part = |((row, score), anchor): ((&[f32], &f32), [f32; 2])| {
             let score = sigmoid(*score);
-            (score >= self.least_score).then(|| face(row, score, anchor))
+            (score >= self.least_score).then(|| part(row, score, anchor))
         };
-        Ok(Found::Detections(boxes::apart(rows.filter_map(face).collect(), self.most_overlap)))
+        Ok(Found::Detections(boxes::apart(rows.filter_map(part).collect(), self.most_overlap)))
     }
 
     fn channels(&self) -> Vec<(String, &'static str)> {
-        boxes::channels(&POINTS)
+        boxes::channels(self.points())
     }
 
     fn finds(&self) -> Option<Subject> {
-        Some(Subject::Face)
+        Some(self.finds)
     }
 
     fn wrong(&self) -> Option<String> {
+        if self.finds == Subject::Person {
+            return Some("`finds` of the kind `ssd` is `face` or `hand`".to_owned());
+        }
         let is_wrong = self.anchors.is_empty()
             || self.anchors.len() > 16
             || self.anchors.iter().any(|[stride, count]| *stride == 0 || !(1..=64).contains(count));
@@ -78,6 +91,14 @@ impl Decode for Ssd {
 }
 
 impl Ssd {
+    /// The names of the points of what it finds.
+    fn points(&self) -> &'static [&'static str] {
+        match self.finds {
+            Subject::Hand => &OF_PALM,
+            _ => &OF_FACE,
+        }
+    }
+
     /// The centres of all anchors [px].
     fn centres(&self, [width, height]: [usize; 2]) -> Vec<[f32; 2]> {
         let mut centres = Vec::new();
@@ -93,8 +114,8 @@ impl Ssd {
     }
 }
 
-/// The face of an anchor: its centre, its sides and its points, all in pixels from the anchor's centre.
-fn face(row: &[f32], score: f32, [x, y]: [f32; 2]) -> Detection {
+/// What is at an anchor: its centre, its sides and its points, all in pixels from the anchor's centre.
+fn part(row: &[f32], score: f32, [x, y]: [f32; 2]) -> Detection {
     let (centre, points) = ([row[0] + x, row[1] + y], row[4..].as_chunks::<2>().0);
     Detection {
         left: centre[0] - row[2] / 2.0,

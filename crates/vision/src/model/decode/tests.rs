@@ -166,7 +166,75 @@ fn yolo_of_both_versions_finds_persons() {
     assert_near(&old, &[40., 40., 20., 40., f64::from(0.5_f32 * 1.2), 1.0]);
 }
 
-const KINDS: [&str; 10] = [
+#[test]
+fn ssd_finds_palms_with_seven_points() {
+    let mut offsets = vec![0.0; 18];
+    offsets[..4].copy_from_slice(&[1.0, 2.0, 6.0, 4.0]);
+    offsets[16..].copy_from_slice(&[-3.0, 5.0]);
+    let outputs = [tensor("o", &[1, 1, 18], &offsets), tensor("s", &[1, 1, 1], &[0.0])];
+    let settings = "kind = 'ssd'\nfinds = 'hand'\nanchors = [[16, 1]]";
+    let values = read(settings, &outputs, [16, 16]);
+    assert_near(&values[..6], &[6., 8., 6., 4., 0.5, 1.]);
+    assert_near(&values[18..], &[5., 13.]);
+    let names: Vec<String> = kind(settings).channels().into_iter().map(|(name, _)| name).collect();
+    assert_eq!((names[6].as_str(), names[18].as_str()), ("wrist_x", "thumb_mcp_x"));
+    assert_eq!(kind(settings).finds(), Some(Subject::Hand));
+    assert!(kind("kind = 'ssd'\nfinds = 'person'\nanchors = [[16, 1]]").wrong().is_some());
+}
+
+/// What MediaPipe's model gives of a hand of two points.
+fn hand(first: f32, presence: f32, is_right: f32) -> [Tensor; 4] {
+    [
+        tensor("points", &[1, 6], &[first, 20., -3., 30., 40., 7.]),
+        tensor("presence", &[1, 1], &[presence]),
+        tensor("handedness", &[1, 1], &[is_right]),
+        tensor("world", &[1, 6], &[0.0; 6]),
+    ]
+}
+
+const HAND: &str = "kind = 'hand'\nnames = ['wrist', 'thumb_tip']\nleast_score = 0.8";
+
+#[test]
+fn a_hand_has_its_points_with_its_own_score() {
+    let found = kind(HAND).decode(&hand(10.0, 0.875, 0.25), [224, 224]).unwrap();
+    let Found::Hand(Some(seen)) = &found else { panic!("{found:?}") };
+    assert_eq!((seen.score, seen.is_right), (0.875, false));
+    assert_near(&kind(HAND).values(Some(&found)), &[10., 20., 0.875, 30., 40., 0.875]);
+    assert_eq!(kind(HAND).decode(&hand(10.0, 0.75, 0.25), [224, 224]), Ok(Found::Hand(None)));
+    let unknown = kind(HAND).decode(&hand(10.0, f32::NAN, 0.25), [224, 224]);
+    assert_eq!(unknown, Ok(Found::Hand(None)));
+    let named = format!("{HAND}\npresence = 'handedness'\nhandedness = 'presence'");
+    let found = kind(&named).decode(&hand(10.0, 0.25, 0.9), [224, 224]).unwrap();
+    assert!(matches!(found, Found::Hand(Some(SeenHand { is_right: false, .. }))), "{found:?}");
+}
+
+#[test]
+fn of_several_hands_of_a_side_the_most_certain_is_its_stream() {
+    let seen = [(1.0, 0.9, 0.9), (2.0, 0.95, 0.8), (3.0, 0.85, 0.1), (4.0, 0.5, 0.1)];
+    let found = seen.map(|(first, presence, is_right)| {
+        kind(HAND).decode(&hand(first, presence, is_right), [224, 224]).unwrap()
+    });
+    let [left, right] = kind(HAND).numbers(&found).try_into().unwrap();
+    assert_eq!((left[0], right[0]), (3.0, 2.0));
+    let [left, right] = kind(HAND).numbers(&found[..2]).try_into().unwrap();
+    assert!(
+        left.len() == 6
+            && left.iter().all(|number| number.is_nan())
+            && (right[0] - 2.0).abs() < 1e-6
+    );
+    assert_eq!(kind(HAND).sides(), ["_left", "_right"]);
+}
+
+#[test]
+fn outputs_that_are_no_hand_are_named() {
+    let [points, presence, handedness, _] = hand(1.0, 0.9, 0.9);
+    let swapped = kind(HAND).decode(&[presence.clone(), points.clone(), handedness], [8, 8]);
+    assert!(swapped.unwrap_err().to_string().contains("`presence` is 1 × 1; expected 6 numbers"));
+    let twice = kind(HAND).decode(&[points.clone(), points, presence], [8, 8]).unwrap_err();
+    assert!(twice.to_string().contains("`points` is 1 × 6; expected one number"), "{twice}");
+}
+
+const KINDS: [&str; 12] = [
     "kind = 'heatmap'\nnames = ['a', 'b']",
     "kind = 'simcc'\nnames = ['a', 'b']",
     "kind = 'points'\nnames = ['a', 'b']\nstride = 3\nscore = 2",
@@ -177,6 +245,8 @@ const KINDS: [&str; 10] = [
     "kind = 'yunet'",
     "kind = 'ssd'\nanchors = [[8, 2]]",
     "kind = 'yolo'\nversion = 'v8'\nfinds = 'face'\nclass = 1",
+    "kind = 'ssd'\nfinds = 'hand'\nanchors = [[8, 2]]",
+    "kind = 'hand'\nnames = ['a', 'b']",
 ];
 
 #[test]

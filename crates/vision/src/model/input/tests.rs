@@ -105,3 +105,50 @@ fn a_turned_face_is_upright_in_an_aligned_input() {
     assert_eq!(Placement::aligned(&input, &turned[..4]), None);
     assert_eq!(Placement::aligned(&input, &[[5.0, 5.0]; 5]), None);
 }
+
+/// The points of an upright palm of 60 × 40 pixels, from its wrist.
+const PALM: [[f32; 2]; 7] =
+    [[0., 0.], [-30., -40.], [0., -40.], [15., -38.], [30., -30.], [-20., -10.], [-28., -20.]];
+
+fn palm(points: [[f32; 2]; 7]) -> Detection {
+    let (left, top, width, height, score) = (0.0, 0.0, 60.0, 40.0, 1.0);
+    Detection { left, top, width, height, score, points: points.to_vec() }
+}
+
+#[test]
+fn a_hand_is_a_square_around_its_palm_with_the_fingers_in_it() {
+    let input = Input { margin: 2.0, ..input([100, 100], Resize::Letterbox) };
+    let placed =
+        Placement::of_hand(&input, &palm(PALM.map(|[x, y]| [x + 200., y + 300.]))).unwrap();
+    // Three times 60 px; its middle is 0.4 × 40 px above that of the palm.
+    assert_eq!(tenths(placed.in_picture([49.5, 49.5])), [2000, 2640]);
+    assert_eq!(tenths(placed.scale()), [18, 18]);
+    assert_eq!(tenths(placed.in_picture([-0.5, -0.5])), [1100, 1740]);
+}
+
+#[test]
+fn a_turned_hand_is_upright_in_its_input() {
+    let input = Input { margin: 2.0, ..input([100, 100], Resize::Letterbox) };
+    let upright = Placement::of_hand(&input, &palm(PALM)).unwrap();
+    for degrees in [30.0_f32, 90.0, 180.0, 265.0] {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let turn = |[x, y]: [f32; 2]| [x * cosine - y * sine + 70.0, x * sine + y * cosine - 9.0];
+        let turned = Placement::of_hand(&input, &palm(PALM.map(turn))).unwrap();
+        for place in [[0.0, 0.0], [99.0, 0.0], [20.0, 70.0]] {
+            let (is, expected) = (turned.in_picture(place), turn(upright.in_picture(place)));
+            assert!((is[0] - expected[0]).hypot(is[1] - expected[1]) < 0.01, "{is:?} {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn a_palm_without_extent_is_no_hand() {
+    let input = input([100, 100], Resize::Letterbox);
+    let of = |points: [[f32; 2]; 7]| Placement::of_hand(&input, &palm(points));
+    assert_eq!(of([[5.0, 5.0]; 7]), None);
+    assert_eq!(of(PALM.map(|[x, y]| [x * f32::INFINITY, y])), None);
+    assert_eq!(of(PALM.map(|[x, _]| [x, f32::NAN])), None);
+    // What has no points of a palm is placed as it is.
+    let part = Detection { points: Vec::new(), ..palm(PALM) };
+    assert_eq!(Placement::of_hand(&input, &part), Placement::of_part(&input, &part));
+}
