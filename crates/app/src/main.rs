@@ -2,6 +2,10 @@
 
 use std::process::ExitCode;
 
+/// Records are allocated by one thread and freed by others, which costs the C library's allocator a tenth of a session.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() -> ExitCode {
     teampulse::main()
 }
