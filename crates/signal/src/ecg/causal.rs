@@ -13,8 +13,9 @@ use super::recent::{MEMORY, Recent};
 use super::shape::{Shape, alike};
 use crate::error::SignalError;
 
-/// How long a maximum of the envelope must remain the highest [s].
-const WAIT_SECS: f64 = 0.11;
+/// How late a maximum of the envelope is known to remain the highest [s]. (The main deflection of one beat in a
+/// hundred precedes it by more than 35 ms.)
+const LATENCY_SECS: f64 = 0.213;
 /// The refractory period of the ventricles [s]. (Short, so that a P wave taken for a beat does not hide the
 /// QRS complex after it.)
 const REFRACTORY_SECS: f64 = 0.16;
@@ -75,7 +76,7 @@ impl BeatDetector {
     ///
     /// Returns an error for another rate.
     pub fn new(rate_hz: f64) -> Result<BeatDetector, SignalError> {
-        Ok(BeatDetector::over(Candidates::new(rate_hz, WAIT_SECS)?))
+        Ok(BeatDetector::over(Candidates::new(rate_hz, LATENCY_SECS)?))
     }
 
     pub(super) fn over(candidates: Candidates) -> BeatDetector {

@@ -10,8 +10,8 @@ use super::rhythm::{self, chain};
 use super::shape::alike;
 use crate::error::SignalError;
 
-/// How long a maximum of the envelope must remain the highest [s].
-const WAIT_SECS: f64 = 0.15;
+/// How late a maximum of the envelope is known to remain the highest [s].
+const LATENCY_SECS: f64 = 0.255;
 /// The number of passes that choose beats anew from the statistics of the last choice.
 const PASSES: usize = 3;
 /// The number of cycles before and after that define what is usual, and the range of usual cycles [s].
@@ -28,7 +28,7 @@ const CYCLE_SECS: (f64, f64) = (0.22, 2.4);
 ///
 /// Returns an error for another rate.
 pub fn find_beats(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, SignalError> {
-    let mut candidates = Candidates::new(rate_hz, WAIT_SECS)?;
+    let mut candidates = Candidates::new(rate_hz, LATENCY_SECS)?;
     let mut detector = BeatDetector::over(candidates.clone());
     // The end of the recording counts as a gap.
     let beyond = std::iter::repeat_n(f64::NAN, candidates.latency());
