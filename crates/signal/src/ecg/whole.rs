@@ -83,6 +83,8 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
     let heights = Around::new(beats, &heights, MEMORY);
     let other_heights = Around::new(&others, &other_heights, MEMORY);
     let cycles_secs = Around::new(&ends, &cycles_secs, CYCLES);
+    let waves: Vec<f64> = pairs.iter().map(|pair| highest_between(candidates, pair)).collect();
+    let waves = Around::new(&ends, &waves, MEMORY);
     let at = |place| {
         let cycle_secs = cycles_secs.median(place).unwrap_or(FIRST_CYCLE_SECS);
         let cycle_secs = cycle_secs.clamp(CYCLE_SECS.0, CYCLE_SECS.1);
@@ -98,7 +100,12 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
             }
             None => other_heights.median(place).unwrap_or(0.0),
         };
-        let usual = Usual { beat: heights.median(place).unwrap_or(0.0), other, cycle_secs };
+        let usual = Usual {
+            beat: heights.median(place).unwrap_or(0.0),
+            other,
+            wave: waves.median(place),
+            cycle_secs,
+        };
         let candidate = &candidates[place];
         let alike = if is_sure(candidate, &usual) {
             0.0
@@ -109,6 +116,11 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
         rhythm::Around { usual, alike }
     };
     (0..candidates.len()).map(at).collect()
+}
+
+/// The height of the highest candidate between two beats.
+fn highest_between(candidates: &[Candidate], pair: &[usize]) -> f64 {
+    candidates[pair[0] + 1..pair[1]].iter().map(|each| each.strength).fold(0.0, f64::max)
 }
 
 /// Medians of the values around an index.
