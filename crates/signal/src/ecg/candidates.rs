@@ -64,8 +64,10 @@ pub(super) struct Candidates {
 }
 
 impl Candidates {
+    /// A maximum must remain the highest until `latency_secs` after it, the delay of the envelope included.
+    ///
     /// Returns an error when the rate is not between 80 and 4000 Hz.
-    pub(super) fn new(rate_hz: f64, wait_secs: f64) -> Result<Candidates, SignalError> {
+    pub(super) fn new(rate_hz: f64, latency_secs: f64) -> Result<Candidates, SignalError> {
         let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
         let intake = Intake::new(rate_hz);
         let working_hz = rate_hz / intake.group() as f64;
@@ -73,7 +75,8 @@ impl Candidates {
         let half = (REACH_SIGMAS * sigma_secs(3, QRS_HZ) * working_hz).ceil() as usize;
         let smooth = 2 * places(QRS_SECS / 2.0) + 1;
         let quiet = places(QUIET_SECS);
-        let wait = places(wait_secs);
+        let lag = half + smooth / 2;
+        let wait = ((latency_secs * working_hz) as usize).saturating_sub(lag);
         // Refining a peak needs less than a second of signal.
         let second = places(1.0);
         Ok(Candidates {
@@ -85,7 +88,7 @@ impl Candidates {
             energy: History::new(quiet + wait + 1),
             even: Kernel::even(QRS_HZ, half, working_hz),
             odd: Kernel::odd(QRS_HZ, half, working_hz),
-            lag: (half + smooth / 2) as i64,
+            lag: lag as i64,
             smooth,
             quiet: quiet as i64,
             quiet_values: Vec::with_capacity((quiet + wait) / QUIET_STEP + 1),

@@ -7,14 +7,15 @@ use super::candidates::{Candidate, Candidates};
 use super::deflections::Deflections;
 use super::judge::{
     FIRST_CYCLE_SECS, LEARNING_SECS, Usual, is_alike, is_artefact, is_t_wave, share_when_alike,
-    stands_out,
+    stands_out, stands_out_at_first,
 };
 use super::recent::{MEMORY, Recent};
 use super::shape::{Shape, alike};
 use crate::error::SignalError;
 
-/// How long a maximum of the envelope must remain the highest [s].
-const WAIT_SECS: f64 = 0.11;
+/// How late a maximum of the envelope is known to remain the highest [s]. (The main deflection of one beat in a
+/// hundred precedes it by more than 35 ms.)
+const LATENCY_SECS: f64 = 0.213;
 /// The refractory period of the ventricles [s]. (Short, so that a P wave taken for a beat does not hide the
 /// QRS complex after it.)
 const REFRACTORY_SECS: f64 = 0.16;
@@ -55,6 +56,8 @@ pub struct BeatDetector {
     is_learning: bool,
     beats: Recent,
     others: Deflections,
+    /// The highest other deflection of each of the newest cycles.
+    waves: Deflections,
     /// The waveforms of the newest beats.
     shapes: [Shape; MEMORY],
     accepted: usize,
@@ -75,7 +78,7 @@ impl BeatDetector {
     ///
     /// Returns an error for another rate.
     pub fn new(rate_hz: f64) -> Result<BeatDetector, SignalError> {
-        Ok(BeatDetector::over(Candidates::new(rate_hz, WAIT_SECS)?))
+        Ok(BeatDetector::over(Candidates::new(rate_hz, LATENCY_SECS)?))
     }
 
     pub(super) fn over(candidates: Candidates) -> BeatDetector {
@@ -85,6 +88,7 @@ impl BeatDetector {
             is_learning: true,
             beats: Recent::default(),
             others: Deflections::default(),
+            waves: Deflections::default(),
             shapes: [Shape::NONE; MEMORY],
             accepted: 0,
             artefacts: 0,
@@ -143,6 +147,7 @@ impl BeatDetector {
         (self.last, self.before) = (None, None);
         self.beats = Recent::default();
         self.others = Deflections::default();
+        self.waves = Deflections::default();
         self.shapes = [Shape::NONE; MEMORY];
         (self.accepted, self.artefacts) = (0, 0);
         self.passed.clear();
@@ -184,8 +189,8 @@ impl BeatDetector {
         let earliest = last.secs + REFRACTORY_SECS.max(EARLIEST_CYCLES * usual.cycle_secs);
         let late = self.passed.iter().filter(|passed| passed.secs >= earliest);
         let best = late.max_by(|a, b| a.strength.total_cmp(&b.strength)).copied();
-        let least = SEARCH_BACK_SHARE * usual.threshold(usual.cycle_secs);
         let beat = best.filter(|best| {
+            let least = SEARCH_BACK_SHARE * usual.threshold(usual.cycle_secs, best.restlessness);
             let alike = self.alike(best);
             let least = least.max(usual.other) * share_when_alike(best, alike);
             best.strength > least && stands_out(best, alike)
@@ -210,8 +215,8 @@ impl BeatDetector {
         let share = share_when_alike(&candidate, alike);
         let is_fast = usual.cycle_secs < FAST_SECS && is_alike(alike);
         let is_t_wave = !is_fast && self.last.is_some_and(|last| is_t_wave(&candidate, &last));
-        let surpasses = candidate.strength > share * usual.threshold(secs);
-        if surpasses && stands_out(&candidate, alike) && !is_t_wave {
+        let surpasses = candidate.strength > share * usual.threshold(secs, candidate.restlessness);
+        if surpasses && stands_out_at_first(&candidate, alike) && !is_t_wave {
             self.accept(candidate, found);
         } else {
             self.others.push(candidate.secs, candidate.strength);
@@ -239,8 +244,10 @@ impl BeatDetector {
         let is_p_wave = |last: &&Candidate| {
             beat.secs - last.secs < P_WAVE_SECS && beat.strength > last.strength
         };
+        let highest = self.highest_before(beat);
         if let Some(p_wave) = self.last.as_ref().filter(is_p_wave) {
             self.others.push(p_wave.secs, p_wave.strength);
+            self.waves.raise_newest(p_wave.strength);
             self.beats.replace_newest(beat.strength);
             if let Some(before) = &self.before {
                 self.cycles_secs.replace_newest(cycle_secs(before));
@@ -249,9 +256,16 @@ impl BeatDetector {
         }
         if let Some(last) = &self.last {
             self.cycles_secs.push(cycle_secs(last));
+            self.waves.push(beat.secs, highest);
         }
         self.beats.push(beat.strength);
         self.before = self.last;
+    }
+
+    /// The height of the highest deflection between the last beat and this one.
+    fn highest_before(&self, beat: &Candidate) -> f64 {
+        let before = self.passed.iter().filter(|passed| passed.secs < beat.secs);
+        before.map(|passed| passed.strength).fold(0.0, f64::max)
     }
 
     fn pass(&mut self, candidate: Candidate) {
@@ -271,6 +285,7 @@ impl BeatDetector {
         Usual {
             beat: self.beats.median().unwrap_or(0.0),
             other: self.others.usual(at_secs, self.accepted, cycle_secs),
+            wave: self.waves.median(at_secs),
             cycle_secs,
         }
     }

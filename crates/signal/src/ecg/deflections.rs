@@ -29,6 +29,18 @@ impl Deflections {
         self.next = (self.next + 1) % MEMORY;
     }
 
+    /// Raises the newest height to at least this one.
+    pub(super) fn raise_newest(&mut self, strength: f64) {
+        let newest = &mut self.newest[(self.next + MEMORY - 1) % MEMORY];
+        newest.1 = newest.1.max(strength);
+    }
+
+    /// The median height of the deflections near a time [s].
+    pub(super) fn median(&self, at_secs: f64) -> Option<f64> {
+        let is_any = self.newest.iter().any(|(secs, _)| is_near(at_secs - secs));
+        is_any.then(|| self.usual(at_secs, 0, 1.0))
+    }
+
     /// The median height of the deflections near a time [s], counting one per beat of the last `beats` cycles
     /// [s]; missing ones count as zero.
     pub(super) fn usual(&self, at_secs: f64, beats: usize, cycle_secs: f64) -> f64 {

@@ -8,6 +8,8 @@ pub(super) const LEARNING_SECS: f64 = 2.0;
 pub(super) const FIRST_CYCLE_SECS: f64 = 0.8;
 /// A candidate is rejected unless a quarter of the time before it is below this share of its height.
 const RESTLESS: f64 = 0.4;
+/// The same before it is known what follows: fibrillation of the ventricles has less quiet than beats.
+const RESTLESS_AT_FIRST: f64 = 0.36;
 /// The same for candidates similar to beats: at high rates there is little quiet between beats.
 const RESTLESS_ALIKE: f64 = 0.6;
 /// A T wave follows its beat within this time [s] (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532), and is
@@ -19,6 +21,20 @@ const T_WAVE_SHARE: f64 = 0.5;
 const EARLY: f64 = 0.5;
 pub(super) const DUE: f64 = 0.35;
 const OVERDUE: f64 = 0.2;
+/// The threshold lies above this multiple of the highest deflection that usually stands between two beats (a
+/// P or T wave), as far as that is below this share of usual beats. In noise, where the other deflections of
+/// usual height exceed the third share, no wave stands out of them.
+const WAVES: f64 = 1.5;
+const MOST_WAVES_SHARE: f64 = 0.8;
+const MOST_OTHER_SHARE: f64 = 0.5;
+/// Where that wave is low, a candidate in quiet may be lower too: above this multiple of the wave and this share
+/// of usual beats.
+const DISTINCT: f64 = 2.5;
+const DISTINCT_SHARE: f64 = 0.25;
+/// … in full below the first restlessness and the first usual height of other deflections (as a share of beats),
+/// not at all above the second.
+const DISTINCT_RESTLESS: (f64, f64) = (0.15, 0.25);
+const DISTINCT_OTHER: (f64, f64) = (0.1, 0.15);
 /// A candidate similar to beats may be lower: from the first similarity on its threshold falls, and reaches
 /// its lowest share at the second.
 const ALIKE: (f64, f64) = (0.93, 0.985);
@@ -35,13 +51,15 @@ pub(super) struct Usual {
     pub(super) beat: f64,
     /// The usual height of other deflections.
     pub(super) other: f64,
+    /// The usual height of the highest other deflection between two beats; `None` while unknown.
+    pub(super) wave: Option<f64>,
     /// The usual interval between beats [s].
     pub(super) cycle_secs: f64,
 }
 
 impl Usual {
     /// The height that a candidate must exceed at a time after the last beat [s].
-    pub(super) fn threshold(&self, secs: f64) -> f64 {
+    pub(super) fn threshold(&self, secs: f64, restlessness: f64) -> f64 {
         let cycles = secs / self.cycle_secs;
         let share = if cycles < 1.0 {
             EARLY + (DUE - EARLY) * ((cycles - 0.25) / 0.75).max(0.0)
@@ -49,7 +67,16 @@ impl Usual {
             DUE + (OVERDUE - DUE) * (cycles - 1.0).min(1.0)
         };
         let other = self.other.min(self.beat);
-        other + (self.beat - other) * share
+        let threshold = other + (self.beat - other) * share;
+        let Some(wave) = self.wave.filter(|_| other < MOST_OTHER_SHARE * self.beat) else {
+            return threshold;
+        };
+        let distinct = (DISTINCT * wave).max(DISTINCT_SHARE * self.beat).min(threshold);
+        let quiet =
+            quiet(restlessness, DISTINCT_RESTLESS) * quiet(other / self.beat, DISTINCT_OTHER);
+        let quiet = if secs > T_WAVE_SECS { quiet } else { 0.0 };
+        let threshold = threshold + (distinct - threshold) * quiet;
+        threshold.max((WAVES * wave).min(MOST_WAVES_SHARE * self.beat))
     }
 }
 
@@ -59,12 +86,21 @@ pub(super) fn stands_out(candidate: &Candidate, alike: f64) -> bool {
     candidate.restlessness < most
 }
 
+/// The same for a candidate of which nothing is known yet that follows it.
+pub(super) fn stands_out_at_first(candidate: &Candidate, alike: f64) -> bool {
+    stands_out(candidate, alike) && (is_alike(alike) || candidate.restlessness <= RESTLESS_AT_FIRST)
+}
+
 /// The share of its threshold that a candidate with this similarity must exceed.
 pub(super) fn share_when_alike(candidate: &Candidate, alike: f64) -> f64 {
     let likeness = ((alike - ALIKE.0) / (ALIKE.1 - ALIKE.0)).clamp(0.0, 1.0);
-    let (quiet, restless) = ALIKE_RESTLESS;
-    let quiet = ((restless - candidate.restlessness) / (restless - quiet)).clamp(0.0, 1.0);
-    1.0 - (1.0 - ALIKE_SHARE) * if quiet.is_nan() { 0.0 } else { likeness * quiet }
+    1.0 - (1.0 - ALIKE_SHARE) * likeness * quiet(candidate.restlessness, ALIKE_RESTLESS)
+}
+
+/// From 1 at or below the first level to 0 at or above the second.
+fn quiet(level: f64, (quiet, restless): (f64, f64)) -> f64 {
+    let share = ((restless - level) / (restless - quiet)).clamp(0.0, 1.0);
+    if share.is_nan() { 0.0 } else { share }
 }
 
 /// Whether a similarity is that of a beat.
@@ -87,4 +123,27 @@ pub(super) fn is_artefact(candidate: &Candidate, usual: &Usual) -> bool {
 pub(super) fn is_t_wave(candidate: &Candidate, before: &Candidate) -> bool {
     candidate.secs - before.secs < T_WAVE_SECS
         && candidate.strength < T_WAVE_SHARE * before.strength
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The height that a beat which is due must exceed.
+    fn due(other: f64, wave: f64, restlessness: f64) -> f64 {
+        let usual = Usual { beat: 1.0, other, wave: Some(wave), cycle_secs: 0.8 };
+        usual.threshold(0.8, restlessness)
+    }
+
+    #[test]
+    fn a_low_deflection_in_quiet_is_a_beat_unless_p_or_t_waves_are_as_high() {
+        assert!(due(0.05, 0.08, 0.1) < 0.3);
+        assert!(due(0.05, 0.08, 0.3) > 0.35);
+        assert!(due(0.05, 0.5, 0.1) > 0.7);
+    }
+
+    #[test]
+    fn noise_as_high_as_beats_raises_no_threshold_above_them() {
+        assert!(due(0.6, 0.9, 0.5) < 0.75);
+    }
 }

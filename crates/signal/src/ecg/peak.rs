@@ -23,7 +23,7 @@ const SNAP_SECS: f64 = 0.012;
 /// The distance of the outer points of the parabola that interpolates the peak [s].
 const PARABOLA_SECS: f64 = 0.004;
 /// The factor by which the opposite deflection must be higher in a channel with a clear polarity.
-const PREFERENCE: f64 = 1.5;
+const PREFERENCE: f64 = 1.25;
 /// The same where beats were always marked on the other side: noise must not switch between two equally high
 /// deflections from beat to beat.
 const HABIT: f64 = 1.35;

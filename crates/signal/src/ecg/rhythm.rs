@@ -95,7 +95,8 @@ fn follow_back(links: &[Link], begin: usize, beats: &mut Vec<usize>) {
 
 fn height_score(candidate: &Candidate, usual: &Usual, alike: f64) -> f64 {
     let most = -HEIGHT_WEIGHT * DUE.ln();
-    let threshold = share_when_alike(candidate, alike) * usual.threshold(usual.cycle_secs);
+    let threshold = share_when_alike(candidate, alike)
+        * usual.threshold(usual.cycle_secs, candidate.restlessness);
     let score = HEIGHT_WEIGHT * (candidate.strength / threshold).ln();
     score.clamp(-4.0 * most, most)
 }

@@ -10,8 +10,8 @@ use super::rhythm::{self, chain};
 use super::shape::alike;
 use crate::error::SignalError;
 
-/// How long a maximum of the envelope must remain the highest [s].
-const WAIT_SECS: f64 = 0.15;
+/// How late a maximum of the envelope is known to remain the highest [s].
+const LATENCY_SECS: f64 = 0.255;
 /// The number of passes that choose beats anew from the statistics of the last choice.
 const PASSES: usize = 3;
 /// The number of cycles before and after that define what is usual, and the range of usual cycles [s].
@@ -28,7 +28,7 @@ const CYCLE_SECS: (f64, f64) = (0.22, 2.4);
 ///
 /// Returns an error for another rate.
 pub fn find_beats(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, SignalError> {
-    let mut candidates = Candidates::new(rate_hz, WAIT_SECS)?;
+    let mut candidates = Candidates::new(rate_hz, LATENCY_SECS)?;
     let mut detector = BeatDetector::over(candidates.clone());
     // The end of the recording counts as a gap.
     let beyond = std::iter::repeat_n(f64::NAN, candidates.latency());
@@ -83,6 +83,8 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
     let heights = Around::new(beats, &heights, MEMORY);
     let other_heights = Around::new(&others, &other_heights, MEMORY);
     let cycles_secs = Around::new(&ends, &cycles_secs, CYCLES);
+    let waves: Vec<f64> = pairs.iter().map(|pair| highest_between(candidates, pair)).collect();
+    let waves = Around::new(&ends, &waves, MEMORY);
     let at = |place| {
         let cycle_secs = cycles_secs.median(place).unwrap_or(FIRST_CYCLE_SECS);
         let cycle_secs = cycle_secs.clamp(CYCLE_SECS.0, CYCLE_SECS.1);
@@ -98,7 +100,12 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
             }
             None => other_heights.median(place).unwrap_or(0.0),
         };
-        let usual = Usual { beat: heights.median(place).unwrap_or(0.0), other, cycle_secs };
+        let usual = Usual {
+            beat: heights.median(place).unwrap_or(0.0),
+            other,
+            wave: waves.median(place),
+            cycle_secs,
+        };
         let candidate = &candidates[place];
         let alike = if is_sure(candidate, &usual) {
             0.0
@@ -109,6 +116,11 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
         rhythm::Around { usual, alike }
     };
     (0..candidates.len()).map(at).collect()
+}
+
+/// The height of the highest candidate between two beats.
+fn highest_between(candidates: &[Candidate], pair: &[usize]) -> f64 {
+    candidates[pair[0] + 1..pair[1]].iter().map(|each| each.strength).fold(0.0, f64::max)
 }
 
 /// Medians of the values around an index.
