@@ -316,7 +316,7 @@ impl Epoch {
     fn lay(&mut self, open: Option<Point>) {
         if self.teeth.are_followed() {
             if let Some(level) = self.teeth.level() {
-                self.fit = self.teeth.live_line(level);
+                self.fit = self.teeth.line(level);
             }
             return;
         }

@@ -345,7 +345,7 @@ fn through_steps(bins: &[Point], interval: f64) -> Option<Vec<Node>> {
         levels.extend(teeth.level().filter(|_| levels.last().is_none_or(is_next)));
     }
     let node = |level: Point| {
-        let fit = teeth.line_with_hindsight(level);
+        let fit = teeth.line(level);
         let (device, delay, slope) = (level.device, fit.delay, fit.slope);
         Node { device, delay, slope, error: fit.uncertainty_at(device, device) }
     };
