@@ -4,7 +4,7 @@
 const STATED_DRIFT: f64 = 1e-8;
 /// The initial additional drift of the skew during warm-up [1/s], and the duration of the warm-up [s].
 const WARM_UP_DRIFT: f64 = 1e-7;
-const WARM_UP_SECS: f64 = 200.0;
+const WARM_UP_SECS: f64 = 350.0;
 /// The weight of points above the line; those below weigh one minus this.
 const ABOVE: f64 = 0.35;
 /// The distance above the line beyond which weights fall, as a multiple of the mean distance.

@@ -8,6 +8,7 @@
 use super::random_walk;
 use crate::clock::envelope::USUAL_SKEW;
 use crate::clock::fit::{Fit, Point};
+use crate::clock::straight::Straight;
 
 /// How close a bin must be to the present tooth, or to a whole step from it, as a fraction of the interval.
 const NEAR: f64 = 0.25;
@@ -40,6 +41,8 @@ const ABOUT: f64 = 0.6;
 const FLAT_SECS: f64 = 20.0;
 /// The largest skew that is assumed [1].
 const MOST_SKEW: f64 = 200e-6;
+/// The number of standard errors by which a slope must exceed it.
+const SURE_ERRORS: f64 = 3.0;
 
 /// The number of steps that the live model keeps.
 const STEPS: usize = 24;
@@ -190,6 +193,13 @@ impl Teeth {
     /// Whether there are teeth that last long enough to be followed.
     pub fn are_followed(&self) -> bool {
         self.interval > 0.0 && self.off <= OFF && self.level.is_some()
+    }
+
+    /// Whether delays change faster over many teeth than any quartz does, as those of numbered samples may whose
+    /// rate is hardly known: teeth that pass so fast show nothing of a clock.
+    pub fn pass_too_fast(&self, bins: impl Iterator<Item = Point> + Clone) -> bool {
+        let straight = Straight::through(bins, STATED * self.interval);
+        straight.slope.abs() - SURE_ERRORS * straight.error > MOST_SKEW
     }
 
     /// The line at `level` of a tooth, through the steps that are known, before it and after it.
