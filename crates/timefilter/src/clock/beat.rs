@@ -1,5 +1,6 @@
 //! Packets that beat with the connection events of a link, so that delays follow a sawtooth.
 
+mod random_walk;
 mod teeth;
 
 pub(super) use self::teeth::Teeth;

@@ -120,7 +120,7 @@ impl Envelope {
     }
 
     /// The lowest points of bins, oldest first.
-    pub fn bins(&self) -> impl Iterator<Item = Point> {
+    pub fn bins(&self) -> impl Iterator<Item = Point> + Clone {
         self.bins.iter().copied()
     }
 

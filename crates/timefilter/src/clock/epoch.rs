@@ -314,9 +314,9 @@ impl Epoch {
 
     /// Fits a line to the steps of a sawtooth if there is one, otherwise under all bins.
     fn lay(&mut self, open: Option<Point>) {
-        if self.teeth.are_followed() {
+        if self.teeth.are_followed() && !self.teeth.pass_too_fast(self.envelope.bins()) {
             if let Some(level) = self.teeth.level() {
-                self.fit = self.teeth.live_line(level);
+                self.fit = self.teeth.line(level);
             }
             return;
         }

@@ -1,10 +1,10 @@
 //! A low line through points, with an estimate of its error.
 
 /// The stated drift of the skew [1/s].
-pub(super) const STATED_DRIFT: f64 = 1e-8;
+const STATED_DRIFT: f64 = 1e-8;
 /// The initial additional drift of the skew during warm-up [1/s], and the duration of the warm-up [s].
 const WARM_UP_DRIFT: f64 = 1e-7;
-const WARM_UP_SECS: f64 = 200.0;
+const WARM_UP_SECS: f64 = 350.0;
 /// The weight of points above the line; those below weigh one minus this.
 const ABOVE: f64 = 0.35;
 /// The distance above the line beyond which weights fall, as a multiple of the mean distance.
@@ -76,57 +76,10 @@ impl Fit {
         }
     }
 
-    /// Fits a line to `points`, given at device time `device` [s]. Points are uncertain by `fine` in value
-    /// and `coarse` in time [s], or by their own scatter if that is larger; closer ones weigh more, by the
-    /// `memory` [s].
-    pub fn through(points: &[Point], device: f64, memory: f64, fine: f64, coarse: f64) -> Fit {
-        let nearest =
-            points.iter().map(|point| (point.device - device).abs()).fold(f64::MAX, f64::min);
-        let weight = |x: f64| ((nearest - x.abs()) / memory).exp();
-        let mut sums = Sums::default();
-        let base = points.first().map_or(0.0, |point| point.delay);
-        for point in points {
-            let x = point.device - device;
-            sums.add(weight(x), x, point.delay - base);
-        }
-        let (centre, squares) = (sums.x / sums.w, sums.xx - sums.x * sums.x / sums.w);
-        let shares = Shares { w: sums.w, centre, squares: squares.max(f64::MIN_POSITIVE) };
-        let slope = (sums.xy - sums.x * sums.y / sums.w) / shares.squares;
-        let delay = base + sums.y / sums.w - slope * shares.centre;
-        let (mut square, mut slope_square, mut bend) = (0.0, 0.0, 0.0);
-        let (mut residuals, mut weights, mut weight_squares) = (0.0, 0.0, 0.0);
-        for point in points {
-            let x = point.device - device;
-            let residual = point.delay - delay - slope * x;
-            residuals += weight(x) * residual * residual;
-            weights += weight(x);
-            weight_squares += weight(x) * weight(x);
-            let (share, of_slope) =
-                (weight(x) * shares.share(x), weight(x) * shares.slope_share(x));
-            square += share * share;
-            slope_square += of_slope * of_slope;
-            bend += share * x * x;
-        }
-        // One or two effective points lie on any line.
-        let count = weights * weights / weight_squares;
-        let shown =
-            if count > 2.5 { (residuals / weights * count / (count - 2.0)).sqrt() } else { 0.0 };
-        let uncertain = fine.hypot(coarse * slope).max(shown);
-        Fit {
-            device,
-            delay,
-            slope,
-            spread: uncertain,
-            error: uncertain * square.sqrt(),
-            slope_error: uncertain * slope_square.sqrt(),
-            independent: square.sqrt(),
-            bend: bend.abs() / 2.0,
-        }
-    }
-
-    /// A line through a point, with a 95 % interval of half-width `stated` there [s].
-    pub fn stated(point: Point, slope: f64, stated: f64) -> Fit {
-        Fit { slope, error: stated / ERRORS, ..Fit::level(point) }
+    /// A line through a point, with a 95 % interval of half-width `stated` there [s], and a slope with its
+    /// standard error.
+    pub fn stated(point: Point, (slope, slope_error): (f64, f64), stated: f64) -> Fit {
+        Fit { slope, slope_error, error: stated / ERRORS, ..Fit::level(point) }
     }
 
     /// The line's delay at a device time [s].

@@ -17,7 +17,7 @@ const BOTH_SIDES: f64 = 0.4;
 const REACH: f64 = 4.0;
 /// The stated drift of the skew in addition to that of the live model [1/s]: a fit to points on both sides
 /// has little other error.
-const DRIFT: f64 = 1.2e-8;
+const DRIFT: f64 = 0.8e-8;
 /// The stated drift of the skew between nodes [1/s].
 const BETWEEN_DRIFT: f64 = 3e-8;
 /// The number of nodes dropped before delays rose permanently.
@@ -28,6 +28,8 @@ const FAR_SECS: f64 = 120.0;
 const ENOUGH: usize = 16;
 /// The share of packets from which on a course counts as beating.
 const BEATING: f64 = 0.2;
+/// The share of nodes whose residuals are smaller than those by which any node counts as sure at most.
+const USUAL: f64 = 0.8;
 /// The steepest slope of the map between nodes; it keeps the map strictly increasing.
 const STEEPEST: f64 = 0.5;
 
@@ -260,10 +262,12 @@ impl Map {
             return Map { nodes };
         }
         let skew = if history.is_poor { usual_skew.max(POOR_SKEW) } else { usual_skew };
-        // A few points may lie on a line by chance, so none is surer than is usual in this course.
-        let usual_spread = median(lines(&free, skew, 0.0).iter().map(|(_, fit)| fit.spread));
+        // A few points may lie on a line by chance, or on one edge of a saw-tooth, so none is surer than is
+        // usual in this course.
+        let spreads = lines(&free, skew, 0.0).into_iter().map(|(_, fit)| fit.spread);
+        let usual_spread = quantile(0.5, spreads);
         let lines = lines(&free, skew, usual_spread);
-        let usual_residual = median(lines.iter().map(|(_, fit)| fit.residual()));
+        let usual_residual = quantile(USUAL, lines.iter().map(|(_, fit)| fit.residual()));
         let mut nodes: Vec<Node> = Vec::with_capacity(lines.len() + 1);
         for (device, fit) in lines {
             let node = Node::of(fit.no_surer_than_by(usual_residual), device);
@@ -345,11 +349,12 @@ fn through_steps(bins: &[Point], interval: f64) -> Option<Vec<Node>> {
         levels.extend(teeth.level().filter(|_| levels.last().is_none_or(is_next)));
     }
     let node = |level: Point| {
-        let fit = teeth.line_with_hindsight(level);
+        let fit = teeth.line(level);
         let (device, delay, slope) = (level.device, fit.delay, fit.slope);
         Node { device, delay, slope, error: fit.uncertainty_at(device, device) }
     };
-    teeth.are_followed().then(|| levels.into_iter().map(node).collect())
+    let are_followed = teeth.are_followed() && !teeth.pass_too_fast(bins.iter().copied());
+    are_followed.then(|| levels.into_iter().map(node).collect())
 }
 
 /// Fits a line around each node, given with its device time [s]; a long silence has no nodes, the next one
@@ -367,11 +372,11 @@ fn lines(bins: &[Point], skew: f64, usual_spread: f64) -> Vec<(f64, Fit)> {
     }
 }
 
-/// The median; 0 of none.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
+/// The value that is greater than the share `at` of all; 0 of none.
+fn quantile(at: f64, values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    values.get((values.len() as f64 * at) as usize).copied().unwrap_or(0.0)
 }
 
 /// Fits a line around a device time to sufficiently many points, which scatter by at least `usual_spread`

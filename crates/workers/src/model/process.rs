@@ -17,6 +17,8 @@ use crate::child::{Answer, Child, Ended};
 const LOOK: Duration = Duration::from_millis(50);
 /// Shortens the panic message of a process that runs out of memory, so that its last line states the reason.
 const SHORT: (&str, &str) = ("RUST_BACKTRACE", "0");
+/// Keeps the allocator from reserving a gibibyte of addresses, which would count against the limit of the memory.
+const UNRESERVED: (&str, &str) = ("MIMALLOC_ARENA_RESERVE", "0");
 /// The path of this executable, even after its file was replaced.
 const ITSELF: &str = "/proc/self/exe";
 

@@ -5,7 +5,10 @@
 //! interval: there the wait was zero or restarted from zero, whichever delay is lower. These moments are
 //! knots; between and after them the clock is taken to run at a nearly constant rate, within the band.
 
-use crate::clock::fit::{Fit, Point, STATED_DRIFT};
+use super::random_walk;
+use crate::clock::envelope::USUAL_SKEW;
+use crate::clock::fit::{Fit, Point};
+use crate::clock::straight::Straight;
 
 /// How close a bin must be to the present tooth, or to a whole step from it, as a fraction of the interval.
 const NEAR: f64 = 0.25;
@@ -33,30 +36,20 @@ const STATED: f64 = 0.52;
 /// The first tooth starts at an unknown phase. The assumed rate of the following ones, as a fraction of the
 /// fastest possible for its length, and half the 95 % interval of that.
 const FASTER: f64 = 0.6;
-const ABOUT: f64 = 0.5;
+const ABOUT: f64 = 0.6;
 /// How long after a knot the slope of its tooth cannot be estimated [s].
 const FLAT_SECS: f64 = 20.0;
 /// The largest skew that is assumed [1].
 const MOST_SKEW: f64 = 200e-6;
+/// The number of standard errors by which a slope must exceed it.
+const SURE_ERRORS: f64 = 3.0;
 
 /// The number of steps that the live model keeps.
-const STEPS: usize = 16;
-/// The memory of steps [s], and the stated drift of the skew between them before it is known from the steps
-/// [1/s].
-const LIVE: Memory = Memory { secs: 150.0, drift: 2.5e-8 };
-/// The same with steps on both sides.
-const HINDSIGHT: Memory = Memory { secs: 100.0, drift: 1.7e-8 };
-/// The number of changes of the rate between steps that count as much as that drift, and the multiple of
-/// their root mean square that is stated.
-const EXPECTED: f64 = 4.0;
-const DRIFTS: f64 = 3.0;
+const STEPS: usize = 24;
+/// The number of standard errors stated after two steps or more.
+const ERRORS: f64 = 3.0;
 /// How close intervals must be to count as equal [fraction].
 const SAME_INTERVAL: f64 = 0.01;
-
-struct Memory {
-    secs: f64,
-    drift: f64,
-}
 
 /// A sawtooth, followed bin by bin.
 #[derive(Clone, Debug)]
@@ -202,62 +195,42 @@ impl Teeth {
         self.interval > 0.0 && self.off <= OFF && self.level.is_some()
     }
 
-    /// The line at `level` of the present tooth, through the steps so far.
-    pub fn live_line(&self, level: Point) -> Fit {
-        self.line(level, &LIVE)
+    /// Whether delays change faster over many teeth than any quartz does, as those of numbered samples may whose
+    /// rate is hardly known: teeth that pass so fast show nothing of a clock.
+    pub fn pass_too_fast(&self, bins: impl Iterator<Item = Point> + Clone) -> bool {
+        let straight = Straight::through(bins, STATED * self.interval);
+        straight.slope.abs() - SURE_ERRORS * straight.error > MOST_SKEW
     }
 
-    /// The line at `level` of a tooth, through the steps on both sides.
-    pub fn line_with_hindsight(&self, level: Point) -> Fit {
-        self.line(level, &HINDSIGHT)
-    }
-
-    fn line(&self, level: Point, memory: &Memory) -> Fit {
+    /// The line at `level` of a tooth, through the steps that are known, before it and after it.
+    pub fn line(&self, level: Point) -> Fit {
         let Point { device, delay: high } = level;
         let low = high - self.interval;
         let wait = STATED * self.interval;
-        let (delay, slope, error) = match self.knots[..] {
-            [] => (high - self.interval / 2.0, 0.0, wait),
+        let (delay, slope, error, slope_error) = match self.knots[..] {
+            [] => (high - self.interval / 2.0, 0.0, wait, USUAL_SKEW),
             [knot] => self.behind(knot, level),
-            [..] => {
-                let fit = Fit::through(&self.knots, device, memory.secs, FINE_SECS, BIN_SECS);
-                (
-                    fit.delay,
-                    fit.slope,
-                    fit.uncertainty_at(device, device)
-                        + fit.bend_secs(self.drift(memory.drift) - STATED_DRIFT),
-                )
+            [first, .., last] => {
+                // By how much a wait changes in a bin.
+                let steps = (self.knots.len() - 1) as f64;
+                let coarse =
+                    BIN_SECS * self.interval * steps / (last.device - first.device).max(BIN_SECS);
+                let found = random_walk::estimate(&self.knots, FINE_SECS + coarse, device);
+                (found.delay, found.slope, ERRORS * found.error, found.slope_error)
             }
         };
         let delay = delay.clamp(low, high);
         let within = (high - delay).max(delay - low) + (STATED - 0.5) * self.interval;
-        Fit::stated(Point { device, delay }, slope, error.min(within))
+        Fit::stated(Point { device, delay }, (slope, slope_error), error.min(within))
     }
 
-    /// The drift of the skew to state [1/s]: from the changes of the rate between steps, and from the
-    /// `expected` drift while these are few; never more than that, as steps that were missed look like changes.
-    fn drift(&self, expected: f64) -> f64 {
-        let mut squares = EXPECTED * expected * expected;
-        let mut count = EXPECTED;
-        for knots in self.knots.windows(3) {
-            let rate =
-                |a: Point, b: Point| (b.delay - a.delay) / (b.device - a.device).max(BIN_SECS);
-            let apart = (knots[2].device - knots[0].device) / 2.0;
-            let change = rate(knots[1], knots[2]) - rate(knots[0], knots[1]);
-            let drift = DRIFTS * change / apart.max(BIN_SECS);
-            squares += drift * drift;
-            count += 1.0;
-        }
-        (squares / count).sqrt().min(expected)
-    }
-
-    /// The true delay [s], its slope and its uncertainty [s] at `level`, after or before the only knot so
-    /// far: a tooth passes no faster than it lasts.
-    fn behind(&self, knot: Point, level: Point) -> (f64, f64, f64) {
+    /// The true delay [s], its slope, its uncertainty [s] and the slope's standard error at `level`, after or
+    /// before the only knot so far: a tooth passes no faster than it lasts.
+    fn behind(&self, knot: Point, level: Point) -> (f64, f64, f64, f64) {
         let passed = level.device - knot.device;
         let lasted = passed.abs().max(self.before).max(self.newest - self.since).max(1.0);
         if self.direction == 0.0 {
-            return (knot.delay, 0.0, 2.0 * FINE_SECS + MOST_SKEW * passed.abs());
+            return (knot.delay, 0.0, 2.0 * FINE_SECS + MOST_SKEW * passed.abs(), USUAL_SKEW);
         }
         // The slope of the tooth itself shows the difference between the clocks of link and device.
         let is_higher = (passed > 0.0) == (self.direction > 0.0);
@@ -269,6 +242,7 @@ impl Teeth {
         let slope = flat + FASTER * (steepest - flat);
         let spread = ABOUT * (steepest - flat).abs();
         let coarse = BIN_SECS * (steepest - flat).abs();
-        (knot.delay + slope * passed, slope, 2.0 * FINE_SECS + coarse + spread * passed.abs())
+        let error = 2.0 * FINE_SECS + coarse + spread * passed.abs();
+        (knot.delay + slope * passed, slope, error, spread / 2.0)
     }
 }
