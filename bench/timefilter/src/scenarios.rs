@@ -2,9 +2,8 @@
 //! whether they know how near; and what LSL and `pyxdf` make of the same arrivals.
 //!
 //! An error is that of a packet's first or last sample, whichever is larger, after one constant is
-//! taken off for the session: the fixed latency, which stamps cannot show. It is the median of what
-//! times are off by, each counting by how sure the model is of it, as in a calibration. Computers'
-//! clocks have none. A line a kind; the worst seed counts.
+//! taken off for the session: the fixed latency, which stamps cannot show. Computers' clocks have
+//! none. A line a kind; the worst seed counts.
 
 use std::error::Error;
 use std::fs::{File, OpenOptions};
@@ -164,11 +163,11 @@ impl Session {
         }
         let counted = |packet: &Packet| self.counts(packet.stamps.arrival);
         let counting: Vec<bool> = self.packets.iter().map(counted).collect();
-        let kept = errors.iter().zip(&states).zip(&counting).filter(|(_, counts)| **counts);
-        let lasts = kept.map(|(((_, last), state), _)| (*last, state.max(1e6 * FINE_MS).powi(-2)));
+        let kept = errors.iter().zip(&counting).filter(|(_, counts)| **counts);
+        let mut lasts: Vec<f64> = kept.map(|((_, last), _)| *last).collect();
         let constant = match self.stamped {
             Stamped::Computer => 0.0,
-            _ => weighted_median(lasts.collect()),
+            _ => quantile(&mut lasts, 0.5),
         };
         let (mut counted, mut stated, mut covered, mut all) = (Vec::new(), Vec::new(), 0, 0);
         let warm = self.start() + (WARM_UP_SECS * 1e9) as i64;
@@ -380,19 +379,6 @@ fn worse(a: f64, b: f64) -> f64 {
 
 fn mark(good: bool) -> &'static str {
     if good { "pass" } else { "FAIL" }
-}
-
-/// The median of values, each with its weight.
-fn weighted_median(mut values: Vec<(f64, f64)>) -> f64 {
-    values.retain(|(_, weight)| *weight > 0.0);
-    values.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let half = values.iter().map(|(_, weight)| weight).sum::<f64>() / 2.0;
-    let mut sum = 0.0;
-    let middle = values.iter().find(|(_, weight)| {
-        sum += weight;
-        sum >= half
-    });
-    middle.map_or(f64::NAN, |(value, _)| *value)
 }
 
 fn quantile(values: &mut [f64], at: f64) -> f64 {
