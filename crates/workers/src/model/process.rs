@@ -17,8 +17,9 @@ use crate::child::{Answer, Child, Ended};
 const LOOK: Duration = Duration::from_millis(50);
 /// Shortens the panic message of a process that runs out of memory, so that its last line states the reason.
 const SHORT: (&str, &str) = ("RUST_BACKTRACE", "0");
-/// Keeps the allocator from reserving a gibibyte of addresses, which would count against the limit of the memory.
-const UNRESERVED: (&str, &str) = ("MIMALLOC_ARENA_RESERVE", "0");
+/// How many addresses the allocator reserves at once [KiB]: a gibibyte, as usual, would count against the limit of the
+/// memory, and without any each picture would be processed in new pages.
+const RESERVED: (&str, &str) = ("MIMALLOC_ARENA_RESERVE", "65536");
 /// The path of this executable, even after its file was replaced.
 const ITSELF: &str = "/proc/self/exe";
 
@@ -91,7 +92,7 @@ impl<'a> Process<'a> {
         models: &Models<'_>,
         feed: &'a Feed,
     ) -> Result<Option<Process<'a>>, WorkerError> {
-        let child = Child::start(&command(models), &[SHORT])?;
+        let child = Child::start(&command(models), &[SHORT, RESERVED])?;
         let patience = Duration::from_secs_f64(models.patience_secs);
         let (engine, memory_mib) = (String::new(), models.memory_mib);
         let mut process = Process { child, feed, patience, memory_mib, engine };
