@@ -250,15 +250,20 @@ fn pixels(picture: &Picture, row: usize) -> &[[u8; 3]] {
 
 /// The colour between four pixels (bilinear).
 fn mixed(above: &[[u8; 3]], below: &[[u8; 3]], column: Between, row: Between) -> [f32; 3] {
-    let of =
-        |pixels: &[[u8; 3]], at: usize| pixels.get(at).copied().unwrap_or_default().map(f32::from);
-    let (left, right) = (of(above, column.near), of(above, column.far));
-    let (last_left, last_right) = (of(below, column.near), of(below, column.far));
-    [0, 1, 2].map(|part| {
-        let above = column.mix(left[part], right[part]);
-        let below = column.mix(last_left[part], last_right[part]);
-        above * (1.0 - row.share) + below * row.share
-    })
+    let pair =
+        |pixels: &[[u8; 3]]| (pixels.get(column.near).copied(), pixels.get(column.far).copied());
+    let ((Some(left), Some(right)), (Some(last_left), Some(last_right))) =
+        (pair(above), pair(below))
+    else {
+        return [0.0; 3];
+    };
+    let mut colour = [0.0; 3];
+    for part in 0..3 {
+        let above = column.mix(f32::from(left[part]), f32::from(right[part]));
+        let below = column.mix(f32::from(last_left[part]), f32::from(last_right[part]));
+        colour[part] = above * (1.0 - row.share) + below * row.share;
+    }
+    colour
 }
 
 #[cfg(test)]

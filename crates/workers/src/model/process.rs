@@ -18,8 +18,10 @@ const LOOK: Duration = Duration::from_millis(50);
 /// Shortens the panic message of a process that runs out of memory, so that its last line states the reason.
 const SHORT: (&str, &str) = ("RUST_BACKTRACE", "0");
 /// How many addresses the allocator reserves at once [KiB]: a gibibyte, as usual, would count against the limit of the
-/// memory, and without any each picture would be processed in new pages.
+/// memory.
 const RESERVED: (&str, &str) = ("MIMALLOC_ARENA_RESERVE", "65536");
+/// Keeps the memory of one picture for the next.
+const KEPT: (&str, &str) = ("MIMALLOC_PURGE_DELAY", "-1");
 /// The path of this executable, even after its file was replaced.
 const ITSELF: &str = "/proc/self/exe";
 
@@ -92,7 +94,7 @@ impl<'a> Process<'a> {
         models: &Models<'_>,
         feed: &'a Feed,
     ) -> Result<Option<Process<'a>>, WorkerError> {
-        let child = Child::start(&command(models), &[SHORT, RESERVED])?;
+        let child = Child::start(&command(models), &[SHORT, RESERVED, KEPT])?;
         let patience = Duration::from_secs_f64(models.patience_secs);
         let (engine, memory_mib) = (String::new(), models.memory_mib);
         let mut process = Process { child, feed, patience, memory_mib, engine };
