@@ -74,7 +74,7 @@ def test_a_recording_is_shown_in_each_size_and_theme(stage, demo_bag, screens): 
     address = address_of(player)
     for name, size in SIZES.items():
         for theme in ("light", "dark"):
-            screen = screens(address, size=size, theme=theme, linked="linked")
+            screen = screens(address, size=size, theme=theme, linked="connected")
             page = screen.page
             page.wait_for_selector("[data-testid=position]")
             page.wait_for_selector("button[aria-label=Play], button[aria-label=Pause]")

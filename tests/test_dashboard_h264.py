@@ -217,7 +217,7 @@ def test_a_jump_in_a_recording_starts_at_the_last_whole_frame_before(stage, scre
     began = min(stamp for _, stamp, _ in bags.stored(bag)) / 1e9
 
     player = stage.teampulse("play", bag, "--no-ros")
-    page = screens(player.wait_for(r"the dashboard is at (http://\S+)/")[1] + "/", linked="linked").page
+    page = screens(player.wait_for(r"the dashboard is at (http://\S+)/")[1] + "/", linked="connected").page
     page.wait_for_selector("[data-testid=player] >> text='click or drag to go there'")
     page.keyboard.press("Space")
     page.wait_for_selector("button[aria-label=Play]")

@@ -133,7 +133,7 @@ def test_each_picture_is_shown_with_its_own_landmarks_and_a_key_hides_them(stage
     assert monitor.interrupt() == 0, monitor.report()
 
     player = stage.teampulse("play", harness.the_bag(out), "--no-ros")
-    page = screens(player.wait_for(r"the dashboard is at (http://\S+)/")[1] + "/", linked="linked").page
+    page = screens(player.wait_for(r"the dashboard is at (http://\S+)/")[1] + "/", linked="connected").page
     page.keyboard.press("Space")
     page.wait_for_selector("button[aria-label=Play]")
     figure = page.locator(f".videos figure:has(b[title='{CAMERA}'])").first

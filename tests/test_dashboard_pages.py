@@ -420,7 +420,7 @@ def test_a_span_is_labelled_on_the_signals_and_seen_again_in_the_recording(stage
     assert label == "talks <b>aloud</b>" and 1 < duration < 10
 
     player = stage.teampulse("play", bag, "--no-ros")
-    page = screens(address_of(player), linked="linked").page
+    page = screens(address_of(player), linked="connected").page
     page.click("text=Signals")
     page.wait_for_selector("[data-testid=player] >> text='click or drag to go there'")
     page.keyboard.press("Space")

@@ -158,7 +158,7 @@ def bags_of_others(part, out) -> None:
 
 def test_a_click_on_the_timeline_lands_where_it_was_made(stage, demo_bag, screens, figure):  # noqa: F811
     _, address = shown(stage, demo_bag)
-    page = screens(f"{address}/", linked="linked").page
+    page = screens(f"{address}/", linked="connected").page
     page.goto(f"{address}/#/session")
     page.wait_for_selector("text='click or drag to go there'")
     page.keyboard.press("Space")

@@ -123,7 +123,7 @@ def test_cameras_are_seen_live_and_in_a_recording(stage, screens):  # noqa: F811
 
     player = stage.teampulse("play", harness.the_bag(out), "--no-ros")
     address = player.wait_for(r"the dashboard is at (http://\S+)/")[1]
-    page = screens(f"{address}/", linked="linked").page
+    page = screens(f"{address}/", linked="connected").page
     page.keyboard.press("Space")
     page.wait_for_selector("button[aria-label=Play]")
     arena = camera(page, "/robot1/camera/image_raw").locator("canvas")
