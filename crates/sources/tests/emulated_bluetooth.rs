@@ -222,36 +222,6 @@ async fn commands_are_answered_and_frames_follow() {
 }
 
 #[tokio::test]
-async fn one_client_has_the_notifications_through_a_socket() {
-    let bluetooth = start(vec![h10()]).await;
-    let mut client = Client::of(&bluetooth).await;
-    client.connect(H10_PATH).await;
-    let none = HashMap::<&str, zbus::Variant<'_>>::new();
-    let refused = client.call(CONTROL, "AcquireNotify", &none).await.expect_err("it indicates");
-    assert_eq!(name_of(&refused), "org.bluez.Error.NotSupported");
-    for _ in 0..2 {
-        let reply = client.call(HEART_RATE, "AcquireNotify", &none).await.expect("a socket");
-        let (socket, mtu): (zbus::OwnedFd, u16) = reply.body().deserialize().expect("a socket");
-        assert!(mtu > 23, "{mtu}");
-        let again = client.call(HEART_RATE, "AcquireNotify", &none).await.expect_err("it is taken");
-        assert_eq!(name_of(&again), "org.bluez.Error.NotPermitted");
-        let other = client.call(HEART_RATE, "StartNotify", &()).await.expect_err("it is taken");
-        assert_eq!(name_of(&other), "org.bluez.Error.NotPermitted");
-        let socket = std::os::unix::net::UnixDatagram::from(std::os::fd::OwnedFd::from(socket));
-        socket.set_nonblocking(true).expect("a socket");
-        let socket = tokio::net::UnixDatagram::from_std(socket).expect("a socket");
-        let mut packet = [0; 64];
-        let length = socket.recv(&mut packet).await.expect("a notification");
-        assert_eq!(packet[..2], [0x10, 120], "{length} bytes");
-        // The client's stream of messages holds the reply, and with it the socket, until it is taken from there.
-        client.read(BATTERY).await;
-        client.changed::<Vec<u8>>(BATTERY, "Value").await;
-    }
-    client.call(HEART_RATE, "StartNotify", &()).await.expect("it was given back");
-    assert!(client.changed::<Vec<u8>>(HEART_RATE, "Value").await.starts_with(&[0x10, 120]));
-}
-
-#[tokio::test]
 async fn a_lost_link_is_reported_and_what_streamed_goes_on() {
     let bluetooth = start(vec![h10()]).await;
     let mut client = Client::of(&bluetooth).await;

@@ -23,9 +23,9 @@ use crate::worker::FeedPost;
 /// How long the pump waits for readings before it looks at the clock.
 const PATIENCE: Duration = Duration::from_millis(20);
 /// The shortest time between two wake-ups of a live pump, while readings gather: it wakes, and wakes
-/// its sinks, at most 70 times a second at any rate of messages. Waking up is most of what a few hundred
+/// its sinks, at most 60 times a second at any rate of messages. Waking up is most of what a few hundred
 /// readings a second cost. The first reading after a pause is taken at once.
-const GATHER: Duration = Duration::from_millis(14);
+const GATHER: Duration = Duration::from_millis(16);
 /// How long a live pump computes before it hands over the results so far: the features of one sensor don't wait for
 /// those of all others.
 const PROMPT: Duration = Duration::from_millis(1);

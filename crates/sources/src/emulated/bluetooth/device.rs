@@ -1,8 +1,6 @@
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::Read as _;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use socket2::{Domain, Socket, Type};
 use teampulse_emulators::devices::{Advertisement, Notice, Peripheral, Service, Wearer};
 use tokio::sync::{mpsc, oneshot};
 use zbus::Variant;
@@ -38,8 +36,6 @@ pub(super) struct State {
     pub values: BTreeMap<u128, Vec<u8>>,
     /// The clients that subscribed to each characteristic.
     pub listeners: BTreeMap<u128, BTreeSet<String>>,
-    /// The characteristics whose notifications one client has through a socket.
-    pub acquired: BTreeMap<u128, Socket>,
 }
 
 /// A request to the task of a link, which answers when it is done.
@@ -55,21 +51,6 @@ pub(super) type Answer = oneshot::Sender<Result<(), BluezError>>;
 
 /// The most requests that may wait for a device.
 const REQUESTS: usize = 64;
-
-impl State {
-    /// Ends the subscription through a socket that its client has closed.
-    fn release(&mut self, characteristic: u128) {
-        let is_closed = |socket: &mut Socket| {
-            let mut byte = [0; 1];
-            matches!(socket.read(&mut byte), Ok(0))
-        };
-        let Some(socket) = self.acquired.get_mut(&characteristic) else { return };
-        if is_closed(socket) {
-            self.acquired.remove(&characteristic);
-            self.peripheral.unsubscribe(characteristic);
-        }
-    }
-}
 
 impl Handle {
     pub fn new(device: EmulatedDevice, central: &Arc<Central>) -> (Self, mpsc::Receiver<Request>) {
@@ -90,7 +71,6 @@ impl Handle {
                 rssi_dbm: -60,
                 values: BTreeMap::new(),
                 listeners: BTreeMap::new(),
-                acquired: BTreeMap::new(),
             }),
             requests,
         };
@@ -158,30 +138,9 @@ impl Handle {
     /// Subscribes a client to a characteristic.
     pub fn listen(&self, characteristic: u128, client: String) -> Result<(), BluezError> {
         let mut state = self.connected()?;
-        state.release(characteristic);
-        if state.acquired.contains_key(&characteristic) {
-            return Err(BluezError::NotPermitted("Notify acquired".into()));
-        }
         state.peripheral.subscribe(characteristic)?;
         state.listeners.entry(characteristic).or_default().insert(client);
         Ok(())
-    }
-
-    /// Sends the notifications of a characteristic to a socket, whose other end is returned.
-    pub fn acquire(&self, characteristic: u128) -> Result<Socket, BluezError> {
-        let mut state = self.connected()?;
-        state.release(characteristic);
-        if state.acquired.contains_key(&characteristic)
-            || state.listeners.contains_key(&characteristic)
-        {
-            return Err(BluezError::NotPermitted("Notify acquired".into()));
-        }
-        let failed = |error: std::io::Error| BluezError::Failed(error.to_string());
-        let (ours, theirs) = Socket::pair(Domain::UNIX, Type::SEQPACKET, None).map_err(failed)?;
-        ours.set_nonblocking(true).map_err(failed)?;
-        state.peripheral.subscribe(characteristic)?;
-        state.acquired.insert(characteristic, ours);
-        Ok(theirs)
     }
 
     /// Ends the subscription of a client to a characteristic; returns whether there was one.
@@ -208,22 +167,8 @@ impl Handle {
     pub fn sent(&self) -> Vec<Notice> {
         let mut state = self.state();
         let secs = self.central().now_secs();
-        let acquired: Vec<u128> = state.acquired.keys().copied().collect();
-        for characteristic in acquired {
-            state.release(characteristic);
-        }
         let State { peripheral, wearer, .. } = &mut *state;
         peripheral.until(secs, wearer.as_mut())
-    }
-
-    /// Notifies the clients of a characteristic: the one that has a socket, or all on the bus.
-    pub async fn notify(&self, characteristic: u128, value: Vec<u8>) -> zbus::Result<()> {
-        if let Some(socket) = self.state().acquired.get(&characteristic) {
-            // What a client does not read is lost.
-            drop(socket.send(&value));
-            return Ok(());
-        }
-        self.value(characteristic, value).await
     }
 
     /// Keeps the value of a characteristic and emits its change, as BlueZ does for notifications and for reads.

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use teampulse_emulators::devices::{Entry, Property, Service};
 use zbus::message::Header;
-use zbus::{ObjectPath, OwnedFd, OwnedObjectPath, Variant, interface};
+use zbus::{ObjectPath, OwnedObjectPath, Variant, interface};
 
 use super::adapter::sender;
 use super::device::Handle;
@@ -96,17 +96,6 @@ impl GattCharacteristic {
         self.device.listen(self.entry.uuid, sender(&header))
     }
 
-    fn acquire_notify(
-        &self,
-        _options: HashMap<String, Variant<'_>>,
-    ) -> Result<(OwnedFd, u16), BluezError> {
-        if !self.has(Property::Notify) {
-            return Err(BluezError::NotSupported("Operation is not supported".into()));
-        }
-        let socket = std::os::fd::OwnedFd::from(self.device.acquire(self.entry.uuid)?);
-        Ok((socket.into(), self.device.state().peripheral.mtu()))
-    }
-
     fn stop_notify(&self, #[zbus(header)] header: Header<'_>) -> Result<(), BluezError> {
         if self.device.unlisten(self.entry.uuid, &sender(&header)) {
             return Ok(());
@@ -131,14 +120,7 @@ impl GattCharacteristic {
 
     #[zbus(property)]
     fn notifying(&self) -> bool {
-        let state = self.device.state();
-        let uuid = &self.entry.uuid;
-        state.listeners.contains_key(uuid) || state.acquired.contains_key(uuid)
-    }
-
-    #[zbus(property)]
-    fn notify_acquired(&self) -> bool {
-        self.device.state().acquired.contains_key(&self.entry.uuid)
+        self.device.state().listeners.contains_key(&self.entry.uuid)
     }
 
     #[zbus(property)]

@@ -132,7 +132,7 @@ impl Link {
         for notice in self.device.sent() {
             match notice {
                 Notice::Value(characteristic, value) if now_secs >= self.silent_until_secs => {
-                    self.device.notify(characteristic, value).await?;
+                    self.device.value(characteristic, value).await?;
                 }
                 Notice::Value(..) => {}
                 Notice::LinkLost => self.lose().await?,
@@ -220,7 +220,6 @@ impl Link {
             }
             state.peripheral.disconnect();
             state.listeners.clear();
-            state.acquired.clear();
             state.values.clear();
             state.is_connected = false;
             std::mem::replace(&mut state.is_resolved, false)

@@ -19,7 +19,6 @@ use zbus::{Connection, DynamicType, Message, MessageStream, OwnedObjectPath};
 
 use teampulse_devices::gatt::Uuid;
 
-use super::acquired::Receiver;
 use super::error::BluetoothError;
 use super::objects::{CHARACTERISTIC, Interfaces, Managed, Objects, Properties, bytes_of};
 use super::scanning::{self, Demand};
@@ -176,17 +175,16 @@ impl Bus {
         call(&self.connection, object, method, body, limit).await
     }
 
-    /// The notifications of a device from now on, until its link is lost; and where others of them can be sent.
-    pub fn subscribe(&self, device: &str) -> (mpsc::Receiver<Value>, Receiver) {
-        let (values, received) = mpsc::channel(NOTIFICATIONS);
+    /// The notifications of a device from now on, until its link is lost; and how many of them were dropped.
+    pub fn subscribe(&self, device: &str) -> (mpsc::Receiver<Value>, Arc<AtomicU64>) {
+        let (values, receiver) = mpsc::channel(NOTIFICATIONS);
         let lost = Arc::new(AtomicU64::new(0));
-        let receiver = Receiver { values: values.downgrade(), lost: Arc::clone(&lost) };
-        let subscriber = Subscriber { values, lost };
+        let subscriber = Subscriber { values, lost: Arc::clone(&lost) };
         let mut known = self.state.known();
         if known.gone.is_none() {
             known.links.insert(device.to_owned(), subscriber);
         }
-        (received, receiver)
+        (receiver, lost)
     }
 
     /// Ends the subscription to a device.
@@ -315,11 +313,11 @@ impl Known {
     }
 
     fn hand_over(&mut self, characteristic: &str, value: Vec<u8>) {
-        let Some(known) = self.objects.characteristics.get(characteristic) else { return };
+        let Some(uuid) = self.objects.characteristics.get(characteristic) else { return };
         // …/dev_A0_9E_1A_00_00_01/service0010/char0011
         let device = characteristic.rsplitn(3, '/').nth(2).unwrap_or_default();
         let Some(subscriber) = self.links.get(device) else { return };
-        if subscriber.values.try_send((known.uuid, value)).is_err() {
+        if subscriber.values.try_send((*uuid, value)).is_err() {
             subscriber.lost.fetch_add(1, Ordering::Relaxed);
         }
     }

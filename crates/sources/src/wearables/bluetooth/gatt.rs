@@ -2,21 +2,19 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::future::Future;
-use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use serde::Serialize;
 use tokio::sync::mpsc;
-use zbus::{DynamicType, Message, OwnedFd, Variant};
+use zbus::Variant;
 
 use teampulse_devices::gatt::{Request, Uuid};
 
-use super::acquired::{Acquired, Receiver};
 use super::bus::{Bus, Object, PATIENCE, Value};
 use super::choice::Seen;
 use super::error::BluetoothError;
-use super::objects::{CHARACTERISTIC, Characteristic, DEVICE};
+use super::objects::{CHARACTERISTIC, DEVICE};
 
 /// How long `BlueZ` may take to connect.
 const CONNECT: Duration = Duration::from_secs(15);
@@ -24,9 +22,6 @@ const CONNECT: Duration = Duration::from_secs(15);
 const RESOLVE: Duration = Duration::from_secs(10);
 /// How long a device may take to carry out a request.
 const REQUEST: Duration = Duration::from_secs(5);
-/// How often, and how long after each other, `BlueZ` is asked for a socket in place of one that was just closed.
-const ATTEMPTS: u32 = 5;
-const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(100);
 /// How long `BlueZ` may take to disconnect.
 const DISCONNECT: Duration = Duration::from_secs(2);
 
@@ -36,16 +31,12 @@ pub(in crate::wearables) struct GattLink {
     bus: Arc<Bus>,
     /// What it advertised.
     pub seen: Seen,
-    characteristics: BTreeMap<Uuid, Characteristic>,
+    characteristics: BTreeMap<Uuid, String>,
     subscribed: BTreeSet<Uuid>,
-    sockets: Sockets,
     values: mpsc::Receiver<Value>,
-    receiver: Receiver,
+    lost: Arc<AtomicU64>,
     is_open: bool,
 }
-
-/// The open sockets of a link, by their characteristic.
-type Sockets = Arc<Mutex<BTreeMap<Uuid, Acquired>>>;
 
 /// How a request ended.
 #[derive(Debug, PartialEq, Eq)]
@@ -64,15 +55,14 @@ impl GattLink {
         closed: impl Future<Output = ()>,
     ) -> Result<GattLink, BluetoothError> {
         let _one_at_a_time = bus.connecting.lock().await;
-        let (values, receiver) = bus.subscribe(&seen.path);
+        let (values, lost) = bus.subscribe(&seen.path);
         let mut link = GattLink {
             bus: Arc::clone(&bus),
             seen,
             characteristics: BTreeMap::new(),
             subscribed: BTreeSet::new(),
-            sockets: Sockets::default(),
             values,
-            receiver,
+            lost,
             is_open: true,
         };
         let _pause = bus.pause_scan();
@@ -139,7 +129,7 @@ impl GattLink {
 
     /// The notifications that were lost here since the last call.
     pub fn take_lost(&self) -> u64 {
-        self.receiver.lost.swap(0, Ordering::Relaxed)
+        self.lost.swap(0, Ordering::Relaxed)
     }
 
     /// Carries out a request of a session.
@@ -148,24 +138,13 @@ impl GattLink {
             Request::Subscribe(uuid) | Request::Read(uuid) | Request::Write(uuid, _) => *uuid,
         };
         let is_again = matches!(request, Request::Subscribe(_)) && !self.subscribed.insert(uuid);
-        let asked = Asked {
-            bus: Arc::clone(&self.bus),
-            sockets: Arc::clone(&self.sockets),
-            receiver: self.receiver.clone(),
-        };
-        let characteristic = self.characteristics.get(&uuid).cloned();
+        let (bus, path) = (Arc::clone(&self.bus), self.characteristics.get(&uuid).cloned());
         async move {
-            let Some(characteristic) = characteristic else { return Answer::Failed(uuid) };
-            let answer = match request {
-                Request::Subscribe(_) => {
-                    asked.subscribe(&characteristic, is_again).await.map(|()| None)
-                }
-                Request::Read(_) => asked.read(&characteristic).await.map(Some),
-                Request::Write(_, value) => {
-                    asked.write(&characteristic, value).await.map(|()| None)
-                }
-            };
-            answer.map_or(Answer::Failed(uuid), |value| Answer::Done(uuid, value))
+            let Some(path) = path else { return Answer::Failed(uuid) };
+            match ask(&bus, &path, request, is_again).await {
+                Some(value) => Answer::Done(uuid, value),
+                None => Answer::Failed(uuid),
+            }
         }
     }
 
@@ -195,70 +174,28 @@ async fn disconnect(bus: &Bus, device: &str) {
     drop(bus.call(Object::bluez(device, DEVICE), "Disconnect", &(), DISCONNECT).await);
 }
 
-/// What a request needs of its link; `None` of an answer is a failure.
-struct Asked {
-    bus: Arc<Bus>,
-    sockets: Sockets,
-    receiver: Receiver,
-}
-
-impl Asked {
-    async fn subscribe(&self, characteristic: &Characteristic, is_again: bool) -> Option<()> {
-        let before = self.lock().remove(&characteristic.uuid).is_some();
-        if is_again && !before {
-            // It fell silent: `BlueZ` would only say that it is on.
-            drop(self.bus.call(object(characteristic), "StopNotify", &(), PATIENCE).await);
-        }
-        // `BlueZ` notices by and by that a socket was closed.
-        let attempts = if before { ATTEMPTS } else { 1 };
-        for attempt in 0..attempts {
-            if attempt > 0 {
-                tokio::time::sleep(BETWEEN_ATTEMPTS).await;
+/// Carries out a request; returns the value that was read, or `None` if it failed.
+async fn ask(bus: &Bus, path: &str, request: Request, is_again: bool) -> Option<Option<Vec<u8>>> {
+    let characteristic = Object::bluez(path, CHARACTERISTIC);
+    let no_options = BTreeMap::<&str, Variant<'_>>::new();
+    match request {
+        Request::Subscribe(_) => {
+            if is_again {
+                // It fell silent: `BlueZ` would only say that it is on.
+                drop(bus.call(characteristic, "StopNotify", &(), PATIENCE).await);
             }
-            if characteristic.is_acquirable && self.acquire(characteristic).await.is_some() {
-                return Some(());
-            }
+            let asked = bus.call(characteristic, "StartNotify", &(), REQUEST).await;
+            asked.ok().map(|_| None)
         }
-        self.call(characteristic, "StartNotify", &()).await.map(drop)
+        Request::Read(_) => {
+            let reply = bus.call(characteristic, "ReadValue", &no_options, REQUEST).await;
+            reply.ok()?.body().deserialize::<Vec<u8>>().ok().map(Some)
+        }
+        Request::Write(_, value) => {
+            let options = BTreeMap::from([("type", Variant::from("request"))]);
+            let body = (value, options);
+            let asked = bus.call(characteristic, "WriteValue", &body, REQUEST).await;
+            asked.ok().map(|_| None)
+        }
     }
-
-    /// Has the notifications sent to a socket, which `BlueZ` refuses where another program has them.
-    async fn acquire(&self, characteristic: &Characteristic) -> Option<()> {
-        let reply = self.call(characteristic, "AcquireNotify", &options()).await?;
-        let (socket, _) = reply.body().deserialize::<(OwnedFd, u16)>().ok()?;
-        let acquired = Acquired::forward(socket.into(), characteristic.uuid, self.receiver.clone());
-        self.lock().insert(characteristic.uuid, acquired.ok()?);
-        Some(())
-    }
-
-    async fn read(&self, characteristic: &Characteristic) -> Option<Vec<u8>> {
-        let reply = self.call(characteristic, "ReadValue", &options()).await?;
-        reply.body().deserialize().ok()
-    }
-
-    async fn write(&self, characteristic: &Characteristic, value: Vec<u8>) -> Option<()> {
-        let body = (value, BTreeMap::from([("type", Variant::from("request"))]));
-        self.call(characteristic, "WriteValue", &body).await.map(drop)
-    }
-
-    async fn call<B: Serialize + DynamicType + Sync>(
-        &self,
-        characteristic: &Characteristic,
-        method: &str,
-        body: &B,
-    ) -> Option<Message> {
-        self.bus.call(object(characteristic), method, body, REQUEST).await.ok()
-    }
-
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Uuid, Acquired>> {
-        self.sockets.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-fn object(characteristic: &Characteristic) -> Object<'_> {
-    Object::bluez(&characteristic.path, CHARACTERISTIC)
-}
-
-fn options() -> BTreeMap<&'static str, Variant<'static>> {
-    BTreeMap::new()
 }

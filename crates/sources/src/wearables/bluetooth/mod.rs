@@ -7,7 +7,6 @@ mod objects;
 mod bus;
 mod scanning;
 mod choice;
-mod acquired;
 mod gatt;
 mod source;
 

@@ -26,16 +26,7 @@ const MOST: usize = 10_000;
 pub(super) struct Objects {
     pub adapters: BTreeMap<String, Adapter>,
     pub devices: BTreeMap<String, Device>,
-    pub characteristics: BTreeMap<String, Characteristic>,
-}
-
-/// A characteristic of a connected device.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Characteristic {
-    pub path: String,
-    pub uuid: Uuid,
-    /// Whether its notifications can be had through a socket of their own.
-    pub is_acquirable: bool,
+    pub characteristics: BTreeMap<String, Uuid>,
 }
 
 /// A Bluetooth adapter of this computer.
@@ -79,11 +70,7 @@ impl Objects {
                 }
                 CHARACTERISTIC if self.characteristics.len() < MOST => {
                     if let Some(uuid) = text_of(properties, "UUID").and_then(parse_uuid) {
-                        let is_acquirable = properties.contains_key("NotifyAcquired");
-                        let path = path.to_owned();
-                        let characteristic =
-                            Characteristic { path: path.clone(), uuid, is_acquirable };
-                        self.characteristics.insert(path, characteristic);
+                        self.characteristics.insert(path.to_owned(), uuid);
                     }
                 }
                 _ => {}
@@ -138,14 +125,14 @@ impl Objects {
         self.devices.get(device).is_some_and(|device| device.connected)
     }
 
-    /// The characteristics of a device; the first of two with the same UUID.
-    pub fn characteristics_of(&self, device: &str) -> BTreeMap<Uuid, Characteristic> {
+    /// The characteristics of a device, each with its path; the first of two with the same UUID.
+    pub fn characteristics_of(&self, device: &str) -> BTreeMap<Uuid, String> {
         let prefix = format!("{device}/");
         let below = self.characteristics.range(prefix.clone()..);
         let below = below.take_while(|(path, _)| path.starts_with(&prefix));
         let mut found = BTreeMap::new();
-        for (_, characteristic) in below {
-            found.entry(characteristic.uuid).or_insert_with(|| characteristic.clone());
+        for (path, uuid) in below {
+            found.entry(*uuid).or_insert_with(|| path.clone());
         }
         found
     }
@@ -274,9 +261,8 @@ mod tests {
             objects.add(&path, &interfaces);
         }
         let found = objects.characteristics_of(STRAP);
-        let path = format!("{STRAP}/service0010/char0011");
-        let first = Characteristic { path, uuid: Uuid::short(0x2a37), is_acquirable: false };
-        assert_eq!(found, BTreeMap::from([(first.uuid, first)]));
+        let first = format!("{STRAP}/service0010/char0011");
+        assert_eq!(found, BTreeMap::from([(Uuid::short(0x2a37), first)]));
     }
 
     #[test]
