@@ -17,7 +17,7 @@ pub(super) struct Amplifier {
     /// When it has settled after the last switch \[ticks\].
     settled_ticks: u64,
     /// The last value that was measured.
-    last: Option<u16>,
+    last: u16,
 }
 
 impl Amplifier {
@@ -27,28 +27,29 @@ impl Amplifier {
         if range < AUTOMATIC {
             self.resistor = usize::from(range);
             self.settled_ticks = 0;
-        } else if now_ticks >= self.settled_ticks && self.switches(us) {
-            self.settled_ticks = now_ticks + SETTLING_TICKS;
         }
-        if now_ticks < self.settled_ticks
-            && let Some(last) = self.last
-        {
-            return last;
+        if now_ticks < self.settled_ticks {
+            return self.last;
         }
-        let value = (self.resistor as u16) << 14 | adc(us, self.resistor);
-        *self.last.insert(value)
+        let value = adc(us, self.resistor);
+        self.last = (self.resistor as u16) << 14 | value;
+        if range >= AUTOMATIC {
+            self.switch(value, now_ticks);
+        }
+        self.last
     }
 
-    /// Chooses the resistor for the next measurement; returns whether it has changed.
-    fn switches(&mut self, us: f64) -> bool {
+    /// Chooses the resistor for the next measurement.
+    fn switch(&mut self, value: u16, now_ticks: u64) {
         let before = self.resistor;
-        let value = adc(us, self.resistor);
         if value < SWITCH_UP_BELOW[self.resistor] {
             self.resistor += 1;
         } else if value > SWITCH_DOWN_ABOVE[self.resistor] {
             self.resistor -= 1;
         }
-        self.resistor != before
+        if self.resistor != before {
+            self.settled_ticks = now_ticks + SETTLING_TICKS;
+        }
     }
 }
 
@@ -78,7 +79,7 @@ mod tests {
         let switch = resistors.iter().position(|resistor| *resistor == 1).expect("it switches");
         let repeated =
             values[..switch].iter().rev().take_while(|value| **value == values[switch - 1]);
-        assert_eq!(repeated.count(), 1 + 11); // 2621 ticks are ten packets and a part
+        assert_eq!(repeated.count(), 1 + 10); // 2621 ticks are ten packets and a part
         assert!(resistors[switch..].iter().all(|resistor| *resistor == 1));
     }
 
