@@ -134,7 +134,7 @@ fn what_is_said_of_segments_is_true_for_short_windows() {
     let measured = heart.measure(secs(60, 120));
     let place = heart.values().iter().position(|value| value.name == "HRV_HF").unwrap();
     assert!(measured.values[place].is_ok());
-    assert!(heart.values()[place].method.contains("where that is shorter"));
+    assert!(heart.values()[place].method.contains("a single one of shorter recordings"));
 }
 
 #[test]
