@@ -174,7 +174,7 @@ impl Bars {
 
     fn scores(&mut self, what: &str, scores: &Scores) {
         let (wide, narrow) = (scores.wide.f1_percent(), scores.narrow.f1_percent());
-        self.line(wide >= 99.8, &format!("{what}: F1 at 150 ms {:?} (bar 99.8 %)", scores.wide));
+        self.line(wide >= 99.9, &format!("{what}: F1 at 150 ms {:?} (bar 99.9 %)", scores.wide));
         self.line(narrow >= 99.6, &format!("{what}: F1 at 50 ms {narrow:.2} % (bar 99.6 %)"));
         let (worst, name) = &scores.worst;
         self.line(*worst >= 98.0, &format!("{what}: worst record {worst:.2} %, {name} (bar 98 %)"));
@@ -185,7 +185,7 @@ impl Bars {
         for (millis, score, other) in pairs {
             let less = other.f1_percent() - score.f1_percent();
             let text = format!("{what}: F1 at {millis} ms {score:?}, {less:.2} points below {of}");
-            self.line(less <= 0.15, &format!("{text} (bar 0.15)"));
+            self.line(less <= 0.1, &format!("{text} (bar 0.1)"));
         }
         let (worst, name) = &scores.worst;
         self.line(*worst >= 98.0, &format!("{what}: worst record {worst:.2} %, {name} (bar 98 %)"));

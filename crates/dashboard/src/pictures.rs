@@ -65,7 +65,7 @@ pub enum Unshown {
     Format(String),
     /// Pixels of another kind.
     #[error(
-        "pixels of `{0}` can't be shown; rgb8, bgr8, rgba8, bgra8, mono8, mono16, 16UC1 and yuyv can be shown"
+        "pixels of `{0}` can't be shown; rgb8, bgr8, rgba8, bgra8, mono8, mono16, 16UC1, 32FC1 and yuyv can be shown"
     )]
     Encoding(String),
     /// Video of another kind.
@@ -212,8 +212,17 @@ fn write_jpeg(pixels: &Pixels, out: &mut Vec<u8>) -> Result<(), Unshown> {
         Encoding::Rgba8 => (as_they_are(), ColorType::Rgba),
         Encoding::Bgra8 => (as_they_are(), ColorType::Bgra),
         Encoding::Mono8 => (as_they_are(), ColorType::Luma),
-        Encoding::Mono16 { is_big_endian } => {
-            (greys(pixels, is_big_endian).into(), ColorType::Luma)
+        Encoding::Mono16 { is_big_endian: true } => {
+            (greys(pixels, |bytes| u16::from_be_bytes(bytes).into()).into(), ColorType::Luma)
+        }
+        Encoding::Mono16 { is_big_endian: false } => {
+            (greys(pixels, |bytes| u16::from_le_bytes(bytes).into()).into(), ColorType::Luma)
+        }
+        Encoding::Float32 { is_big_endian: true } => {
+            (greys(pixels, f32::from_be_bytes).into(), ColorType::Luma)
+        }
+        Encoding::Float32 { is_big_endian: false } => {
+            (greys(pixels, f32::from_le_bytes).into(), ColorType::Luma)
         }
         Encoding::Yuyv => (ycbcr(pixels).into(), ColorType::Ycbcr),
     };
@@ -238,15 +247,14 @@ fn ycbcr(pixels: &Pixels) -> Vec<u8> {
     out
 }
 
-/// Converts 16-bit numbers to 8-bit grey levels.
-fn greys(pixels: &Pixels, is_big_endian: bool) -> Vec<u8> {
-    let number = |bytes: &[u8; 2]| {
-        if is_big_endian { u16::from_be_bytes(*bytes) } else { u16::from_le_bytes(*bytes) }
-    };
-    let numbers: Vec<u16> =
-        pixels.rows().flat_map(|row| row.as_chunks().0.iter().map(number)).collect();
-    let largest = u32::from(numbers.iter().copied().max().unwrap_or(0).max(1));
-    numbers.iter().map(|number| (u32::from(*number) * 255 / largest) as u8).collect()
+/// Converts numbers to 8-bit grey levels, the largest to white. A value that is not finite is black, like a hole.
+fn greys<const BYTES: usize>(pixels: &Pixels, number: impl Fn([u8; BYTES]) -> f32) -> Vec<u8> {
+    let bytes = pixels.rows().flat_map(|row| row.as_chunks().0);
+    let numbers: Vec<f32> = bytes.map(|bytes| number(*bytes)).collect();
+    let finite = numbers.iter().copied().filter(|number| number.is_finite());
+    let largest = finite.fold(f32::MIN_POSITIVE, f32::max);
+    let grey = |number: f32| if number.is_finite() { (number / largest * 255.0) as u8 } else { 0 };
+    numbers.into_iter().map(grey).collect()
 }
 
 #[cfg(test)]
@@ -289,6 +297,14 @@ pub(crate) mod tests {
         writer.text(format);
         writer.sequence(data);
         writer.finish()
+    }
+
+    #[test]
+    fn floats_of_depth_are_greys_and_holes_are_black() {
+        let data = [1.0_f32, f32::NAN, 4.0, f32::INFINITY].map(f32::to_le_bytes).concat();
+        let message = image("32FC1", 2, 2, 8, data);
+        let pixels = Pixels::read(&message).unwrap();
+        assert_eq!(greys(&pixels, f32::from_le_bytes), [63, 0, 255, 0]);
     }
 
     #[test]
@@ -339,7 +355,7 @@ pub(crate) mod tests {
         let message = image("16UC1", 2, 2, 4, data);
         let picture = Picture::read(&stream, 1, 0.0, &message).unwrap();
         let Content::Pixels(pixels) = &picture.content else { panic!() };
-        assert_eq!(greys(pixels, false), [63, 0, 255, 127]);
+        assert_eq!(greys(pixels, |bytes| u16::from_le_bytes(bytes).into()), [63, 0, 255, 127]);
         picture.encode().unwrap();
     }
 
@@ -349,7 +365,7 @@ pub(crate) mod tests {
         let read = |message: &Bytes| Picture::read(&stream, 1, 0.0, message).unwrap_err();
         let short = read(&image("rgb8", 640, 480, 1920, vec![0; 1000]));
         assert!(matches!(short, Unshown::Message(PictureError::Rows { .. })), "{short}");
-        assert_eq!(read(&image("32FC1", 1, 1, 4, vec![0; 4])), Unshown::Encoding("32FC1".into()));
+        assert_eq!(read(&image("64FC1", 1, 1, 8, vec![0; 8])), Unshown::Encoding("64FC1".into()));
         assert!(matches!(read(&Bytes::from_static(b"\0\x01\0\0\x01")), Unshown::Message(_)));
         assert_eq!(read(&vec![0; 9 << 20].into()), Unshown::Large(9));
     }

@@ -57,6 +57,11 @@ pub enum Encoding {
         /// Whether the higher byte comes first.
         is_big_endian: bool,
     },
+    /// Depth as 32-bit floats [m]: `32FC1`.
+    Float32 {
+        /// Whether the highest byte comes first.
+        is_big_endian: bool,
+    },
     /// Two pixels in four bytes, Y U Y V: `yuyv`, `yuv422_yuy2`.
     Yuyv,
 }
@@ -108,9 +113,24 @@ impl Encoding {
             b"bgra8" | b"8UC4" => Encoding::Bgra8,
             b"mono8" | b"8UC1" => Encoding::Mono8,
             b"mono16" | b"16UC1" => Encoding::Mono16 { is_big_endian },
+            b"32FC1" => Encoding::Float32 { is_big_endian },
             b"yuyv" | b"yuv422_yuy2" => Encoding::Yuyv,
             _ => return None,
         })
+    }
+
+    /// Its ROS name; of several the usual one.
+    pub fn name(self) -> &'static str {
+        match self {
+            Encoding::Rgb8 => "rgb8",
+            Encoding::Bgr8 => "bgr8",
+            Encoding::Rgba8 => "rgba8",
+            Encoding::Bgra8 => "bgra8",
+            Encoding::Mono8 => "mono8",
+            Encoding::Mono16 { .. } => "mono16",
+            Encoding::Float32 { .. } => "32FC1",
+            Encoding::Yuyv => "yuyv",
+        }
     }
 
     /// The length of a pixel [bytes].
@@ -119,7 +139,7 @@ impl Encoding {
             Encoding::Mono8 => 1,
             Encoding::Mono16 { .. } | Encoding::Yuyv => 2,
             Encoding::Rgb8 | Encoding::Bgr8 => 3,
-            Encoding::Rgba8 | Encoding::Bgra8 => 4,
+            Encoding::Rgba8 | Encoding::Bgra8 | Encoding::Float32 { .. } => 4,
         }
     }
 }
@@ -161,6 +181,14 @@ impl Pixels {
     /// All pixels in one piece, if rows are not padded.
     pub fn unpadded(&self) -> Option<&[u8]> {
         (self.step == self.row_bytes).then(|| &self.rows[..self.size()])
+    }
+
+    /// The bytes of a pixel; `None` outside of the picture.
+    pub fn pixel(&self, column: usize, row: usize) -> Option<&[u8]> {
+        let bytes = self.encoding.pixel_bytes();
+        let is_inside = column < usize::from(self.width) && row < usize::from(self.height);
+        let begin = row * self.step + column * bytes;
+        is_inside.then(|| self.rows.get(begin..begin + bytes)).flatten()
     }
 
     /// The rows without their padding.
@@ -227,8 +255,8 @@ mod tests {
             assert!(matches!(error, PictureError::Rows { .. }), "{error}");
         }
         assert_eq!(
-            read(&image("32FC1", 1, 1, 4, vec![0; 4])),
-            PictureError::Encoding("32FC1".into())
+            read(&image("64FC1", 1, 1, 8, vec![0; 8])),
+            PictureError::Encoding("64FC1".into())
         );
         assert!(matches!(read(&Bytes::from_static(b"\0\x01\0\0\x01")), PictureError::Message(_)));
     }

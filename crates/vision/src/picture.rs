@@ -38,7 +38,7 @@ pub enum PictureError {
     Format(String),
     /// The pixels are not colours.
     #[error(
-        "use a picture of 16 bits a pixel: it holds distances, or grey levels without a fixed scale"
+        "use a picture of 16 or 32 bits per pixel: it holds distances, or grey levels without a fixed scale"
     )]
     Deep,
     /// The picture is too large.
@@ -115,7 +115,9 @@ impl Picture {
                 }
                 Encoding::Mono8 => rgb.extend(row.iter().flat_map(|grey| [grey; 3])),
                 Encoding::Yuyv => yuyv(row, &mut rgb),
-                Encoding::Mono16 { .. } => return Err(PictureError::Deep),
+                Encoding::Mono16 { .. } | Encoding::Float32 { .. } => {
+                    return Err(PictureError::Deep);
+                }
             }
         }
         Ok(Picture { width: width as u32, height: height as u32, rgb })

@@ -2,6 +2,7 @@ use proptest::prelude::*;
 use teampulse_messages::cdr::Writer;
 use teampulse_messages::standard::Message as _;
 use teampulse_messages::standard::sensor_msgs::Image;
+use teampulse_messages::standard::std_msgs::Header;
 
 use super::*;
 
@@ -77,10 +78,10 @@ fn pictures_of_absurd_sizes_and_other_pixels_are_refused() {
     ] {
         let broken = Image { width, height, step, ..image("16UC1", 1, 1, vec![0; bytes]) };
         let error = Depth::read(&broken.encode()).unwrap_err();
-        assert!(matches!(error, DepthError::Rows { .. }), "{error}");
+        assert!(matches!(error, DepthError::Message(PictureError::Rows { .. })), "{error}");
     }
     let error = Depth::read(&image("rgb8", 1, 1, vec![0; 3]).encode()).unwrap_err();
-    assert_eq!(error, DepthError::Encoding("rgb8".to_owned()));
+    assert_eq!(error, DepthError::Encoding(Encoding::Rgb8));
     assert!(matches!(Depth::read(&Bytes::from_static(&[0, 1, 0, 0])), Err(DepthError::Message(_))));
 }
 

@@ -125,8 +125,8 @@ fn pictures_that_are_not_aligned_or_no_distances_are_named() {
     let wide = calibration(info([848, 480], [600.0, 600.0, 400.0, 200.0]));
     let why = placed(&[wide, depth_at(1000)]).unwrap_err();
     assert!(why.contains("40 × 30 px") && why.contains("848 × 480 px"), "{why}");
-    let colour =
-        Image { encoding: "rgb8".into(), width: 1, height: 1, step: 3, ..Image::default() };
+    let (encoding, data) = ("rgb8".into(), vec![0; 3]);
+    let colour = Image { encoding, width: 1, height: 1, step: 3, data, ..Image::default() };
     let colour = record(2, messages(DEPTH, IMAGE), 1000, Data::Message(colour.encode()));
     let why = placed(&[calibrated(), colour]).unwrap_err();
     assert!(why.contains("pixels of `rgb8`") && why.contains(DEPTH), "{why}");
