@@ -23,29 +23,30 @@ pub struct Echoes {
     syncs: u64,
     synced_bytes: u64,
     synced: Option<Stopwatch>,
-    is_recorded: bool,
 }
 
 impl Echoes {
     /// Sends the echo of an action that is among the records, with its time [s] and how far that is off [s].
+    ///
+    /// A recording that is starting has the action too: it begins with everything that waits for it.
     pub fn add(
         &mut self,
         act: Awaited,
         label: String,
         (t, off_secs): (f64, Option<f64>),
-        clients: &[Arc<Client>],
+        (stage, clients): (RecordingStage, &[Arc<Client>]),
     ) {
-        let on_disk = self.is_recorded.then_some(false);
+        let is_recorded = matches!(stage, RecordingStage::NotBegun | RecordingStage::Open);
+        let on_disk = is_recorded.then_some(false);
         let echo = Echo { reference: act.reference, label, t, off_secs, on_disk };
         send(act.client, &echo, clients);
-        if self.is_recorded {
+        if is_recorded {
             self.waiting.push((self.syncs + SYNCS, act.client, echo));
         }
     }
 
     /// Sends the echoes of actions that are on the disk by now.
     pub fn look(&mut self, disk: &Disk, clients: &[Arc<Client>]) {
-        self.is_recorded = disk.stage == RecordingStage::Open;
         if disk.bytes > self.synced_bytes {
             self.syncs += 1;
             self.synced = Some(Stopwatch::start());
@@ -65,5 +66,55 @@ impl Echoes {
 fn send(client: u64, echo: &Echo, clients: &[Arc<Client>]) {
     if let Some(client) = clients.iter().find(|each| each.number == client) {
         client.outbox.urgent(message(&FromServer::Echo(echo.clone())));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::extract::ws::Message;
+    use teampulse_core::data::EventKind;
+    use teampulse_core::time::Time;
+
+    use super::*;
+    use crate::access::Grant;
+    use crate::outbox::Next;
+    use crate::wire::Right;
+
+    /// What a client hears of an action in a recording at a stage, and after a number of syncs: `on_disk` of each echo.
+    async fn heard(stage: RecordingStage, syncs: u64) -> Vec<Option<bool>> {
+        let client = Arc::new(Client::new(Grant { right: Right::Control, address: None }));
+        let clients = [client.clone()];
+        let act = Awaited {
+            client: client.number,
+            reference: "a".to_owned(),
+            kind: EventKind::Marker,
+            at: Time::EPOCH,
+            is_timed: false,
+        };
+        let mut echoes = Echoes::default();
+        echoes.add(act, "tap".to_owned(), (0.0, None), (stage, &clients));
+        for bytes in 1..=syncs {
+            echoes.look(&Disk { stage: RecordingStage::Open, bytes, ..Disk::default() }, &clients);
+        }
+        client.outbox.end("over");
+        let mut heard = Vec::new();
+        while let Next::Message(Message::Text(text)) = client.outbox.next().await {
+            let echo: serde_json::Value = serde_json::from_str(&text).unwrap();
+            heard.push(echo["on_disk"].as_bool());
+        }
+        heard
+    }
+
+    #[tokio::test]
+    async fn an_action_before_the_first_sync_is_on_the_disk_after_the_second() {
+        for stage in [RecordingStage::NotBegun, RecordingStage::Open] {
+            assert_eq!(heard(stage, 1).await, [Some(false)]);
+            assert_eq!(heard(stage, 2).await, [Some(false), Some(true)]);
+        }
+    }
+
+    #[tokio::test]
+    async fn an_action_in_a_session_without_a_bag_is_never_on_the_disk() {
+        assert_eq!(heard(RecordingStage::Nothing, 2).await, [None]);
     }
 }

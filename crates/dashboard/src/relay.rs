@@ -418,7 +418,8 @@ impl Relay {
         let Some(act) = at.and_then(|at| self.hub.take_awaited(event.kind, at)) else { return };
         let t = self.hub.secs(record.sample.measured);
         let off_secs = act.is_timed.then(|| record.sample.measured.secs_since(act.at));
-        self.echoes.add(act, event.label.clone(), (t, off_secs), clients);
+        let stage = (self.hub.context.disk)().stage;
+        self.echoes.add(act, event.label.clone(), (t, off_secs), (stage, clients));
     }
 }
 
