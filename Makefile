@@ -89,7 +89,7 @@ bench-people: ## 30 simulated operators over ROS for 6 minutes: what features fi
 bench-soak: ## eight accelerated hours, very many topics and robots, bad workers: memory, CPU and delays
 bench-wearables: ## everything that a person can wear, and 30 straps: CPU, losses, and how soon readings are recorded
 bench-cameras: ## two cameras, a microphone and all wearables, with and without a model: CPU, losses, delays; faces hidden in 10,000 pictures
-bench-dashboard: ## the dashboard in a browser without a GPU: frames, latency, CPU, cameras; many viewers, a slow link, a long replay
+bench-dashboard: ## the dashboard in a browser without a GPU: frames, latency, CPU, cameras; many viewers, a slow link, a long replay, eight accelerated hours
 bench-signal: .venv/signal-ready ## signals of people: accuracy on recorded ones, speed against NeuroKit2, voices against Praat and librosa
 
 # --- setting up

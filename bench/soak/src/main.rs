@@ -38,6 +38,10 @@ use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
 use teampulse_sinks::{SINKS, SinkContext};
 
+/// That of the program itself.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 #[tokio::main]
 async fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
