@@ -1,10 +1,12 @@
 import { expect, test, vi } from "vitest";
 import { SessionClock } from "../src/store/clock";
+import { Model } from "../src/store/model";
 import { Pictures, readPicture } from "../src/store/pictures";
 import { stored } from "../src/store/stored";
 import { Track } from "../src/store/track";
 import { Wants } from "../src/store/wants";
 import { readWave } from "../src/store/wave";
+import type { Event, Hello } from "../src/wire";
 
 test("a clock is placed by its shortest probes, and a slow answer does not move it", () => {
   const clock = new SessionClock();
@@ -29,6 +31,19 @@ test("a track keeps the newest points in order, and earlier ones are put before 
   later.prepend([1, 2, 5, 6], [1, Number.NaN, 7, 8]);
   expect([...later.times]).toEqual([1, 2, 5]);
   expect(later.at(5, 1)).toBe(5);
+});
+
+test("beats are forgotten with the signal that they were found in", () => {
+  const model = new Model();
+  model.hello = { stored_secs: 600 } as Hello;
+  for (let t = 1; t <= 7200; t += 1) {
+    const beat = { number: t, stream: 3, kind: "beat", t, label: "" } as Event;
+    model.apply({ type: "events", events: [beat] });
+  }
+  const times = model.body.get(3)?.map((beat) => beat.t) ?? [];
+  expect(times.at(-1)).toBe(7200);
+  expect(times.length).toBeGreaterThanOrEqual(600);
+  expect(times.length).toBeLessThanOrEqual(900);
 });
 
 test("a frame that is not whole is no wave", () => {

@@ -257,6 +257,7 @@ export class Model {
       const known = this.body.get(event.stream) ?? [];
       insert(known, event);
       if (known.length > BODY_EVENTS) known.splice(0, BODY_EVENTS / 4);
+      this.forgetUndrawn(known, event.t);
       this.body.set(event.stream, known);
       return;
     }
@@ -264,6 +265,13 @@ export class Model {
     insert(this.events, event);
     this.eventsVersion += 1;
     if (this.events.length > OTHER_EVENTS) this.events.splice(0, OTHER_EVENTS / 5);
+  }
+
+  /** Forgets the events of a stream that are older than its stored signal at a time [s], many at once. */
+  private forgetUndrawn(events: Event[], now: number): void {
+    const stored = this.hello?.stored_secs ?? Number.POSITIVE_INFINITY;
+    if (now - (events[0]?.t ?? now) < 1.5 * stored) return;
+    events.splice(0, events.findIndex((each) => now - each.t <= stored));
   }
 
   /** Forgets the oldest event numbers: they are not sent again so late. */
