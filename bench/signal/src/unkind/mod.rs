@@ -55,6 +55,8 @@ impl Unkind {
 pub enum Seeds {
     Choosing,
     Judging,
+    /// Those from this one on: of whoever wants to judge for themselves.
+    From(u64),
 }
 
 impl FromStr for Seeds {
@@ -64,7 +66,12 @@ impl FromStr for Seeds {
         match word {
             "choosing" => Ok(Seeds::Choosing),
             "judging" => Ok(Seeds::Judging),
-            other => Err(format!("seeds are for choosing or judging, not {other}")),
+            other => match other.parse() {
+                Ok(first) => Ok(Seeds::From(first)),
+                Err(_) => {
+                    Err(format!("`{other}` is neither `choosing`, `judging` nor a first seed"))
+                }
+            },
         }
     }
 }
@@ -74,6 +81,7 @@ impl Seeds {
         match self {
             Seeds::Choosing => 1,
             Seeds::Judging => 1_000_000_007,
+            Seeds::From(first) => first,
         }
     }
 

@@ -1,7 +1,9 @@
 //! Evidence against a heart rate whose beats look plausible.
 
+use super::judge::T_WAVE_SECS;
+use super::signs::Signs;
 use super::windows::WindowBeat;
-use crate::robust::{interpolated, median_in_place};
+use crate::robust::{interpolated, median_in_place, quantile_in_place};
 
 /// An interval is odd when it deviates from the median by more than this share.
 const ODD: f64 = 0.25;
@@ -13,6 +15,13 @@ const UNEXPLAINED: f64 = 0.35;
 /// A deflection between beats is an echo of them above this correlation and share of their size.
 const ECHO_CORRELATION: f64 = 0.85;
 const ECHO_SHARE: f64 = 0.15;
+
+/// Two intervals in turn may be those of beats and of their T waves: the shorter one is that of a T wave, and the
+/// longer one above this multiple of it.
+const T_WAVE_TURN: f64 = 1.5;
+/// Above this share of all intervals they are.
+const MOST_TURNS: f64 = 0.3;
+const MOST_OF_TURNS: f64 = 0.2;
 
 /// The probability from signal quality alone, when there is no other evidence against the rate. Even in heavy
 /// noise, beats without such evidence are nearly always right.
@@ -27,6 +36,13 @@ const MOST_ODD: f64 = 0.05;
 const MOST_SATURATED: f64 = 0.1;
 const MOST_ECHOED: f64 = 0.3;
 const MOST_LOST: f64 = 0.06;
+/// Steps, or noise, may be taken for beats where the tenth of the highest beats is above this multiple of the tenth of
+/// the lowest, beats are less similar than this, and the kurtosis of the signal is below this. Where amplitudes swing
+/// with the breath, beats are more similar, and narrow.
+const UNEVEN: f64 = 1.3;
+const UNEVEN_LIKE: f64 = 0.975;
+const UNEVEN_KURTOSIS: f64 = 8.0;
+const MOST_UNEVEN: f64 = 0.79;
 /// Where nearly every interval has an unexplained deflection, a whole rhythm may be missed.
 const MOSTLY_UNEXPLAINED: f64 = 0.6;
 /// A span is live above this share of living signal; in any other span that share, raised to the power below,
@@ -35,7 +51,7 @@ const LIVELY: f64 = 0.95;
 const LIVING_WEIGHT: f64 = 1.25;
 const MOST_UNLIVELY: f64 = 0.79;
 
-/// Shares of beats, all between 0 and 1.
+/// Shares of beats, each between 0 and 1, and of the signal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Doubt {
     /// The mean similarity to the beats before.
@@ -48,6 +64,8 @@ pub(super) struct Doubt {
     pub(super) doubled: f64,
     /// Share of samples at the end of the range.
     pub(super) saturated: f64,
+    /// The kurtosis of the signal; NaN if it is unknown.
+    pub(super) kurtosis: f64,
     /// The share of beats preceded by a deflection as high as a beat where there is no T or P wave: a missed
     /// beat.
     pub(super) unexplained: f64,
@@ -56,14 +74,19 @@ pub(super) struct Doubt {
     pub(super) echoed: f64,
     /// The share of beats that may be lost in intervals near a multiple of the median.
     pub(super) lost: f64,
+    /// The share of intervals that are as short as those from beats to their T waves and follow a longer one.
+    pub(super) turns: f64,
+    /// The 90th percentile of the heights of beats as a multiple of the 10th.
+    pub(super) uneven: f64,
 }
 
 impl Doubt {
-    pub(super) fn of(beats: &[WindowBeat], saturated: f64) -> Doubt {
-        let intervals = || beats.iter().filter_map(|beat| beat.rr_ms);
-        let usual_ms = median_in_place(&mut intervals().collect::<Vec<_>>()).unwrap_or(f64::NAN);
+    pub(super) fn of(beats: &[WindowBeat], signs: Option<Signs>) -> Doubt {
+        let intervals_ms: Vec<f64> = beats.iter().filter_map(|beat| beat.rr_ms).collect();
+        let usual_ms = median_in_place(&mut intervals_ms.clone()).unwrap_or(f64::NAN);
         let heights = beats.iter().filter_map(|beat| Some(beat.looks?.height));
-        let height = median_in_place(&mut heights.collect::<Vec<_>>()).unwrap_or(f64::NAN);
+        let mut heights: Vec<f64> = heights.collect();
+        let height = median_in_place(&mut heights).unwrap_or(f64::NAN);
         let likeness = |beat: &WindowBeat| beat.looks.and_then(|looks| looks.likeness);
         let likenesses: Vec<f64> = beats.iter().filter_map(likeness).collect();
         let is_odd = |beat: &&WindowBeat| {
@@ -79,14 +102,17 @@ impl Doubt {
         };
         let share = |count: usize| count as f64 / beats.len().max(1) as f64;
         Doubt {
-            doubled: doubled(intervals().collect()),
-            saturated,
+            lost: lost(&intervals_ms, usual_ms),
+            turns: turns(&intervals_ms),
+            doubled: doubled(intervals_ms),
+            saturated: signs.map_or(0.0, |signs| signs.saturated),
+            kurtosis: signs.and_then(|signs| signs.kurtosis.ok()).unwrap_or(f64::NAN),
             like: likenesses.iter().sum::<f64>() / likenesses.len().max(1) as f64,
             odd: share(beats.iter().filter(is_odd).count()),
             odd_unlike: share(beats.iter().filter(is_odd).filter(is_unlike).count()),
             unexplained: share(beats.iter().filter(is_unexplained).count()),
             echoed: share(beats.iter().filter(is_echoed).count()),
-            lost: lost(&intervals().collect::<Vec<_>>(), usual_ms),
+            uneven: uneven(&mut heights),
         }
     }
 
@@ -115,6 +141,14 @@ impl Doubt {
             3 => 0.25,
             _ => 0.2,
         };
+        let is_uneven =
+            self.uneven > UNEVEN && self.like < UNEVEN_LIKE && self.kurtosis < UNEVEN_KURTOSIS;
+        let limits = [(self.turns > MOST_TURNS, MOST_OF_TURNS), (is_uneven, MOST_UNEVEN)];
+        let most = limits
+            .iter()
+            .filter(|(applies, _)| *applies)
+            .map(|(_, limit)| *limit)
+            .fold(most, f64::min);
         let probability = interpolated(&OF_QUALITY, quality).min(most);
         if is_lively {
             probability
@@ -131,6 +165,19 @@ fn lost(intervals_ms: &[f64], usual_ms: f64) -> f64 {
     if missing > 0.0 { missing / (intervals_ms.len() as f64 + missing) } else { 0.0 }
 }
 
+/// The share of intervals that are as short as those from beats to their T waves and follow a longer one.
+fn turns(intervals_ms: &[f64]) -> f64 {
+    let is_turn = |pair: &&[f64]| pair[1] < 1e3 * T_WAVE_SECS && pair[0] > T_WAVE_TURN * pair[1];
+    let turns = intervals_ms.windows(2).filter(is_turn).count();
+    turns as f64 / intervals_ms.len().max(1) as f64
+}
+
+/// The 90th percentile of heights as a multiple of the 10th; 1 without heights.
+fn uneven(heights: &mut [f64]) -> f64 {
+    let (low, high) = (quantile_in_place(heights, 0.1), quantile_in_place(heights, 0.9));
+    low.zip(high).map_or(1.0, |(low, high)| high / low)
+}
+
 /// The share of intervals near twice the lower quartile, minus the share between once and twice.
 fn doubled(mut intervals_ms: Vec<f64>) -> f64 {
     intervals_ms.sort_unstable_by(f64::total_cmp);
@@ -140,4 +187,43 @@ fn doubled(mut intervals_ms: Vec<f64>) -> f64 {
         within.count() as f64 / intervals_ms.len() as f64
     };
     share(1.85..2.15) - share(1.2..1.85)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ecg::likeness::Looks;
+
+    /// Beats with these intervals [ms] and heights in turn, as similar to each other as given.
+    fn beats(rr_ms: [f64; 2], heights: [f64; 2], likeness: f64) -> Vec<WindowBeat> {
+        let beat = |index: usize| WindowBeat {
+            at_ns: 0,
+            rr_ms: Some(rr_ms[index % 2]),
+            looks: Some(Looks {
+                likeness: Some(likeness),
+                deflection: 1.0,
+                height: heights[index % 2],
+            }),
+            between: None,
+            echo: None,
+        };
+        (0..40).map(beat).collect()
+    }
+
+    fn probability(beats: &[WindowBeat], kurtosis: f64) -> f64 {
+        Doubt { kurtosis, ..Doubt::of(beats, None) }.probability(0.9, 1.0)
+    }
+
+    #[test]
+    fn beats_and_their_t_waves_in_turn_are_no_rate() {
+        assert!(probability(&beats([800.0; 2], [1.0; 2], 0.99), 20.0) > 0.9);
+        assert!(probability(&beats([530.0, 235.0], [1.0, 1.2], 0.99), 20.0) <= 0.2);
+    }
+
+    #[test]
+    fn uneven_beats_of_a_broad_signal_may_be_steps() {
+        assert!(probability(&beats([400.0; 2], [2.0, 3.0], 0.96), 5.0) < 0.8);
+        assert!(probability(&beats([400.0; 2], [2.0, 3.0], 0.96), 20.0) > 0.9);
+        assert!(probability(&beats([400.0; 2], [2.0, 3.0], 0.99), 5.0) > 0.9);
+    }
 }

@@ -14,7 +14,7 @@ const RESTLESS_AT_FIRST: f64 = 0.36;
 const RESTLESS_ALIKE: f64 = 0.6;
 /// A T wave follows its beat within this time [s] (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532), and is
 /// lower than this share of it.
-const T_WAVE_SECS: f64 = 0.36;
+pub(super) const T_WAVE_SECS: f64 = 0.36;
 const T_WAVE_SHARE: f64 = 0.5;
 /// Thresholds between the usual height of other deflections (0) and of beats (1): right after a beat, when
 /// the next is due, and one cycle later.

@@ -7,7 +7,7 @@ use crate::robust::median_in_place;
 /// Medians and means over segments.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Signs {
-    kurtosis: Result<f64, Reason>,
+    pub(super) kurtosis: Result<f64, Reason>,
     qrs_share: Result<f64, Reason>,
     base_share: Result<f64, Reason>,
     pub(super) flat: f64,

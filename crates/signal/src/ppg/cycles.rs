@@ -19,6 +19,8 @@ const OF_LIKENESS: [(f64, f64); 5] =
 const SINE: f64 = 0.03;
 const HARDLY_A_PULSE: f64 = 0.09;
 const ROUND: f64 = 0.29;
+/// Where the harmonics are larger than this multiple of the fundamental, each cycle holds two pulses.
+const TWO_PULSES: f64 = 2.0;
 /// The latest diastolic wave [s]; a later crest is a missed weak pulse.
 const LATEST_CREST_SECS: f64 = 0.46;
 const CREST_HEIGHT: f64 = 0.08;
@@ -87,6 +89,7 @@ impl Cycles {
     pub(super) fn probability(&self, likeness: f64) -> f64 {
         let speaks_against = [
             (self.harmonics < SINE, 0.02),
+            (self.harmonics > TWO_PULSES, 0.05),
             (self.harmonics < HARDLY_A_PULSE, 0.15),
             (self.crest_secs > LATEST_CREST_SECS && self.crest_height > CREST_HEIGHT, 0.2),
             (self.rest > MOST_REST && self.harmonics < ROUND, 0.55),
