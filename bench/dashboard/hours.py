@@ -16,8 +16,9 @@ from websockets.sync.client import connect
 
 HOURS, SPEED = 8, 240
 DEMO_SECS = 185
-# The session goes on for an hour after the last look. From the end of this hour on memory may grow by this share at most.
+# From the end of this hour on memory may grow by this share at most.
 SETTLED_HOUR, MOST_GROWN = 2, 0.05
+# The looks at a page in each hour.
 LOOKS = 5
 
 
@@ -68,6 +69,7 @@ def main() -> int:
     pages = ("team", "signals")
     with tempfile.TemporaryDirectory() as folder:
         bag = os.environ.get("BAG") or harness.Stage(Path(folder), domain=77).demo(DEMO_SECS)
+        # It goes on for an hour, so that the last looks are at a session, too.
         soak = harness.Program([os.environ["BENCH_SOAK"], "watched", bag, HOURS + 1, SPEED], domain=65)
         try:
             address = soak.wait_for(r"(http://[^\"]+)", pipe="stdout")[1]
