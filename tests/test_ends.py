@@ -30,6 +30,23 @@ def whole(stage, bag: Path) -> None:
     assert "cut off" not in (bag / "summary.md").read_text()
 
 
+def test_a_bag_is_read_while_it_is_recorded_and_not_repaired(stage):
+    recorder, out = recording(stage)
+    bag = harness.the_bag(out)
+    answer = stage.ask("info", bag, "--check")
+    assert answer.returncode == 0 and "still being recorded" in answer.stdout, answer.stdout + answer.stderr
+    assert "damaged" not in answer.stdout
+    [part] = bags.parts(bag)
+    before = part.stat().st_ino
+    refused = stage.ask("recover", bag)
+    assert refused.returncode == 1 and "still being written" in refused.stderr, refused.stderr
+    assert part.stat().st_ino == before
+    exported = stage.ask("export", bag, "--out", stage.folder / "tables")
+    assert exported.returncode == 0 and "still being recorded" in exported.stderr, exported.stderr
+    assert recorder.interrupt() == 0, recorder.report()
+    whole(stage, bag)
+
+
 @pytest.mark.parametrize("name", ["SIGHUP", "SIGTERM"])
 def test_a_signal_ends_a_session_whole(stage, name):
     recorder, out = recording(stage)

@@ -6,6 +6,7 @@ mod memory;
 use std::path::Path;
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use teampulse_bag::free_bytes;
 use teampulse_ros::receiving;
 use tokio::signal::unix::{SignalKind, signal};
 
@@ -44,6 +45,13 @@ pub fn unfit(out: &Path, keep_free_bytes: u64) -> Option<String> {
     if let Err(error) = writable {
         return Some(format!("{} is not writable: {error}", folder.display()));
     }
+    let disk = rustix::fs::statvfs(folder).ok()?;
+    if disk.f_blocks == 0 {
+        return Some(format!(
+            "{} is not on a disk: no files can be created there",
+            folder.display()
+        ));
+    }
     too_full(free_bytes(folder).ok()?, keep_free_bytes, folder)
 }
 
@@ -76,14 +84,9 @@ pub fn outlive_large_files() {
 }
 
 /// The folder itself, or the nearest parent that exists.
-fn existing(out: &Path) -> &Path {
+pub fn existing(out: &Path) -> &Path {
     let found = out.ancestors().find(|path| path.exists());
     found.filter(|path| *path != Path::new("")).unwrap_or(Path::new("."))
-}
-
-fn free_bytes(folder: &Path) -> rustix::io::Result<u64> {
-    let space = rustix::fs::statvfs(folder)?;
-    Ok(space.f_bavail.saturating_mul(space.f_frsize))
 }
 
 /// What this rate of messages requires of the machine, where it falls short.
@@ -136,7 +139,7 @@ fn receive_buffer() -> String {
 }
 
 fn free_disk(out: &Path) -> String {
-    match free_bytes(existing(out)) {
+    match free_bytes(out) {
         Ok(free) => {
             let word = if free < FREE_DISK { "small" } else { "ok   " };
             format!("disk     {word} {:.1} GB free for {}", free as f64 / 1e9, out.display())
@@ -181,6 +184,8 @@ mod tests {
             );
         }
         assert_eq!(unfit(&folder.path().join("new"), 0), None);
+        let nowhere = unfit(Path::new("/proc/nowhere"), 0).unwrap();
+        assert_eq!(nowhere, "/proc is not on a disk: no files can be created there");
     }
 
     #[test]

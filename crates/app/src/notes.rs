@@ -10,7 +10,7 @@ use teampulse_sinks::Bag;
 use teampulse_sources::session::Phase;
 use teampulse_workers::Program;
 
-use crate::machine::LEAST_DISK;
+use crate::machine::{LEAST_DISK, existing};
 use crate::setup::keeping;
 use crate::study::Study;
 
@@ -28,8 +28,20 @@ pub fn of_study(study: &Study) -> Vec<String> {
     let bags = || study.settings_of::<Bag>("sinks", "bag").into_iter().flatten();
     let room = bags().find_map(|bag| of_room(&bag));
     let paused = bags().find_map(|bag| of_pause(&bag));
+    let fallback = bags().find_map(|bag| of_fallback(&bag));
     let by_hand = of_hand(phases);
-    kept.into_iter().chain(baseline).chain(by_hand).chain(room).chain(paused).collect()
+    let of_bags = room.into_iter().chain(paused).chain(fallback);
+    kept.into_iter().chain(baseline).chain(by_hand).chain(of_bags).collect()
+}
+
+/// The remark that a fallback would be created, perhaps because its disk is not mounted.
+fn of_fallback(bag: &Bag) -> Option<String> {
+    let fallback = bag.fallback.as_ref().filter(|folder| !folder.exists())?;
+    let above = existing(fallback).display();
+    Some(format!(
+        "the fallback {} does not exist: it is created on the disk of {above} when it is needed",
+        fallback.display()
+    ))
 }
 
 /// The remark that nothing is recorded until a command.
@@ -161,6 +173,14 @@ mod tests {
     fn a_study_that_stores_nothing_is_reported() {
         assert_eq!(notes(""), "no sink stores data: nothing is recorded");
         assert_eq!(notes("[[sinks]]\ntype = \"bag\"\n"), "");
+    }
+
+    #[test]
+    fn a_fallback_that_does_not_exist_is_reported() {
+        let with = |folder| notes(&format!("[[sinks]]\ntype = \"bag\"\nfallback = \"{folder}\"\n"));
+        assert_eq!(with("/"), "");
+        let note = "the fallback /no/where does not exist: it is created on the disk of / when it is needed";
+        assert_eq!(with("/no/where"), note);
     }
 
     #[test]

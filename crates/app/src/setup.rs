@@ -40,6 +40,7 @@ use crate::controls::Controls;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::folder::{Claimed, bag_folder};
+use crate::machine::unfit;
 use crate::network::default_bus;
 use crate::notes;
 use crate::output::say;
@@ -221,6 +222,15 @@ impl Setup {
         let bags = self.study.settings_of::<Bag>("sinks", "bag").unwrap_or_default();
         let bags = bags.into_iter().filter(|bag| bag.fallback.is_none());
         bags.map(|bag| bag.keep_free_mib.saturating_mul(1 << 20)).max().unwrap_or(0)
+    }
+
+    /// Why a recording could not continue in its fallback.
+    pub fn unfit_fallback(&self) -> Option<String> {
+        let bags = self.study.settings_of::<Bag>("sinks", "bag").unwrap_or_default();
+        bags.iter().find_map(|bag| {
+            let reason = unfit(bag.fallback.as_deref()?, 0)?;
+            Some(format!("the recording could not continue in its fallback: {reason}"))
+        })
     }
 
     /// The settings of the terminal's view.

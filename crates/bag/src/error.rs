@@ -29,6 +29,12 @@ pub enum BagError {
         /// What it appears to be instead.
         found: Found,
     },
+    /// A bag can't be repaired while another program writes it.
+    #[error("repair {}: it is still being written", path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file was deleted or moved while it was being recorded.
     #[error("record to {}: it was deleted while it was recorded", path.display())]
     Deleted {
@@ -88,6 +94,9 @@ pub enum Found {
     /// A folder without any MCAP file.
     #[error("a folder without MCAP files")]
     NoFiles,
+    /// A file without any bytes.
+    #[error("an empty file")]
+    Empty,
     /// Any other file.
     #[error("another kind of file")]
     Other,
@@ -101,6 +110,9 @@ impl BagError {
             BagError::DiskFull { .. } => "free some space, or record to another disk with --out",
             BagError::NotABag { found, .. } => found.hint(),
             BagError::Damaged { .. } => "run `teampulse recover` to keep all readable messages",
+            BagError::InUse { .. } => {
+                "wait until its session has ended: a recording that ends is complete"
+            }
             BagError::Deleted { .. } => {
                 "keep the folder of a recording in place until it has ended"
             }
@@ -159,6 +171,7 @@ impl Found {
                 "convert it with `ros2 bag convert` to compression_mode none; \
                  MCAP compresses its own chunks"
             }
+            Found::Empty => "nothing was recorded into it, or it was not copied",
             Found::Sqlite | Found::NoFiles | Found::Other => {
                 "give the folder of a recording or one of its .mcap or .db3 files"
             }

@@ -16,6 +16,8 @@ pub struct OnDisk {
     pub folder: PathBuf,
     /// The bytes synced to the disk, in all files.
     pub synced_bytes: u64,
+    /// The free space on the disk when the first bag had begun [bytes]; `None` before.
+    pub began_with_bytes: Option<u64>,
     /// The free space on the disk at the last sync [bytes]; `None` before the first.
     pub free_bytes: Option<u64>,
 }
@@ -59,8 +61,10 @@ impl Growth {
 
     /// Adds newly synced bytes, and records the free space on the disk [bytes].
     pub fn synced(&self, more_bytes: u64, free_bytes: u64) {
-        self.add(more_bytes);
-        self.lock().free_bytes = Some(free_bytes);
+        let mut on_disk = self.lock();
+        on_disk.synced_bytes += more_bytes;
+        on_disk.began_with_bytes.get_or_insert(free_bytes);
+        on_disk.free_bytes = Some(free_bytes);
     }
 
     /// Adds newly synced bytes.

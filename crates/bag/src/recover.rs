@@ -9,6 +9,7 @@ use mcap::records::{MessageHeader, op};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
 
+use crate::claim::claim;
 use crate::error::{BagError, Found};
 use crate::metadata::{FileSpan, Metadata, Topic};
 use crate::private;
@@ -57,17 +58,21 @@ impl RecoveredFile {
 /// Repairs a bag: reads all of it, and rewrites each truncated or damaged file with all intact chunks, in
 /// order. `metadata.yaml` is rewritten.
 ///
-/// The old file stays until the new one is safely on the disk, and is kept as `<name>.mcap.orig` if
+/// A bag that is still being recorded, or repaired by another program, is refused and not changed. The old file stays until the new one is safely on the disk, and is kept as `<name>.mcap.orig` if
 /// anything was lost from its middle.
 pub fn recover(path: &Path) -> Result<Report, BagError> {
     let mut bag = Bag::open(path)?;
     if let Some(made) = bag.parts().iter().find(|part| part.is_made) {
         return Err(BagError::NotABag { path: made.path.clone(), found: Found::Foreign });
     }
+    if let Some(part) = bag.parts().iter().find(|part| !claim(&part.file)) {
+        return Err(BagError::InUse { path: part.path.clone() });
+    }
     let stated = bag.stated_messages();
     let parts = bag.parts_mut().iter_mut().zip(stated);
     let files: Vec<RecoveredFile> =
         parts.map(|(part, stated)| recover_file(part, stated)).collect::<Result<_, _>>()?;
+    drop(bag);
     if path.is_dir() {
         let bag = Bag::open(path)?;
         let mut metadata = describe(&bag);

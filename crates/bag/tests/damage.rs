@@ -23,6 +23,10 @@ fn write_and_die(folder: &Path, compression: Compression, records: &[Record]) {
         }
     }
     std::mem::forget(writer);
+    // The file of a process that ended is no longer locked.
+    let (part, copy) = (folder.join("bag_0.mcap"), folder.join("copy"));
+    fs::copy(&part, &copy).unwrap();
+    fs::rename(&copy, &part).unwrap();
 }
 
 /// Writes a whole bag of one file; returns the length of the file after each flush.
@@ -43,6 +47,40 @@ fn write(folder: &Path, compression: Compression, records: &[Record]) -> Vec<u64
 
 fn read(path: &Path) -> Vec<Message> {
     Bag::open(path).unwrap().messages(None).map(Result::unwrap).collect()
+}
+
+#[test]
+fn a_bag_that_is_being_recorded_is_read_and_never_repaired() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    let mut writer = BagWriter::create(&path, &Options::default()).unwrap();
+    for record in session(100) {
+        writer.write(&record).unwrap();
+    }
+    writer.flush().unwrap();
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!((bag.messages_count() > 50, bag.damage().count(), bag.missing()), (true, 0, 0));
+    assert!(bag.is_being_recorded() && !bag.can_be_repaired());
+    let before = fs::read(path.join("bag_0.mcap")).unwrap();
+    assert!(matches!(recover(&path), Err(BagError::InUse { .. })));
+    assert_eq!(fs::read(path.join("bag_0.mcap")).unwrap(), before);
+    let messages = writer.finish().unwrap().messages;
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!((bag.messages_count(), bag.is_being_recorded()), (messages, false));
+    assert_eq!(recover(&path).unwrap().files[0].damage, []);
+}
+
+#[test]
+fn an_empty_file_is_not_a_bag_but_one_beside_others_is_only_damaged() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    write(&path, Compression::Zstd, &session(100));
+    let empty = path.join("bag_1.mcap");
+    fs::write(&empty, "").unwrap();
+    let refused = Bag::open(&empty).unwrap_err();
+    assert!(matches!(refused, BagError::NotABag { found: Found::Empty, .. }), "{refused}");
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!((bag.messages_count() > 50, bag.damage().count()), (true, 1));
 }
 
 #[test]

@@ -118,6 +118,10 @@ split_mib   = 4096"#;
             let message = format!("snapshot_secs is {}, expected 0 to 3600", self.snapshot_secs);
             return Err(SettingsError::new(message).at("snapshot_secs"));
         }
+        if self.fallback.as_ref().is_some_and(|folder| folder.as_os_str().is_empty()) {
+            let error = SettingsError::new("fallback is empty").at("fallback");
+            return Err(error.with_hint("give a folder on another disk, or leave it out"));
+        }
         let (split_bytes, split_secs) = self.splits();
         let options = Options {
             session: context.session.clone(),
@@ -144,7 +148,8 @@ split_mib   = 4096"#;
         if self.start_paused {
             ended.begins_later();
         }
-        let limits = Limits { secs: self.snapshot_secs, bytes: self.snapshot_mib << 20 };
+        let limits =
+            Limits { secs: self.snapshot_secs, bytes: self.snapshot_mib.saturating_mul(1 << 20) };
         let bag = ContinuingBag { bag, ended, again, ends_by_command: true };
         Ok(Box::new(CommandedBag { bag, is_paused: self.start_paused, limits }))
     }
@@ -158,7 +163,7 @@ fn is_vacant(folder: &Path) -> bool {
 impl Bag {
     /// The size [bytes] and the duration [s] at which a file is split; `None` for never.
     fn splits(&self) -> (Option<u64>, Option<f64>) {
-        let bytes = self.split_mib.filter(|mib| *mib > 0).map(|mib| mib << 20);
+        let bytes = self.split_mib.filter(|mib| *mib > 0).map(|mib| mib.saturating_mul(1 << 20));
         (bytes, self.split_secs.filter(|secs| *secs > 0.0))
     }
 }

@@ -77,6 +77,7 @@ impl Check {
         output::lines(notes.iter().map(|note| format!("note     {note}")));
         output::lines(machine::check(&self.out));
         let (buses, keep_free_bytes) = (Arc::clone(&setup.buses), setup.keep_free_bytes());
+        let unfit_fallback = setup.unfit_fallback();
         let Heard { streams: heard, own_phases, worn } =
             listen(setup, sources, self.seconds).await?;
         output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status)));
@@ -104,6 +105,7 @@ impl Check {
         missing.extend(absent_lsl);
         missing.extend(worn.missing);
         missing.extend(machine::unfit(&self.out, keep_free_bytes));
+        missing.extend(unfit_fallback);
         if required.kinds.is_empty() {
             missing.push(NOTHING.to_owned());
         }

@@ -30,6 +30,9 @@ pub struct Info {
     json: bool,
 }
 
+/// What is said of a bag that was opened during its recording.
+const BEING_RECORDED: &str = "still being recorded: what has been written so far is read";
+
 /// A bag, as reported.
 #[derive(Debug, Serialize)]
 struct BagInfo {
@@ -40,6 +43,10 @@ struct BagInfo {
     duration_secs: f64,
     /// Whether `retime` computed the times: each of them then also depends on later data.
     two_sided: bool,
+    /// Whether it is still being recorded: its last second may be missing.
+    being_recorded: bool,
+    #[serde(skip)]
+    can_be_repaired: bool,
     damage: Vec<String>,
     notes: BTreeMap<String, String>,
     streams: Vec<Row>,
@@ -118,6 +125,9 @@ pub fn open(path: &std::path::Path) -> Result<Bag, Failure> {
 
 /// Prints on standard error the damage in a bag before it is read.
 pub fn warn_of_damage(bag: &Bag) {
+    if bag.is_being_recorded() {
+        output::note(format!("{} is {BEING_RECORDED}", bag.path().display()));
+    }
     for each in damage(bag) {
         output::note(format!("damaged: {each}"));
     }
@@ -168,6 +178,8 @@ fn describe(bag: &Bag) -> BagInfo {
         start_secs: bag.bounds().map(|(first, _)| first.secs()),
         duration_secs,
         two_sided: bag.notes().contains_key(RETIMED),
+        being_recorded: bag.is_being_recorded(),
+        can_be_repaired: bag.damage().next().is_some() && bag.can_be_repaired(),
         damage: damage(bag).into_iter().chain(before).collect(),
         notes: bag.notes().clone(),
         streams,
@@ -212,7 +224,13 @@ fn show(info: &BagInfo) {
         );
     }
     output::lines(how_it_ended(&info.notes));
+    if info.being_recorded {
+        output::line(BEING_RECORDED);
+    }
     output::lines(info.damage.iter().map(|each| format!("damaged: {each}")));
+    if info.can_be_repaired {
+        output::line(format!("`teampulse recover {}` repairs it", info.path));
+    }
     output::line("");
     output::lines(table(&info.streams));
 }

@@ -60,6 +60,9 @@ pub async fn watch(
         return Err(Failure::new(format!("nothing can be recorded: {reason}"))
             .hint("give another folder with --out"));
     }
+    if let Some(reason) = setup.unfit_fallback() {
+        return Err(Failure::new(reason).hint("give another folder as `fallback`, or none"));
+    }
     if let Ok(target) = std::fs::read_link(&out) {
         say(format!("{} is a link: the recording is in {}", out.display(), target.display()));
     }

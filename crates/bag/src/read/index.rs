@@ -13,6 +13,7 @@ use teampulse_core::stream::Schema;
 use teampulse_core::time::Time;
 
 use crate::channel::{Channel, type_hash};
+use crate::claim::is_claimed;
 use crate::error::{BagError, Found};
 use crate::metadata::{ParsedMetadata, ROSBAG2_RECORD, SERIALIZED_KEY, Span};
 use crate::read::block::Block;
@@ -32,6 +33,8 @@ pub(crate) struct Index {
     pub file: File,
     /// Whether `file` was converted from the one at the path.
     pub is_made: bool,
+    /// Whether it was still being written when it was opened, so that its end may be missing.
+    pub is_open: bool,
     pub blocks: Vec<Block>,
     pub channels: BTreeMap<u16, Arc<Channel>>,
     pub counts: BTreeMap<u16, u64>,
@@ -94,6 +97,11 @@ impl Index {
         Ok(index)
     }
 
+    /// Whether the file has no bytes, and nobody is writing it.
+    pub(crate) fn is_empty_file(&self) -> bool {
+        !self.is_open && self.file.metadata().is_ok_and(|file| file.len() == 0)
+    }
+
     /// Whether its first message, and so every message, was compressed individually.
     fn begins_packed(&self) -> bool {
         let is_own = |channel: &Arc<Channel>| !channel.is_foreign();
@@ -108,10 +116,16 @@ impl Index {
     }
 
     fn read(path: &Path, file: File) -> Result<Index, BagError> {
+        let is_open = is_claimed(&file);
         let mut index = Index::empty(path, file);
         let Err(error) = index.read_summary() else { return Ok(index) };
         let scanned = scan(Index::empty(path, index.file));
         let mut index = scanned.map_err(BagError::io("read", path))?;
+        if is_open {
+            index.is_open = true;
+            index.damage.retain(|damage| !damage.is_tail);
+            return Ok(index);
+        }
         // An index is optional. A file that should have one but does not is damaged.
         if index.damage.is_empty() && !matches!(error, McapError::BadIndex) {
             index.damage.push(Damage {
@@ -129,6 +143,7 @@ impl Index {
             path: path.to_owned(),
             file,
             is_made: false,
+            is_open: false,
             blocks: Vec::new(),
             channels: BTreeMap::new(),
             counts: BTreeMap::new(),

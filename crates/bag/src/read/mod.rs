@@ -80,6 +80,9 @@ impl Bag {
     pub fn open(path: &Path) -> Result<Bag, BagError> {
         let (files, metadata) = if path.is_dir() { files_of(path)? } else { only(path) };
         let parts = files.iter().map(|file| Index::open(file)).collect::<Result<Vec<_>, _>>()?;
+        if path.is_file() && parts.iter().all(Index::is_empty_file) {
+            return Err(BagError::NotABag { path: path.to_owned(), found: Found::Empty });
+        }
         let (streams, places, channels) = (Vec::new(), HashMap::new(), Vec::new());
         let mut bag = Bag { path: path.to_owned(), parts, streams, places, channels, metadata };
         bag.gather_streams();
@@ -122,6 +125,16 @@ impl Bag {
     pub fn damage(&self) -> impl Iterator<Item = (&Path, &Damage)> {
         let parts = self.parts.iter();
         parts.flat_map(|part| part.damage.iter().map(|damage| (part.path.as_path(), damage)))
+    }
+
+    /// Whether it was still being recorded when it was opened: it is then as complete as the last second's sync.
+    pub fn is_being_recorded(&self) -> bool {
+        self.parts.iter().any(|part| part.is_open)
+    }
+
+    /// Whether [`recover`](crate::recover) can repair it: a bag in MCAP that nobody is writing.
+    pub fn can_be_repaired(&self) -> bool {
+        !self.is_being_recorded() && self.parts.iter().all(|part| !part.is_made)
     }
 
     /// Reads the whole bag, so that [`Bag::damage`] lists each unreadable part.

@@ -24,12 +24,14 @@ use teampulse_core::sample::{Record, Sample};
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_core::time::Time;
 
+use crate::claim::claim;
+use crate::disk::free_bytes;
 use crate::error::BagError;
 use crate::metadata::{FileSpan, Metadata, ROSBAG2_RECORD, SERIALIZED_KEY, Span};
 use crate::private;
 use crate::write::part::{Attachment, Part, nanos};
 use crate::write::routes::Routes;
-use crate::write::spare::{Spare, SpareFile, free_bytes};
+use crate::write::spare::{Spare, SpareFile};
 use teampulse_messages::convert::type_name;
 
 pub use options::{Options, Place};
@@ -328,6 +330,8 @@ fn begin(
     options: &Options,
 ) -> Result<(Part<File>, File), BagError> {
     let file = private::create_new(path).map_err(BagError::io("create", path))?;
+    // A reader that looks at the new file just now holds its lock: the file is then recorded without one.
+    claim(&file);
     let disk = file.try_clone().map_err(BagError::io("create", path))?;
     let part = Part::begin(path, file, Arc::clone(spare), options.compression);
     // A file without room for its start would be taken for a damaged part of the bag.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use rustix::fs::{FallocateFlags, fallocate, statvfs};
+use rustix::fs::{FallocateFlags, fallocate};
 
 use crate::private;
 
@@ -77,12 +77,6 @@ pub(crate) fn is_full(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
 }
 
-/// The free space for ordinary users on the disk of a folder [bytes].
-pub(crate) fn free_bytes(folder: &Path) -> io::Result<u64> {
-    let disk = statvfs(folder)?;
-    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
-}
-
 /// The state of the file that is being written, shared by its writers.
 #[derive(Debug, Default)]
 pub(crate) struct Progress {
@@ -146,11 +140,5 @@ mod tests {
         spare.grow_to(3 << 20).unwrap();
         assert_eq!(spare.file.as_ref().unwrap().metadata().unwrap().len(), 3 << 20);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-    }
-
-    #[test]
-    fn free_space_is_reported() {
-        let folder = tempfile::tempdir().unwrap();
-        assert!(free_bytes(folder.path()).unwrap() > 0);
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use teampulse_bag::{BagSink, Broken, Complete, Options, Place, Recording};
+use teampulse_bag::{BagSink, Broken, Complete, Options, Place, Recording, free_bytes};
 use teampulse_core::clock::Clock;
 use teampulse_core::command::{Accepted, Command};
 use teampulse_core::sample::Record;
@@ -15,8 +15,11 @@ use crate::Ended;
 const AGAIN_EVERY: Duration = Duration::from_secs(5);
 /// The most bags of one recording, for a disk that fills up repeatedly.
 const MOST_BAGS: usize = 100;
-/// The free space needed, beyond the required reserve, to continue on a disk that was full [bytes].
-const SOME_ROOM_BYTES: u64 = 64 << 20;
+/// The share of the room with which a recording began that a disk which was full needs to continue, so that it is
+/// not full again at once.
+const ROOM_SHARE: u64 = 4;
+/// The least and the most of that room [bytes]: a bag that only begins and ends needs the least.
+const ROOM_BYTES: (u64, u64) = (8 << 20, 64 << 20);
 
 /// Where a recording continues after a failure.
 #[derive(Clone, Debug)]
@@ -113,7 +116,11 @@ fn goes_on(
     most_bags: usize,
 ) -> Course {
     let Broken { error: mut failed, unwritten: mut missed } = broken;
-    inbox.report(format!("bag: failed to {failed}"));
+    let needed_bytes = needed_bytes(sink);
+    inbox.report(format!(
+        "bag: failed to {failed}; continues in another bag once {} MiB are free and can be written",
+        needed_bytes.div_ceil(1 << 20)
+    ));
     let mut before = sink.bag.folder.clone();
     let mut bags = 1;
     while let Some(skipped) = inbox.resume() {
@@ -125,7 +132,7 @@ fn goes_on(
             bags += 1;
         }
         let is_over = bags > most_bags;
-        let begun = if is_over { None } else { begin_again(sink, fallback) };
+        let begun = if is_over { None } else { begin_again(sink, fallback, needed_bytes) };
         let Some((folder, recording)) = begun else {
             let (passed, stopped) = let_pass(inbox, (!is_over).then_some(AGAIN_EVERY));
             missed += passed;
@@ -163,15 +170,28 @@ fn in_no_bag(failed: SinkError, missed: u64) -> SinkError {
     if missed > 0 { and(failed, &format!("{missed} messages are in no bag")) } else { failed }
 }
 
+/// The free space with which a recording continues on a disk that was full [bytes].
+fn needed_bytes(sink: &ContinuingBag) -> u64 {
+    let Options { keep_free_bytes, growth, .. } = &sink.bag.options;
+    let (least, most) = ROOM_BYTES;
+    let began_with = growth.on_disk().began_with_bytes.unwrap_or(u64::MAX);
+    let room_bytes = began_with.saturating_sub(*keep_free_bytes) / ROOM_SHARE;
+    keep_free_bytes.saturating_add(room_bytes.clamp(least, most))
+}
+
 /// A new bag for a recording: beside its first, or in the fallback.
-fn begin_again(sink: &ContinuingBag, fallback: Option<&Path>) -> Option<(PathBuf, Recording)> {
+fn begin_again(
+    sink: &ContinuingBag,
+    fallback: Option<&Path>,
+    needed_bytes: u64,
+) -> Option<(PathBuf, Recording)> {
     let first = &sink.bag;
     let beside = first.folder.parent().unwrap_or(Path::new(""));
-    // A disk that was full needs more room than must stay free.
-    let keep_free_bytes = 2 * first.options.keep_free_bytes + SOME_ROOM_BYTES;
-    [Some(beside), fallback].into_iter().flatten().find_map(|parent| {
+    let is_roomy = |parent: &Path| free_bytes(parent).is_ok_and(|free| free >= needed_bytes);
+    let folders = [Some(beside), fallback].into_iter().flatten();
+    folders.filter(|parent| is_roomy(parent)).find_map(|parent| {
         let folder = next_folder(&first.folder, parent)?;
-        let options = Options { keep_free_bytes, place: Place::New, ..first.options.clone() };
+        let options = Options { place: Place::New, ..first.options.clone() };
         let bag = BagSink { folder: folder.clone(), options, ..first.clone() };
         Some((folder, sink.begin_in(bag).ok()?))
     })

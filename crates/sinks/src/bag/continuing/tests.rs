@@ -194,7 +194,24 @@ fn the_fallback_is_taken_where_nothing_can_be_made_beside() {
     };
     let (ended, again) = (Ended::default(), Continuation::Beside { fallback: None });
     let sink = ContinuingBag { bag: first, ended, again, ends_by_command: false };
-    let (found, _) = begin_again(&sink, Some(&fallback)).unwrap();
+    let (found, _) = begin_again(&sink, Some(&fallback), 0).unwrap();
     assert_eq!(found, fallback.join("bag_2"));
-    assert!(begin_again(&sink, None).is_none());
+    assert!(begin_again(&sink, Some(&fallback), u64::MAX).is_none());
+    assert!(begin_again(&sink, None, 0).is_none());
+}
+
+#[test]
+fn a_disk_that_was_full_needs_no_more_room_than_the_recording_began_with() {
+    let needed_mib = |began_with_mib: u64, keep_free_mib: u64| {
+        let (folder, study) = (PathBuf::from("bag"), String::new());
+        let options = Options { keep_free_bytes: keep_free_mib << 20, ..Options::default() };
+        options.growth.synced(0, began_with_mib << 20);
+        options.growth.synced(0, 0);
+        let bag = BagSink { folder, study, options };
+        let (ended, again) = (Ended::default(), Continuation::Never);
+        needed_bytes(&ContinuingBag { bag, ended, again, ends_by_command: false }) >> 20
+    };
+    assert_eq!(needed_mib(80, 64), 72);
+    assert_eq!(needed_mib(264, 64), 114);
+    assert_eq!(needed_mib(500_000, 64), 128);
 }
