@@ -1,18 +1,15 @@
 //! Who may connect, and what they may do.
 
-use std::hint::black_box;
 use std::net::IpAddr;
-use std::path::Path;
 
 use axum::http::header::{AUTHORIZATION, COOKIE, HOST, ORIGIN};
 use axum::http::{HeaderMap, HeaderName, HeaderValue};
 use teampulse_core::command::Sender;
 use thiserror::Error;
 
+use crate::tokens::Tokens;
 use crate::wire::Right;
 
-/// The shortest token [bytes].
-const SHORTEST_TOKEN: usize = 16;
 /// The cookie with the token of a browser.
 pub const COOKIE_NAME: &str = "teampulse_token";
 const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
@@ -39,7 +36,7 @@ impl Grant {
 pub struct Access {
     is_loopback: bool,
     names: Vec<String>,
-    tokens: Vec<(Right, String)>,
+    tokens: Tokens,
 }
 
 /// Why a request was refused.
@@ -59,51 +56,20 @@ pub enum Denied {
     Token,
 }
 
-/// A file of tokens that can't be used. The message fits after "failed to".
-#[derive(Debug, Error)]
-pub enum TokensError {
-    /// It can't be read.
-    #[error("read the tokens of {path}: {error}")]
-    Unreadable {
-        /// The file.
-        path: String,
-        /// Why.
-        error: std::io::Error,
-    },
-    /// A line of it is not a right and a token.
-    #[error(
-        "read the tokens of {path}: line {line} is not `watch`, `mark` or `control` and a token of {SHORTEST_TOKEN} or more characters"
-    )]
-    Line {
-        /// The file.
-        path: String,
-        /// The line, from 1.
-        line: usize,
-    },
-    /// There are no tokens, and the address is not a loopback address.
-    #[error(
-        "listen on {address} without a token: anybody on the network could see the team and set markers"
-    )]
-    Missing {
-        /// The address.
-        address: IpAddr,
-    },
-}
+/// The tokens are missing on an address that others can reach. The message fits after "failed to".
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("listen on {0} without a token: anybody on the network could see the team and set markers")]
+pub struct NoToken(IpAddr);
 
 impl Access {
-    /// The access rules of an address, by which it may be named and with the tokens of a file.
-    pub fn new(
-        address: IpAddr,
-        names: &[String],
-        tokens: Option<&Path>,
-    ) -> Result<Access, TokensError> {
-        let tokens = tokens.map(read_tokens).transpose()?.unwrap_or_default();
+    /// The access rules of an address, with the names by which it may be called and the tokens.
+    pub fn new(address: IpAddr, names: &[String], tokens: &Tokens) -> Result<Access, NoToken> {
         let is_loopback = address.is_loopback();
         if tokens.is_empty() && !is_loopback {
-            return Err(TokensError::Missing { address });
+            return Err(NoToken(address));
         }
         let names = names.iter().map(|name| name.to_ascii_lowercase()).collect();
-        Ok(Access { is_loopback, names, tokens })
+        Ok(Access { is_loopback, names, tokens: tokens.clone() })
     }
 
     /// What a request may do. `asks` is true for everything but the page itself, which other sites may link to.
@@ -125,10 +91,7 @@ impl Access {
 
     /// The right that a token grants.
     pub fn right_of(&self, token: &str) -> Option<Right> {
-        // All of them are compared, so that the time does not depend on which one it is.
-        let rights =
-            self.tokens.iter().map(|(right, each)| is_equal(each, token).then_some(*right));
-        rights.fold(None, Ord::max)
+        self.tokens.right_of(token)
     }
 
     fn is_known(&self, name: &str) -> bool {
@@ -171,36 +134,6 @@ fn token_of(headers: &HeaderMap) -> Option<&str> {
     pairs.find(|(name, _)| *name == COOKIE_NAME).map(|(_, token)| token)
 }
 
-/// Whether two texts are equal, in a time that depends only on their lengths.
-fn is_equal(one: &str, other: &str) -> bool {
-    let pairs = one.bytes().zip(other.bytes());
-    let differing = pairs.fold(0, |differing, (one, other)| black_box(differing | (one ^ other)));
-    one.len() == other.len() && differing == 0
-}
-
-fn read_tokens(path: &Path) -> Result<Vec<(Right, String)>, TokensError> {
-    let shown = path.display().to_string();
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| TokensError::Unreadable { path: shown.clone(), error })?;
-    let lines = text.lines().map(str::trim).enumerate();
-    let written = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    let token = |(place, line): (usize, &str)| {
-        let (right, token) = line.split_once(char::is_whitespace).unwrap_or_default();
-        let token = token.trim();
-        let right = match right {
-            "watch" => Some(Right::Watch),
-            "mark" => Some(Right::Mark),
-            "control" => Some(Right::Control),
-            _ => None,
-        };
-        let is_token = |c: u8| c.is_ascii_alphanumeric() || b"-_.~".contains(&c);
-        let right = right.filter(|_| token.len() >= SHORTEST_TOKEN && token.bytes().all(is_token));
-        let wrong = || TokensError::Line { path: shown.clone(), line: place + 1 };
-        right.map(|right| (right, token.to_owned())).ok_or_else(wrong)
-    };
-    written.map(token).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -221,7 +154,7 @@ mod tests {
 
     #[test]
     fn a_name_that_was_rebound_to_this_computer_is_refused() {
-        let access = Access::new(HERE, &["lab-pc".into()], None).unwrap();
+        let access = Access::new(HERE, &["lab-pc".into()], &Tokens::default()).unwrap();
         for host in ["localhost:8742", "127.0.0.1:8742", "[::1]:8742", "LAB-PC:8742", "127.0.0.1"] {
             assert_eq!(admitted(&access, &[("host", host)]), Ok(Right::Control), "{host}");
         }
@@ -238,7 +171,7 @@ mod tests {
 
     #[test]
     fn pages_of_other_sites_are_refused() {
-        let access = Access::new(HERE, &[], None).unwrap();
+        let access = Access::new(HERE, &[], &Tokens::default()).unwrap();
         let host = ("host", "localhost:8742");
         let own = [host, ("origin", "http://localhost:8742"), ("sec-fetch-site", "same-origin")];
         assert_eq!(admitted(&access, &own), Ok(Right::Control));
@@ -261,12 +194,12 @@ mod tests {
 
     #[test]
     fn any_address_but_loopback_needs_a_token_and_the_right_comes_with_it() {
-        assert!(matches!(Access::new(ANYWHERE, &[], None), Err(TokensError::Missing { .. })));
+        assert_eq!(Access::new(ANYWHERE, &[], &Tokens::default()).unwrap_err(), NoToken(ANYWHERE));
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("tokens");
         std::fs::write(&file, "# lab\nwatch watch-0123456789\n\ncontrol control-0123456789\n")
             .unwrap();
-        let access = Access::new(ANYWHERE, &[], Some(&file)).unwrap();
+        let access = Access::new(ANYWHERE, &[], &Tokens::read(&file).unwrap()).unwrap();
         let host = ("host", "192.168.1.7:8742");
         let with = |name, value| admitted(&access, &[host, (name, value)]);
         assert_eq!(with("authorization", "Bearer control-0123456789"), Ok(Right::Control));
@@ -277,8 +210,5 @@ mod tests {
             assert_eq!(with("authorization", wrong), Err(Denied::Token), "{wrong}");
         }
         assert_eq!(admitted(&access, &[host]), Err(Denied::Token));
-        std::fs::write(&file, "control short\n").unwrap();
-        let error = Access::new(ANYWHERE, &[], Some(&file)).unwrap_err().to_string();
-        assert!(error.contains("line 1 is not"), "{error}");
     }
 }

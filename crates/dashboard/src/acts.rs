@@ -303,10 +303,12 @@ impl Doer<'_> {
             let hint = format!("open the dashboard with a token for `{right}`");
             return Err(Refusal::new("this viewer may not do that", &hint));
         }
-        self.hub
-            .outlet
-            .as_ref()
-            .ok_or_else(|| Refusal::new("this is a recording: nothing is added to it", ""))
+        self.hub.outlet.as_ref().ok_or_else(|| {
+            Refusal::new(
+                "this is a recording: nothing is added to it",
+                "`teampulse run` records events",
+            )
+        })
     }
 
     /// Returns when the action was done, and waits for its event.

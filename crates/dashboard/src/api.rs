@@ -1,6 +1,6 @@
 //! The interface for programs: `/api`, in JSON.
 
-use axum::extract::rejection::JsonRejection;
+use axum::extract::rejection::{JsonRejection, QueryRejection};
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
@@ -62,7 +62,14 @@ struct OfStream {
     stream: Option<String>,
 }
 
-async fn latest(State(shared): State<Shared>, Query(asked): Query<OfStream>) -> Response {
+async fn latest(
+    State(shared): State<Shared>,
+    asked: Result<Query<OfStream>, QueryRejection>,
+) -> Response {
+    let asked = match asked {
+        Ok(Query(asked)) => asked,
+        Err(rejection) => return wrong_query(&rejection),
+    };
     let known = shared.hub.known();
     let is_blind = is_blind(&shared);
     let chosen: Vec<u32> = match &asked.stream {
@@ -113,7 +120,14 @@ struct Span {
     points: Option<u32>,
 }
 
-async fn history(State(shared): State<Shared>, Query(asked): Query<Span>) -> Response {
+async fn history(
+    State(shared): State<Shared>,
+    asked: Result<Query<Span>, QueryRejection>,
+) -> Response {
+    let asked = match asked {
+        Ok(Query(asked)) => asked,
+        Err(rejection) => return wrong_query(&rejection),
+    };
     let now = shared.hub.now();
     // Times below 0 count from now.
     let time = |asked: Option<f64>, otherwise: f64| {
@@ -172,7 +186,13 @@ async fn post_event(
         Ok(Json(posted)) => posted,
         Err(error) => {
             let hint = "expected {\"label\": …}, {\"note\": …} or {\"scale\": …, \"value\": …}, as application/json";
-            return answer(error.status(), json!({ "error": error.body_text(), "hint": hint }));
+            let reason = match &error {
+                JsonRejection::JsonDataError(_) => {
+                    "the body is neither a marker, nor a note, nor a self-report".to_owned()
+                }
+                other => other.body_text(),
+            };
+            return refused(error.status(), &reason, hint);
         }
     };
     if !shared.may_post() {
@@ -201,15 +221,36 @@ async fn post_event(
     };
     match done {
         Ok(()) => answer(StatusCode::OK, json!({ "t": t })),
-        Err(Refusal { reason, hint }) => {
-            answer(StatusCode::FORBIDDEN, json!({ "error": reason, "hint": hint }))
-        }
+        Err(Refusal { reason, hint }) => refused(StatusCode::FORBIDDEN, &reason, &hint),
     }
 }
 
 fn no_stream(name: &str) -> Response {
     let error = format!("there is no stream {name:?}");
-    answer(StatusCode::NOT_FOUND, json!({ "error": error, "hint": "GET /api/streams lists them" }))
+    refused(StatusCode::NOT_FOUND, &error, "GET /api/streams lists them")
+}
+
+/// What the parser says of numbers, and what is shown.
+const NUMBERS: [(&str, &str); 3] = [
+    ("invalid float literal", "not a number"),
+    ("cannot parse float from empty string", "empty, not a number"),
+    ("invalid digit found in string", "not a whole number, 0 or more"),
+];
+
+/// The answer to a query with a missing or wrong value.
+fn wrong_query(rejection: &QueryRejection) -> Response {
+    let text = rejection.body_text();
+    let reason = text.split_once(": ").map_or(&*text, |(_, reason)| reason);
+    let reason =
+        NUMBERS.iter().fold(reason.to_owned(), |text, (theirs, ours)| text.replace(theirs, ours));
+    let hint = "`stream` is a name, `from` and `to` are seconds and `points` is a whole number";
+    refused(StatusCode::BAD_REQUEST, &format!("the query is wrong: {reason}"), hint)
+}
+
+/// The answer to a refused request; an empty hint is left out.
+fn refused(status: StatusCode, error: &str, hint: &str) -> Response {
+    let body = json!({ "error": error, "hint": hint });
+    answer(status, if hint.is_empty() { json!({ "error": error }) } else { body })
 }
 
 fn answer(status: StatusCode, body: Value) -> Response {

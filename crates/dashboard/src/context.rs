@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr};
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use teampulse_core::clock::Clock;
@@ -12,6 +11,7 @@ use teampulse_core::stream::Stream;
 
 use crate::playhead::Playhead;
 use crate::tls::Tls;
+use crate::tokens::Tokens;
 use crate::wire::{Marker, PhasePlan, RecordingStage, Unmet};
 
 /// The port of a dashboard; if it is taken, the next free one is used.
@@ -24,8 +24,8 @@ pub struct Settings {
     pub listen: IpAddr,
     /// The port; by default [`PORT`], or the first free one of the next hundred.
     pub port: Option<u16>,
-    /// The file with a right and a token on each line.
-    pub tokens: Option<PathBuf>,
+    /// The tokens of those who may connect; without any everyone may.
+    pub tokens: Tokens,
     /// The certificate with which it is served as https; without one it is http.
     pub tls: Option<Tls>,
     /// Names of this computer that a browser may use besides its addresses.
@@ -46,7 +46,7 @@ impl Default for Settings {
     fn default() -> Settings {
         let listen = IpAddr::V4(Ipv4Addr::LOCALHOST);
         let (names, markers) = (Vec::new(), Vec::new());
-        Settings { listen, port: None, tokens: None, tls: None, names, markers }
+        Settings { listen, port: None, tokens: Tokens::default(), tls: None, names, markers }
     }
 }
 

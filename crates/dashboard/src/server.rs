@@ -1,7 +1,7 @@
 //! The server: addresses, checks and routes.
 
 use std::io;
-use std::net::IpAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::extract::connect_info::{ConnectInfo, Connected};
@@ -15,6 +15,7 @@ use axum::routing::{any, get};
 use axum::serve::IncomingStream;
 use axum::{Extension, Router};
 use serde::Deserialize;
+use thiserror::Error;
 use tokio::net::TcpListener;
 
 use crate::access::{Access, COOKIE_NAME, Denied, Grant};
@@ -65,20 +66,31 @@ impl Shared {
     }
 }
 
+/// No port could be opened. The message fits after "failed to".
+#[derive(Debug, Error)]
+#[error("listen on {address}{further}: {error}")]
+pub struct NotBound {
+    /// The first address that was tried.
+    address: SocketAddr,
+    /// The other ports.
+    further: String,
+    /// Why.
+    error: io::Error,
+}
+
 /// Listens where the settings say, or at the next free port.
-pub async fn bind(settings: &Settings) -> io::Result<TcpListener> {
-    let ports = match settings.port {
-        Some(port) => port..=port,
-        None => PORT..=PORT + PORTS,
-    };
+pub async fn bind(settings: &Settings) -> Result<TcpListener, NotBound> {
+    let (first, last) = settings.port.map_or((PORT, PORT + PORTS), |port| (port, port));
     let mut failed = io::Error::from(io::ErrorKind::AddrInUse);
-    for port in ports {
+    for port in first..=last {
         match TcpListener::bind((settings.listen, port)).await {
             Ok(listener) => return Ok(listener),
             Err(error) => failed = error,
         }
     }
-    Err(failed)
+    let further = if last > first { format!(" or a port up to {last}") } else { String::new() };
+    let address = SocketAddr::new(settings.listen, first);
+    Err(NotBound { address, further, error: failed })
 }
 
 /// Serves until the listener fails.

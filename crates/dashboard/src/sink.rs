@@ -86,19 +86,14 @@ impl Sink for Dashboard {
 pub(crate) fn start(hub: &Arc<Hub>) -> Result<(Runtime, String), SinkError> {
     let failed = |message: String, hint: &str| SinkError::Failed { message, hint: hint.to_owned() };
     let settings = &hub.settings;
-    let access = Access::new(settings.listen, &settings.names, settings.tokens.as_deref());
-    let access = access.map_err(|error| {
-        let hint =
-            "a line of the file that `tokens` names: `control` and 16 or more letters and digits";
-        failed(error.to_string(), hint)
-    })?;
+    let access = Access::new(settings.listen, &settings.names, &settings.tokens);
+    let access = access.map_err(|error| failed(error.to_string(), "name a file of `tokens`"))?;
     let mut builder = Builder::new_multi_thread();
     let runtime = builder.worker_threads(1).thread_name("dashboard").enable_all().build();
     let runtime = runtime.map_err(|error| failed(format!("start its threads: {error}"), ""))?;
     let hint = "choose another `port`, or disable the dashboard with `dashboard = false`";
     let bound = runtime.block_on(server::bind(settings));
-    let listener =
-        bound.map_err(|error| failed(format!("listen on {}: {error}", settings.listen), hint))?;
+    let listener = bound.map_err(|error| failed(error.to_string(), hint))?;
     let address = listener.local_addr().map_err(|error| failed(error.to_string(), hint))?;
     let serving = server::run(listener, Arc::clone(hub), access);
     let outlet = hub.outlet.clone();

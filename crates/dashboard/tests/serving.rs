@@ -9,7 +9,7 @@ use stage::{Received, Stage};
 use teampulse_core::clock::Clock;
 use teampulse_core::data::{Data, EventKind, FeatureValues, Reason, Wave};
 use teampulse_core::stream::{Schema, Shape, Stream, Subject};
-use teampulse_dashboard::{Context, Settings};
+use teampulse_dashboard::{Context, Settings, Tokens};
 use teampulse_messages::cdr::Writer;
 use teampulse_messages::standard::std_msgs::Header;
 
@@ -126,6 +126,12 @@ async fn other_sites_other_names_and_other_kinds_of_posts_are_refused() {
         let answer = stage.request(lines, body).await;
         assert!(answer.starts_with(&format!("HTTP/1.1 {status}")), "{lines:?}: {answer}");
     }
+    let answer =
+        stage.request(&["GET /api/history?stream=/x&from=x HTTP/1.1", "Host: HOST"], "").await;
+    assert!(answer.starts_with("HTTP/1.1 400"), "{answer}");
+    assert!(answer.contains("{\"error\":\"the query is wrong: from: not a number\""), "{answer}");
+    let answer = stage.request(&[post, "Host: HOST", json], "{\"x\": 1}").await;
+    assert!(answer.contains("neither a marker, nor a note, nor a self-report"), "{answer}");
     let large = format!(r#"{{"label": "{}"}}"#, "x".repeat(100_000));
     let answer = stage.request(&[post, "Host: HOST", json], &large).await;
     assert!(answer.starts_with("HTTP/1.1 413"), "{answer}");
@@ -138,7 +144,10 @@ async fn a_token_opens_the_page_and_says_what_may_be_done() {
     let file = folder.path().join("tokens");
     std::fs::write(&file, "watch watch-0123456789\ncontrol control-0123456789\n").unwrap();
     let context = Context::new("s", Clock::host());
-    let stage = Stage::of(context, Settings { tokens: Some(file), ..Settings::default() });
+    let stage = Stage::of(
+        context,
+        Settings { tokens: Tokens::read(&file).unwrap(), ..Settings::default() },
+    );
     for (path, status) in [
         ("/", "401"),
         ("/?token=wrong", "401"),

@@ -12,7 +12,7 @@ use teampulse_bag::Stage;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
 use teampulse_dashboard::wire::{Marker, PhasePlan, RecordingStage};
-use teampulse_dashboard::{BusView, Context, Disk, FindUnmet, Settings, Tls};
+use teampulse_dashboard::{BusView, Context, Disk, FindUnmet, Settings, Tls, Tokens};
 use teampulse_ros::bus::Bus;
 use teampulse_ros::graph::EndpointKind;
 
@@ -108,11 +108,17 @@ impl Component<dyn Sink, SinkContext> for Dashboard {
             key: marker.key.map(String::from).unwrap_or_default(),
             label: marker.label,
         };
+        let tokens = self.tokens.as_deref().map(Tokens::read).transpose();
+        let tokens = tokens.map_err(|error| {
+            let message = format!("failed to {error}");
+            SettingsError::new(message).at("tokens").with_hint(error.hint())
+        })?;
+        let tokens = tokens.unwrap_or_default();
         let tls = tls(self.certificate.as_deref(), self.key.as_deref())?;
         let settings = Settings {
             listen: self.listen,
             port: self.port,
-            tokens: self.tokens,
+            tokens,
             tls,
             names: self.names,
             markers: self.markers.into_iter().map(marker).collect(),

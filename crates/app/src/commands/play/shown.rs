@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use teampulse_bag::{Bag, Recorded};
 use teampulse_core::clock::Clock;
 use teampulse_core::sample::Record;
-use teampulse_core::sink::SinkError;
 use teampulse_core::stream::Stream;
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
@@ -48,8 +47,7 @@ pub(super) fn show(
         }
         Err(error) => {
             let message = format!("dashboard: failed to {error}");
-            let (SinkError::Failed { hint, .. } | SinkError::Lost { hint, .. }) = error;
-            Err(Failure::new(message).hint(hint))
+            Err(Failure::new(message).hint("choose another --port, or none with --no-dashboard"))
         }
     }
 }
