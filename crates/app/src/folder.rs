@@ -19,6 +19,11 @@ impl Claimed {
     /// Creates the folder of a session's bag: `OUT/<name>_<UTC>`, with a number appended where that name is
     /// taken.
     pub fn new(out: &Path, session: &str) -> Result<Claimed, Failure> {
+        if out.join("metadata.yaml").exists() {
+            let message =
+                format!("{} is a recording: no other is created inside it", out.display());
+            return Err(Failure::new(message).hint("choose another folder with --out"));
+        }
         private::create_folders(out).map_err(unmade(out))?;
         for folder in names(out, session) {
             match private::create_folder(&folder) {
@@ -82,6 +87,14 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
+
+    #[test]
+    fn no_recording_is_created_inside_another() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("metadata.yaml"), "").unwrap();
+        let (message, _) = Claimed::new(folder.path(), "session").unwrap_err().words();
+        assert!(message.ends_with("is a recording: no other is created inside it"), "{message}");
+    }
 
     #[test]
     fn simultaneous_sessions_have_separate_folders() {

@@ -20,7 +20,7 @@ mod tidied;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches, Parser};
 pub use components::Components;
 use teampulse_core::panics::{at, install_hook, watched};
 use tracing_subscriber::EnvFilter;
@@ -44,7 +44,8 @@ pub fn main() -> ExitCode {
 /// The same for a program with components of its own.
 pub fn main_with(components: Components) -> ExitCode {
     components.use_in_this_program();
-    let arguments = Arguments::parse();
+    let matches = taking_negative_numbers(Arguments::command()).get_matches();
+    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     log_to_stderr();
     install_hook();
     machine::allow_many_files();
@@ -77,6 +78,15 @@ pub fn main_with(components: Components) -> ExitCode {
             exit.into()
         }
     }
+}
+
+/// The same command, in which a negative number after an option is its value and not another option.
+fn taking_negative_numbers(command: clap::Command) -> clap::Command {
+    let taking = |option: clap::Arg| {
+        let takes_values = !option.is_positional() && option.get_action().takes_values();
+        if takes_values { option.allow_negative_numbers(true) } else { option }
+    };
+    command.mut_args(taking).mut_subcommands(taking_negative_numbers)
 }
 
 /// Sends warnings and errors of the libraries to standard error, unless `RUST_LOG` says otherwise.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use teampulse_core::clock::Clock;
 use teampulse_core::session::Session;
+use teampulse_core::sink::SinkError;
 
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -14,13 +15,24 @@ use crate::stop::Stop;
 /// `out` is incomplete.
 pub async fn read_through(session: Session, out: &Path) -> Exit {
     let stop = Stop::default();
-    let exit = conclude(stop.clone().run(session, Clock::host(), None).await);
+    let mut outcome = stop.clone().run(session, Clock::host(), None).await;
+    outcome.sinks = outcome.sinks.into_iter().map(|(name, error)| (name, failed(error))).collect();
+    let exit = conclude(outcome);
     if !stop.was_asked() {
         return exit;
     }
     let interrupted = Failure::new(format!("interrupted: {} is incomplete", out.display()));
     interrupted.hint("delete it, and run the command again").show();
     Exit::Failed
+}
+
+/// An output that could not be written completely: nothing else was to be done, and it can be done again.
+fn failed(error: SinkError) -> SinkError {
+    match error {
+        SinkError::Lost { message, hint } | SinkError::Failed { message, hint } => {
+            SinkError::Failed { message, hint }
+        }
+    }
 }
 
 #[cfg(test)]

@@ -4,8 +4,9 @@ mod settings;
 mod error;
 mod place;
 mod excerpt;
+mod plain;
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -23,8 +24,9 @@ use crate::components::Components;
 use self::error::{nearest, suggestion};
 use self::excerpt::excerpt;
 use self::place::{nearest_place, walk};
+use self::plain::plain;
 
-pub use self::error::StudyError;
+pub use self::error::{StudyError, is_near};
 pub use self::settings::{FeatureSettings, General, SessionClock, SessionSettings, Shown};
 
 /// The longest name of a session [bytes]: the time and a number are appended to it, and a file system
@@ -60,7 +62,13 @@ impl Study {
             let file = std::fs::File::open(path).map_err(|error| unreadable(error.to_string()))?;
             file.take(LARGEST).read_to_string(&mut text)
         };
-        let size = read.map_err(|error| unreadable(error.to_string()))? as u64;
+        let size = read.map_err(|error| match error.kind() {
+            ErrorKind::InvalidData => StudyError {
+                hint: Some("save it as UTF-8: editors call this its encoding".into()),
+                ..unreadable("it is not UTF-8, as TOML must be".into())
+            },
+            _ => unreadable(error.to_string()),
+        })? as u64;
         if size == LARGEST {
             return Err(unreadable(format!("it has {LARGEST} bytes or more")));
         }
@@ -412,7 +420,11 @@ impl Study {
         let (text, span) = excerpt(&self.text, &span);
         let source = NamedSource::new(line(&self.path.display().to_string()), text);
         let place = Some(Box::new((source.with_language("toml"), span)));
-        StudyError { message: line(&error.message), hint: hint.map(|hint| line(&hint)), place }
+        StudyError {
+            message: line(&plain(&error.message)),
+            hint: hint.map(|hint| line(&hint)),
+            place,
+        }
     }
 }
 

@@ -18,6 +18,11 @@ pub fn passing(label: impl Into<String>) -> Event {
     fault(label, 0.0)
 }
 
+/// The text of a fault with what the user can do about it; an empty hint is left out.
+pub(crate) fn with_hint(label: String, hint: &str) -> String {
+    if hint.is_empty() { label } else { format!("{label}; {hint}") }
+}
+
 /// Whether an event is a fault of the session itself that lasts.
 pub fn is_lasting(stream: &Stream, event: &Event) -> bool {
     let is_own = stream.name == FAULTS || stream.name == session_events().name;

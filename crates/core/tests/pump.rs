@@ -99,7 +99,7 @@ impl Source for Robot {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         if self.failures > 0 {
             self.failures -= 1;
-            return Err(SourceError::Gone { message: "find it".into(), hint: String::new() });
+            return Err(SourceError::Gone { message: "find it".into(), hint: "plug it in".into() });
         }
         let stream = outlet.declare(robot_stream(self.id));
         for k in 0..self.messages {
@@ -199,7 +199,7 @@ async fn a_source_that_fails_is_run_again_and_its_failures_are_reported() {
     let (records, outcome) = keep(vec![Box::new(robot)], Pace::Live, Duration::ZERO).await;
     let faults = records.iter().filter(|record| {
         matches!(&record.sample.data, Data::Event(event) if event.kind == EventKind::Fault
-            && event.label == "test: failed to find it")
+            && event.label == "test: failed to find it; plug it in")
     });
     assert_eq!(faults.count(), 2);
     assert_eq!(records.iter().filter(|record| record.stream.name == "/r1/any").count(), 3);

@@ -78,7 +78,7 @@ impl Check {
         output::lines(machine::check(&self.out));
         let (buses, keep_free_bytes) = (Arc::clone(&setup.buses), setup.keep_free_bytes());
         let unfit_fallback = setup.unfit_fallback();
-        let Heard { streams: heard, own_phases, worn } =
+        let Heard { streams: heard, own_phases, worn, faults } =
             listen(setup, sources, self.seconds).await?;
         output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status)));
         output::lines(machine::crowded(messages_per_sec(&heard)));
@@ -101,6 +101,7 @@ impl Check {
         let notes = idle.iter().chain(&overruled).chain(&lacking);
         output::lines(notes.map(|note| format!("note     {note}")));
         let unmet = required.missing(&heard).into_iter();
+        output::lines(faults.iter().map(|fault| format!("fault    {fault}")));
         let mut missing: Vec<String> = unmet.map(|unmet| unmet.what).collect();
         missing.extend(absent_lsl);
         missing.extend(worn.missing);

@@ -79,6 +79,7 @@ impl Served {
             let emulation = bluetooth::open(&radios, wardrobe, folder).await;
             let emulation = emulation.map_err(|error| Failure::new(error.to_string()))?;
             show(&emulation);
+            say(format!("in the terminal of `teampulse run`, first: export {}", emulation.address));
             serving.spawn(emulation.serving);
         }
         Ok(Served(serving))

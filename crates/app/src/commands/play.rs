@@ -36,7 +36,7 @@ pub struct Play {
     /// The bag's folder, or one of its .mcap files
     bag: PathBuf,
     /// The speed relative to the recording
-    #[arg(long, default_value = "1", value_parser = seconds)]
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = speed)]
     rate: f64,
     /// Seconds to skip at the start
     #[arg(long, value_name = "SECS", value_parser = seconds)]
@@ -62,6 +62,14 @@ pub struct Play {
     /// The port of the dashboard; by default 8742, or the next one that is free
     #[arg(long, conflicts_with = "no_dashboard")]
     port: Option<u16>,
+}
+
+/// Reads a speed relative to that of the recording.
+fn speed(text: &str) -> Result<f64, String> {
+    let speed = text.parse().ok().filter(|speed: &f64| speed.is_finite() && *speed > 0.0);
+    speed.ok_or_else(|| {
+        format!("`{text}` is not a speed above 0: 2 is twice as fast as the recording")
+    })
 }
 
 impl Play {

@@ -197,7 +197,9 @@ async fn listen(id: BusId, bus: &dyn Bus, duration_secs: f64) -> Domain {
         }
         tokio::time::sleep(LOOK).await;
     }
-    let nodes = bus.graph().borrow().nodes().map(str::to_owned).collect();
+    let own = bus.node();
+    let nodes =
+        bus.graph().borrow().nodes().filter(|node| *node != own).map(str::to_owned).collect();
     let topic = |((name, type_name), (count, _)): ((String, String), (Arc<Count>, _))| Topic {
         name,
         type_name,
@@ -218,13 +220,14 @@ fn count(bus: &dyn Bus, topic: &str, type_name: &str) -> (Arc<Count>, Option<Sub
     (count, subscribed.ok())
 }
 
+/// A number of things: `1 node`, `2 nodes`.
+fn counted(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}
+
 fn show(found: &Domain) {
-    output::line(format!(
-        "{}: {} nodes, {} topics",
-        found.id,
-        found.nodes.len(),
-        found.topics.len()
-    ));
+    let (nodes, topics) = (found.nodes.len(), found.topics.len());
+    output::line(format!("{}: {}, {}", found.id, counted(nodes, "node"), counted(topics, "topic")));
     for topic in &found.topics {
         output::line(format!(
             "  {:<38} {:<36} {:>7.1} Hz {:>9.1} kB/s",

@@ -53,11 +53,9 @@ pub struct Simulate {
     domain: Option<BusId>,
     /// How far the clock of the robots' computer is ahead of the true time [s]
     #[arg(long, value_name = "SECS", default_value_t = 0.0, value_parser = any_number)]
-    #[arg(allow_negative_numbers = true)]
     clock_offset: f64,
     /// How much too fast that clock runs [ppm]
     #[arg(long, value_name = "PPM", default_value_t = 0.0, value_parser = skew)]
-    #[arg(allow_negative_numbers = true)]
     clock_skew_ppm: f64,
     /// Also serves the wearables of the study, as `emulate` does, with the D-Bus of those over Bluetooth in this
     /// folder; what they measure is then not published on ROS

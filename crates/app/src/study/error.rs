@@ -29,10 +29,25 @@ impl Diagnostic for StudyError {
     }
 }
 
-/// A suggestion for a misspelt word, from the words that the message lists.
+/// The remedies for addresses that the parser refuses, by its words.
+const ADDRESSES: [(&str, &str); 2] = [
+    ("invalid socket address", "write the address with the port, as in \"127.0.0.1:5006\""),
+    (
+        "invalid IP address",
+        "write the address alone, as in \"0.0.0.0\"; `port` is a setting of its own",
+    ),
+];
+
+/// A suggestion for an address, or for a misspelt word from the words that the message lists.
 pub(super) fn suggestion(message: &str) -> Option<String> {
+    if let Some((_, hint)) = ADDRESSES.iter().find(|(words, _)| message.contains(words)) {
+        return Some((*hint).to_owned());
+    }
     let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let (wrong, known) = words.split_first()?;
+    if *wrong == "port" && known.contains(&"listen") && !known.contains(&"port") {
+        return Some("the port is a part of `listen`, as in \"127.0.0.1:5006\"".to_owned());
+    }
     let near = message.starts_with("unknown").then(|| nearest(wrong, known)).flatten()?;
     Some(format!("did you mean `{near}`?"))
 }
@@ -41,5 +56,34 @@ pub(super) fn suggestion(message: &str) -> Option<String> {
 pub(super) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let similarity = |known: &&&str| strsim::jaro_winkler(word, known);
     let near = known.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b)))?;
-    (similarity(&near) > 0.75).then_some(near)
+    is_near(word, near).then_some(*near)
+}
+
+/// Whether a word may be another one misspelt: a few letters differ, or one begins with the other.
+pub fn is_near(word: &str, known: &str) -> bool {
+    let letters = word.chars().count().max(known.chars().count());
+    let is_begun = word.chars().count() >= 3 && known.starts_with(word) || word.starts_with(known);
+    let differing = strsim::osa_distance(word, known);
+    differing > 0 && (is_begun || differing <= (letters / 3).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_word_is_suggested_for_a_misspelt_one_and_for_no_other() {
+        for (word, known) in [
+            ("robot", "robots"),
+            ("heartrate", "heart_rate"),
+            ("empatica", "empatica_e4"),
+            ("sesion", "session"),
+        ] {
+            assert!(is_near(word, known), "{word} {known}");
+        }
+        for (word, known) in [("now", "note"), ("/a", "/team/state"), ("x", "act"), ("bag", "bag")]
+        {
+            assert!(!is_near(word, known), "{word} {known}");
+        }
+    }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
 
-use crate::fault::{lasting, passing};
+use crate::fault::{lasting, passing, with_hint};
 use crate::outlet::Outlet;
 use crate::panics::{at, watched_async};
 use crate::source::{Source, SourceError};
@@ -85,8 +85,8 @@ async fn mind(name: &str, mut source: Box<dyn Source>, outlet: &Outlet) -> Ended
                 if began.elapsed() >= WELL {
                     pause = FIRST_PAUSE;
                 }
-                tracing::warn!(%name, %hint, "failed to {message}; trying again in {pause:?}");
-                outlet.happen(passing(format!("{name}: failed to {message}")));
+                tracing::debug!("{name} is started again in {pause:?}");
+                outlet.happen(passing(with_hint(format!("{name}: failed to {message}"), &hint)));
             }
             Ok(Err(fatal)) => return Ended::Fatal(fatal),
             Err(panic) => {

@@ -7,7 +7,7 @@ use tokio::sync::oneshot;
 
 use crate::clock::Stopwatch;
 use crate::commands::Commands;
-use crate::fault::{lasting, passing};
+use crate::fault::{lasting, passing, with_hint};
 use crate::outlet::Outlet;
 use crate::panics::{at, watched};
 use crate::streams::Streams;
@@ -73,8 +73,8 @@ fn mind(
                 if began.elapsed() >= WELL {
                     pause = FIRST_PAUSE;
                 }
-                tracing::warn!(%name, %hint, "failed to {message}; trying again in {pause:?}");
-                outlet.happen(passing(format!("{name}: failed to {message}")));
+                tracing::debug!("{name} is started again in {pause:?}");
+                outlet.happen(passing(with_hint(format!("{name}: failed to {message}"), &hint)));
             }
             Err(panic) => {
                 let message = format!("continue: it panicked: {panic}");

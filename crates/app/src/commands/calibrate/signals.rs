@@ -20,6 +20,7 @@ use teampulse_timefilter::clock::{ClockKind, ConnectionInterval};
 
 use crate::failure::Failure;
 use crate::output;
+use crate::study::is_near;
 
 /// The most numbers that are read from a stream: half an hour of nine channels at 1 kHz, 128 MB.
 const MOST_NUMBERS: usize = 16 << 20;
@@ -325,7 +326,7 @@ fn missing(bag: &Bag, wanted: &Wanted) -> Failure {
     let names = bag.streams().iter().map(|known| known.stream.name.as_str());
     let alike = |name: &&str| strsim::jaro_winkler(name, &wanted.stream);
     let near = names.max_by(|a, b| alike(a).total_cmp(&alike(b)));
-    let near = near.filter(|near| alike(near) > 0.75 && *near != wanted.stream);
+    let near = near.filter(|near| is_near(&wanted.stream, near));
     let hint = "`teampulse info` lists the streams of the bag".to_owned();
     Failure::new(format!("{} is not in {}", wanted.stream, bag.path().display()))
         .hint(near.map_or(hint, |near| format!("did you mean {near}?")))

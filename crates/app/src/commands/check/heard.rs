@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use teampulse_core::data::{Data, EventKind};
 use teampulse_core::phases::Phases;
+use teampulse_core::session_streams::session_events;
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Stream, StreamId};
@@ -21,6 +22,8 @@ pub struct Heard {
     pub own_phases: BTreeMap<String, String>,
     /// The newest values that wearables report about their batteries and their contact with the skin.
     pub worn: Vec<Newest>,
+    /// What failed, each once.
+    pub faults: Vec<String>,
 }
 
 /// Keeps the last status of every raw stream.
@@ -44,10 +47,10 @@ impl Sink for Listener {
     }
 
     fn wants(&self) -> Wants {
-        let is_subject = |stream: &Stream| matches!(stream.about, About::Person | About::Robot);
         Wants::Only(Box::new(move |stream| {
             let is_of_phases = is_subject(stream) && Phases::hears(stream);
-            stream.shape == Shape::Status || is_of_phases || worn::wants(stream)
+            let is_of_session = stream.name == session_events().name;
+            stream.shape == Shape::Status || is_of_session || is_of_phases || worn::wants(stream)
         }))
     }
 
@@ -55,6 +58,7 @@ impl Sink for Listener {
         let mut newest = BTreeMap::new();
         let mut own_phases = BTreeMap::new();
         let mut worn = BTreeMap::new();
+        let mut faults = Vec::new();
         loop {
             match inbox.receive(Duration::from_secs(1)) {
                 Received::Batch(batch) => {
@@ -63,9 +67,17 @@ impl Sink for Listener {
                             Data::Status(status) => {
                                 newest.insert(status.name.clone(), StreamStatus::clone(status));
                             }
-                            Data::Event(event) if event.kind == EventKind::Phase => {
+                            Data::Event(event)
+                                if event.kind == EventKind::Phase && is_subject(&record.stream) =>
+                            {
                                 let Stream { id, name, .. } = &*record.stream;
                                 own_phases.insert(id.clone(), name.clone());
+                            }
+                            Data::Event(event) if event.kind == EventKind::Fault => {
+                                let label = event.label.clone();
+                                if !faults.contains(&label) {
+                                    faults.push(label);
+                                }
                             }
                             Data::Sample(values) if worn::wants(&record.stream) => {
                                 let newest = (Arc::clone(&record.stream), values.to_vec());
@@ -80,12 +92,17 @@ impl Sink for Listener {
                     let streams = with_statuses(inbox.streams().all(), newest);
                     let mut heard = self.0.lock().unwrap_or_else(PoisonError::into_inner);
                     let worn = worn.into_values().collect();
-                    *heard = Heard { streams, own_phases, worn };
+                    *heard = Heard { streams, own_phases, worn, faults };
                     return Ok(());
                 }
             }
         }
     }
+}
+
+/// Whether a stream is about a person or a robot.
+fn is_subject(stream: &Stream) -> bool {
+    matches!(stream.about, About::Person | About::Robot)
 }
 
 /// The raw streams with a status, with their newest descriptions.

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 #[derive(Clone, Debug, Args)]
 pub struct TableArgs {
     /// Samples a second [Hz]; by default what the table states
-    #[arg(long, value_name = "HZ", value_parser = rate, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", value_parser = rate)]
     rate: Option<f64>,
     /// The column, by its name or its number from 1; several for a signal with several channels
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
@@ -26,7 +26,7 @@ pub struct TableArgs {
     #[arg(long, value_name = "NAME[:UNIT]")]
     time: Option<String>,
     /// Multiplies every sample, to convert it to the signal's unit
-    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor, allow_negative_numbers = true)]
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor)]
     scale: f64,
     /// The unit of the samples after that; by default the one that the table states, or the signal's own
     /// unit. Signals that are analysed in one unit are converted to it: skin resistance in kohm to uS,

@@ -12,7 +12,8 @@ const SHORTEST_SECS: f64 = 0.1;
 pub fn failure(error: TableError) -> Failure {
     let hint = error.hint();
     let exit = match error {
-        TableError::NoColumn { .. }
+        TableError::Twice { .. }
+        | TableError::NoColumn { .. }
         | TableError::WhichColumn { .. }
         | TableError::TextColumn { .. }
         | TableError::WhichComma { .. }

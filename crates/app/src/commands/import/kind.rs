@@ -38,11 +38,38 @@ impl Kind {
             .and_then(|file| file.take(16).read_to_end(&mut start))
             .map_err(unreadable)?;
         let is_bag = BEGINNINGS.iter().any(|beginning| start.starts_with(beginning));
+        if start.is_empty() {
+            let empty = Failure::to(format!("import {}: the file is empty", path.display()));
+            return Err(empty.hint("copy it again from where it was recorded"));
+        }
         if is_of_device(&start) {
             return Ok(Kind::Device);
         }
-        Ok(if is_bag || start.is_empty() { Kind::Bag } else { Kind::Table })
+        if is_bag {
+            return Ok(Kind::Bag);
+        }
+        named_format(path).map_or(Ok(Kind::Table), |format| {
+            let message = format!("import {}: its contents are not {format}", path.display());
+            let hint = "copy it again from where it was recorded; a table needs a name that ends in .csv or .txt";
+            Err(Failure::to(message).hint(hint))
+        })
     }
+}
+
+/// The format, other than a table, that the name of a file indicates.
+fn named_format(path: &Path) -> Option<&'static str> {
+    let formats = [
+        ("edf", "EDF"),
+        ("bdf", "BDF"),
+        ("xdf", "XDF"),
+        ("avro", "Avro"),
+        ("zip", "a zip archive"),
+        ("mcap", "MCAP"),
+        ("db3", "an SQLite database"),
+        ("bag", "a ROS 1 bag"),
+    ];
+    let ending = path.extension()?;
+    formats.iter().find(|(name, _)| ending.eq_ignore_ascii_case(name)).map(|(_, format)| *format)
 }
 
 /// The tables in a folder whose names indicate a signal; none where it contains a recording.
@@ -60,4 +87,30 @@ pub fn tables_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let is_table = |path: &Path| ["csv", "txt"].iter().any(|kind| is(path, kind));
     files.retain(|path| is_table(path) && signal_of(path).is_some());
     Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_not_what_its_name_says_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let kind = |name: &str, contents: &[u8]| {
+            let path = folder.path().join(name);
+            fs::write(&path, contents).unwrap();
+            Kind::of(&path).map_err(|failure| failure.words().0)
+        };
+        assert_eq!(kind("a.csv", b"1\n2\n"), Ok(Kind::Table));
+        assert_eq!(kind("a.mcap", b"\x89MCAP0\r\n"), Ok(Kind::Bag));
+        assert_eq!(kind("a.edf", b"0       X"), Ok(Kind::Device));
+        for (name, contents, reason) in [
+            ("b.csv", "", "the file is empty"),
+            ("b.EDF", "garbage", "its contents are not EDF"),
+            ("b.zip", "garbage", "its contents are not a zip archive"),
+        ] {
+            let refused = kind(name, contents.as_bytes()).unwrap_err();
+            assert!(refused.contains(reason), "{refused}");
+        }
+    }
 }

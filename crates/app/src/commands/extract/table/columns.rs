@@ -78,6 +78,10 @@ impl Columns {
             let place = |name: &String| named(head, name);
             wanted.columns.iter().map(place).collect::<Result<Vec<_>, _>>()?
         };
+        let is_repeated = |at: &usize| places[..*at].contains(&places[*at]);
+        if let Some(at) = (0..places.len()).find(is_repeated) {
+            return Err(TableError::Twice { column: head.name(places[at]) });
+        }
         if let Some(&place) = places.iter().find(|place| head.is_text(**place)) {
             let text = head.cells(place)[0].chars().take(40).collect();
             return Err(TableError::TextColumn { column: head.name(place), text });

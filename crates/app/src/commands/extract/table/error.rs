@@ -23,7 +23,7 @@ pub enum TableError {
         error: io::Error,
     },
     /// There are no numbers.
-    #[error("find a line of numbers: the table is empty")]
+    #[error("find a line of numbers: the table has none")]
     Empty,
     /// The file is not a table.
     #[error("read line {line}: the file is not a text table")]
@@ -50,15 +50,21 @@ pub enum TableError {
         text: String,
     },
     /// The named column does not exist.
-    #[error("find the column {wanted}; there are: {}", .there.join(", "))]
+    #[error("find the column {wanted}; the table has: {}", .there.join(", "))]
     NoColumn {
         /// The requested column.
         wanted: String,
         /// The existing columns.
         there: Vec<String>,
     },
+    /// A column is named twice.
+    #[error("use the column {column} twice")]
+    Twice {
+        /// Its name, or its number from 1.
+        column: String,
+    },
     /// Several columns match.
-    #[error("choose the column with {signal}; there are: {}", .there.join(", "))]
+    #[error("choose the column with {signal}; the table has: {}", .there.join(", "))]
     WhichColumn {
         /// The signal that was looked for.
         signal: &'static str,
@@ -141,6 +147,7 @@ impl TableError {
                  that are not in seconds as in --time timer:ms (also timer:mm:ss, timer:excel)"
                     .into()
             }
+            TableError::Twice { .. } => "each column is a channel of its own: name it once".into(),
             TableError::TextColumn { .. }
             | TableError::NoColumn { .. }
             | TableError::WhichColumn { .. } => {

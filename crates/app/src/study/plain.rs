@@ -1,0 +1,68 @@
+//! The errors of the parser in the words of a study: no types of Rust, no hundreds of digits.
+
+/// The parser's words for what it expected, and ours.
+const WORDS: [(&str, &str); 12] = [
+    (" as i128", ""),
+    (" as u128", ""),
+    ("expected usize", "expected a whole number, 0 or more"),
+    ("expected u64", "expected a whole number, 0 or more"),
+    ("expected u32", "expected a whole number from 0 to 4294967295"),
+    ("expected u16", "expected a whole number from 0 to 65535"),
+    ("expected u8", "expected a whole number from 0 to 255"),
+    ("expected i64", "expected a whole number"),
+    ("expected f64", "expected a number"),
+    ("expected f32", "expected a number"),
+    ("expected path string", "expected a path in quotes"),
+    ("expected a boolean", "expected true or false"),
+];
+/// Numbers with more digits are written with an exponent.
+const MOST_DIGITS: usize = 16;
+
+/// An error message in plain words.
+pub(super) fn plain(message: &str) -> String {
+    let words =
+        WORDS.iter().fold(message.to_owned(), |text, (theirs, ours)| text.replace(theirs, ours));
+    shortened(&words)
+}
+
+/// The same with long whole numbers as `1e300`.
+fn shortened(text: &str) -> String {
+    let is_part = |each: char| each.is_ascii_alphanumeric() || matches!(each, '.' | '_');
+    let mut short = String::new();
+    let mut rest = text;
+    while let Some(begin) = rest.find(is_part) {
+        let (before, part) = rest.split_at(begin);
+        let end = part.find(|each: char| !is_part(each)).unwrap_or(part.len());
+        let (part, after) = part.split_at(end);
+        let is_long = part.len() > MOST_DIGITS && part.bytes().all(|each| each.is_ascii_digit());
+        let value = part.parse::<f64>().ok().filter(|_| is_long);
+        short.push_str(before);
+        short.push_str(&value.map_or(part.to_owned(), |value| format!("{value:e}")));
+        rest = after;
+    }
+    short + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn types_of_rust_and_hundreds_of_digits_are_not_shown() {
+        let huge = format!("a phase can't begin at {:.0} s", 1e300_f64);
+        for (theirs, ours) in [
+            (
+                "invalid type: integer `99999999999999999999` as i128, expected usize",
+                "invalid type: integer `1e20`, expected a whole number, 0 or more",
+            ),
+            (
+                "invalid value: integer `80000`, expected u16",
+                "invalid value: integer `80000`, expected a whole number from 0 to 65535",
+            ),
+            (huge.as_str(), "a phase can't begin at 1e300 s"),
+            ("unknown field `a1`, expected `b22`", "unknown field `a1`, expected `b22`"),
+        ] {
+            assert_eq!(plain(theirs), ours);
+        }
+    }
+}
