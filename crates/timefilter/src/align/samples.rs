@@ -12,6 +12,8 @@ pub(super) struct Samples {
     capacity: usize,
     head: usize,
     len: usize,
+    /// The time of the newest sample ever; `i64::MIN` without any.
+    newest: i64,
 }
 
 const SMALLEST: usize = 16;
@@ -26,6 +28,7 @@ impl Samples {
             capacity,
             head: 0,
             len: 0,
+            newest: i64::MIN,
         }
     }
 
@@ -79,9 +82,13 @@ impl Samples {
         }
         let mut place = self.len;
         self.len += 1;
-        while place > 0 && self.times[self.slot(place - 1)] > time {
-            self.copy(place - 1, place);
-            place -= 1;
+        if time < self.newest {
+            while place > 0 && self.times[self.slot(place - 1)] > time {
+                self.copy(place - 1, place);
+                place -= 1;
+            }
+        } else {
+            self.newest = time;
         }
         let slot = self.slot(place);
         self.times[slot] = time;

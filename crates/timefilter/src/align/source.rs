@@ -28,7 +28,28 @@ pub(super) struct Source {
     pub policy: Policy,
     pub channels: usize,
     pub samples: Samples,
+    /// Where cells are decided.
+    decided: Decided,
     pub counts: Counts,
+}
+
+/// The time between the first two samples, once all samples up to the second have arrived.
+#[derive(Clone, Copy, Debug)]
+struct Decided {
+    before: i64,
+    after: i64,
+    /// The first channel at the first of them, and its difference to the second.
+    begin: f64,
+    rise: f64,
+}
+
+impl Decided {
+    const NOWHERE: Decided = Decided { before: i64::MAX, after: i64::MIN, begin: 0.0, rise: 0.0 };
+
+    #[inline]
+    fn has(&self, row: i64) -> bool {
+        self.before < row && row < self.after
+    }
 }
 
 impl Source {
@@ -39,6 +60,7 @@ impl Source {
             policy: settings.policy,
             channels: settings.channels,
             samples: Samples::new(settings.channels, settings.capacity),
+            decided: Decided::NOWHERE,
             counts: Counts::default(),
         }
     }
@@ -46,15 +68,21 @@ impl Source {
     /// Whether outstanding samples could change the cell at `row`. No earlier row will follow.
     #[inline]
     pub fn could_change(&mut self, row: i64) -> bool {
-        if self.watermark.presence != Presence::Awaited {
+        if self.decided.has(row) || self.watermark.presence != Presence::Awaited {
             return false;
         }
         let complete_until = self.watermark.complete_until;
         complete_until < row || {
             self.forget_before(row);
             // Usually both neighbours have arrived, and no policy needs more.
-            let is_between = self.samples.time(1).is_some_and(|after| after <= complete_until);
-            !is_between && complete_until < self.decided_by(row)
+            match (self.samples.time(0), self.samples.time(1)) {
+                (Some(before), Some(after)) if after <= complete_until => {
+                    let (begin, end) = (self.samples.values(0)[0], self.samples.values(1)[0]);
+                    self.decided = Decided { before, after, begin, rise: end - begin };
+                    false
+                }
+                _ => complete_until < self.decided_by(row),
+            }
         }
     }
 
@@ -93,6 +121,7 @@ impl Source {
     /// Drops samples that no row from `row` on needs. The last sample before it is always kept.
     #[inline]
     pub fn forget_before(&mut self, row: i64) {
+        self.decided = Decided::NOWHERE;
         match self.policy {
             Policy::Window { length_nanos, .. } => {
                 let before_window = row.saturating_sub(length_nanos);
@@ -124,7 +153,11 @@ impl Source {
         if last.is_some_and(|last| measured <= last && !self.is_of_use_after(last, measured)) {
             return;
         }
+        if measured <= self.decided.after {
+            self.decided = Decided::NOWHERE;
+        }
         if self.samples.is_full() {
+            self.decided = Decided::NOWHERE;
             self.counts.crowded += 1;
             let (source, reason) = (self.id, LeftOutReason::Crowded);
             let oldest = self.samples.time(0).unwrap_or(measured);
@@ -170,6 +203,23 @@ impl Source {
     /// Writes the values at `row`; returns their age [ns] and validity.
     #[inline]
     pub fn cell(&mut self, row: i64, available: bool, values: &mut [f64]) -> (i64, Validity) {
+        if self.decided.has(row)
+            && let Policy::Linear { max_gap_nanos } = self.policy
+            && let [value] = values
+        {
+            let Decided { before, after, begin, rise } = self.decided;
+            let gap_nanos = after.saturating_sub(before);
+            if gap_nanos <= max_gap_nanos {
+                let share = (row - before) as f64 / gap_nanos as f64;
+                *value = begin + share * rise;
+                return (row.saturating_sub(after), Validity::Fresh);
+            }
+        }
+        self.any_cell(row, available, values)
+    }
+
+    /// The same for any policy, number of channels and place.
+    fn any_cell(&mut self, row: i64, available: bool, values: &mut [f64]) -> (i64, Validity) {
         self.forget_before(row);
         match self.policy {
             Policy::Linear { max_gap_nanos } => self.linear(row, max_gap_nanos, available, values),
@@ -199,16 +249,7 @@ impl Source {
                 (0, Validity::Fresh)
             }
             (Some(before), Some(after)) => {
-                let gap_nanos = after.saturating_sub(before);
-                if gap_nanos > max_gap_nanos {
-                    return absent(values, row.saturating_sub(before), Validity::Gap);
-                }
-                let share = (row - before) as f64 / gap_nanos as f64;
-                let ends = self.samples.values(0).iter().zip(self.samples.values(1));
-                for (value, (begin, end)) in values.iter_mut().zip(ends) {
-                    *value = begin + share * (end - begin);
-                }
-                (row.saturating_sub(after), Validity::Fresh)
+                self.between(row, (before, after), max_gap_nanos, values)
             }
             (Some(before), None) if self.is_complete(row) => {
                 absent(values, row.saturating_sub(before), Validity::Gap)
@@ -216,6 +257,27 @@ impl Source {
             (Some(_), None) => self.last(row, max_gap_nanos, available, values),
             (None, _) => self.none(row, available, values),
         }
+    }
+
+    /// The values between the first two samples, whose times are given.
+    #[inline]
+    fn between(
+        &self,
+        row: i64,
+        (before, after): (i64, i64),
+        max_gap_nanos: i64,
+        values: &mut [f64],
+    ) -> (i64, Validity) {
+        let gap_nanos = after.saturating_sub(before);
+        if gap_nanos > max_gap_nanos {
+            return absent(values, row.saturating_sub(before), Validity::Gap);
+        }
+        let share = (row - before) as f64 / gap_nanos as f64;
+        let ends = self.samples.values(0).iter().zip(self.samples.values(1));
+        for (value, (begin, end)) in values.iter_mut().zip(ends) {
+            *value = begin + share * (end - begin);
+        }
+        (row.saturating_sub(after), Validity::Fresh)
     }
 
     #[inline]
