@@ -135,7 +135,7 @@ def test_what_is_no_table_of_numbers_is_refused_with_a_hint(stage):
         "text.csv": ("ecg\nabc\ndef\n", 2, "text"),
         "later.csv": ("ecg\n1\n2\nabc\n3\n", 1, "line 4"),
         "empty.csv": ("", 1, "empty"),
-        "names.csv": ("ecg,eda\n", 1, "empty"),
+        "names.csv": ("ecg,eda\n", 1, "has none"),
         "bytes.csv": ("\x00\x01\x02" * 100, 1, "not a text table"),
     }
     for name, (text, code, words) in cases.items():

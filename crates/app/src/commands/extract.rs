@@ -212,7 +212,7 @@ impl Extract {
             found.count(missing, row.line);
             progress.reading(rows.table().rows(), || rows.table().read_share());
         }
-        let mut windows = windows.ok_or_else(|| failure(TableError::Empty))?;
+        let mut windows = windows.ok_or_else(|| failure(TableError::NoNumbers))?;
         windows.skip_until(live.next_end_ns().unwrap_or(0));
         for span in windows.rest(self.end_ns(rows, found.last_event_ns)) {
             progress.aside(|| found.window(span, live.measure(span)));
@@ -263,7 +263,7 @@ impl Extract {
             progress.reading(rows.table().rows(), || rows.table().read_share());
         }
         if channels[0].is_empty() {
-            return Err(failure(TableError::Empty));
+            return Err(failure(TableError::NoNumbers));
         }
         if rate_hz > 0.0 {
             compare(rows, channels[0].len() as f64 / rate_hz, found);

@@ -22,9 +22,12 @@ pub enum TableError {
         /// Why.
         error: io::Error,
     },
-    /// There are no numbers.
-    #[error("find a line of numbers: the table has none")]
+    /// There are no lines.
+    #[error("find a line of numbers: the table is empty")]
     Empty,
+    /// There are only words.
+    #[error("find a line of numbers: the table has none")]
+    NoNumbers,
     /// The file is not a table.
     #[error("read line {line}: the file is not a text table")]
     NoTable {
@@ -138,7 +141,7 @@ impl TableError {
     pub fn hint(&self) -> String {
         match self {
             TableError::Open { .. } | TableError::Read { .. } => String::new(),
-            TableError::Empty | TableError::NoTable { .. } => {
+            TableError::Empty | TableError::NoNumbers | TableError::NoTable { .. } => {
                 "a table has one number per line, or several separated by commas, semicolons, bars, tabs or spaces"
                     .into()
             }

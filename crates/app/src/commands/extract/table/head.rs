@@ -50,10 +50,10 @@ impl Head {
         let mut units = Vec::new();
         let mut first = top;
         if !names.is_empty() {
-            first = lines.next_data()?.ok_or(TableError::Empty)?;
+            first = lines.next_data()?.ok_or(TableError::NoNumbers)?;
             if is_names(&first.text) {
                 units = Separator::of(&first.text).cells(&first.text).map(str::to_owned).collect();
-                first = lines.next_data()?.ok_or(TableError::Empty)?;
+                first = lines.next_data()?.ok_or(TableError::NoNumbers)?;
             }
         }
         // The header may have another separator than the numbers.
@@ -65,7 +65,7 @@ impl Head {
         let e4 = if names.is_empty() { E4::read(&first, separator, lines)? } else { None };
         if let Some(e4) = &e4 {
             (begin_ns, rate_hz) = (Some(e4.begin_ns), e4.rate_hz);
-            first = lines.next_data()?.ok_or(TableError::Empty)?;
+            first = lines.next_data()?.ok_or(TableError::NoNumbers)?;
             if e4.rate_hz.is_none() {
                 names = vec!["time".to_owned(), "ibi".to_owned()];
                 units = vec!["s".to_owned(); 2];
