@@ -18,8 +18,8 @@ const LIGHT_OF_PULSE: f64 = 0.15;
 /// A simulated person with devices on the body; clones share the body.
 ///
 /// The body is simulated up to the latest time that any device asked for. A device that asks for an earlier time within
-/// the last ten seconds gets the values of that time. A sensor's value is its last sample. One microvolt of a muscle is
-/// one step of an armband.
+/// the last ten seconds gets the values of that time. The ECG is interpolated between its samples; the value of any other
+/// sensor is its last sample. One microvolt of a muscle is one step of an armband.
 #[derive(Clone, Debug)]
 pub struct BodyWearer {
     body: Arc<Mutex<WornBody>>,
@@ -50,7 +50,7 @@ impl BodyWearer {
 
 impl Wearer for BodyWearer {
     fn ecg_uv(&mut self, secs: f64) -> f64 {
-        let [millivolts] = self.sense(Sensor::Ecg, secs);
+        let millivolts = self.with(|body| body.ecg_mv(secs)).unwrap_or(0.0);
         millivolts * 1e3
     }
 
@@ -130,6 +130,18 @@ impl WornBody {
         sample.iter().all(|value| value.is_finite()).then_some(sample)
     }
 
+    /// The ECG between the samples around a time: held from the last one, its R waves would be up to a sample late.
+    fn ecg_mv(&mut self, secs: f64) -> Option<f64> {
+        let [before] = self.sense(Sensor::Ecg, secs)?;
+        let history = self.history.get(Sensor::Ecg as usize)?;
+        let place = secs * history.rate_hz;
+        let number = (place + ROUNDING).floor();
+        let next = usize::try_from((number as u64 + 1).saturating_sub(history.first)).ok()?;
+        let after = history.samples.get(next).copied().filter(|after| after.is_finite());
+        let share = (place - number).max(0.0);
+        Some(after.map_or(before, |after| before + share * (after - before)))
+    }
+
     fn beats(&mut self, after_secs: f64, until_secs: f64) -> Vec<f64> {
         self.live(until_secs);
         let asked = |beat_secs: &f64| *beat_secs > after_secs && *beat_secs <= until_secs;
@@ -178,6 +190,17 @@ mod tests {
             assert_eq!(wrist.acceleration_mg(secs)[2], sample(Sensor::Acceleration, 2) * 1e3);
             assert_eq!(wrist.muscles(secs)[7], sample(Sensor::Emg, 7).round().clamp(-128.0, 127.0));
             assert!((0.01..0.99).contains(&wrist.light(secs)));
+        }
+    }
+
+    #[test]
+    fn an_ecg_between_two_samples_is_between_their_values() {
+        let mut wearer = BodyWearer::new(operator(Rates::default()));
+        for number in 200..800_u32 {
+            let secs = f64::from(number) / 130.0;
+            let [before, after] = [secs, secs + 1.0 / 130.0].map(|secs| wearer.ecg_uv(secs));
+            let between = wearer.ecg_uv(secs + 0.25 / 130.0);
+            assert!((between - (0.75 * before + 0.25 * after)).abs() < 1e-3, "{number}");
         }
     }
 
