@@ -114,7 +114,12 @@ impl Child {
         let words = Arc::clone(&last_words);
         // They end with the process: its pipes are closed then.
         thread::spawn(move || write_all(stdin, &waiting));
-        thread::spawn(move || each_line(stdout, |line| read.send(line).is_ok()));
+        thread::spawn(move || {
+            each_line(stdout, |line| {
+                let may_follow = matches!(line, Written::Whole(_));
+                read.send(line).is_ok() && may_follow
+            });
+        });
         let listener = thread::spawn(move || each_line(stderr, |line| keep(&words, line)));
         Ok(Child { process, input: Some(input), lines, last_words, listener, guard })
     }
@@ -207,17 +212,14 @@ fn write_all(mut to: impl Write, pieces: &Receiver<Vec<u8>>) {
     }
 }
 
-/// Passes on each line of a pipe until the pipe closes, a line is too long, or `take` returns `false`.
+/// Passes on each line of a pipe until the pipe closes or `take` returns `false`; of a line that is too long, each part.
 fn each_line(from: impl Read, mut take: impl FnMut(Written) -> bool) {
     let mut from = BufReader::new(from);
     loop {
         let mut line = Vec::new();
         match (&mut from).take(LONGEST_LINE).read_until(b'\n', &mut line) {
             Ok(1..) if (line.len() as u64) < LONGEST_LINE || line.ends_with(b"\n") => {}
-            Ok(1..) => {
-                take(Written::TooLong);
-                return;
-            }
+            Ok(1..) if take(Written::TooLong) => continue,
             _ => return,
         }
         if !take(Written::Whole(String::from_utf8_lossy(&line).trim_end().to_owned())) {
@@ -226,9 +228,9 @@ fn each_line(from: impl Read, mut take: impl FnMut(Written) -> bool) {
     }
 }
 
-/// Keeps the last lines of standard error, and logs each.
+/// Keeps the last lines of standard error, and logs each; one that is too long is dropped.
 fn keep(last: &LastWords, line: Written) -> bool {
-    let Written::Whole(line) = line else { return false };
+    let Written::Whole(line) = line else { return true };
     let line = label(line, LONGEST_LABEL);
     tracing::info!("{line}");
     let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
@@ -237,4 +239,18 @@ fn keep(last: &LastWords, line: Written) -> bool {
     }
     last.push_back(line);
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_endless_line_of_standard_error_is_dropped_and_read_on() {
+        let endless = std::io::repeat(b'x').take(LONGEST_LINE + 5).chain(&b"\nno memory\n"[..]);
+        let last = LastWords::default();
+        each_line(endless, |line| keep(&last, line));
+        let last = last.lock().expect("nobody panicked");
+        assert_eq!(last.iter().map(String::as_str).collect::<Vec<_>>(), ["xxxxx", "no memory"]);
+    }
 }

@@ -135,7 +135,9 @@ async fn read(
         let first = first.map_err(|_elapsed| "it sent no token")??;
         let given = first.as_deref().and_then(|line| line.strip_prefix("token "));
         if !given.is_some_and(|given| is_same(given.as_bytes(), token.as_bytes())) {
-            return Err("its token is missing or wrong");
+            return Err(
+                "its token is missing or wrong: its first line must be `token` and the token",
+            );
         }
     }
     while let Some(line) = next(&mut link, &mut lines).await? {
