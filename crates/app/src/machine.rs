@@ -6,7 +6,7 @@ mod memory;
 use std::path::Path;
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-use teampulse_bag::free_bytes;
+use teampulse_bag::disk::{existing, free_bytes};
 use teampulse_ros::receiving;
 use tokio::signal::unix::{SignalKind, signal};
 
@@ -81,12 +81,6 @@ pub fn allow_many_files() {
 pub fn outlive_large_files() {
     let hears = signal(SignalKind::from_raw(libc::SIGXFSZ));
     drop(hears.inspect_err(|error| tracing::warn!("failed to ignore SIGXFSZ: {error}")));
-}
-
-/// The folder itself, or the nearest parent that exists.
-pub fn existing(out: &Path) -> &Path {
-    let found = out.ancestors().find(|path| path.exists());
-    found.filter(|path| *path != Path::new("")).unwrap_or(Path::new("."))
 }
 
 /// What this rate of messages requires of the machine, where it falls short.

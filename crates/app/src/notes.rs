@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use teampulse_bag::disk::existing;
 use teampulse_core::pattern::Pattern;
 use teampulse_core::phases::BASELINE;
 use teampulse_core::stream::Stream;
@@ -10,7 +11,7 @@ use teampulse_sinks::Bag;
 use teampulse_sources::session::Phase;
 use teampulse_workers::Program;
 
-use crate::machine::{LEAST_DISK, existing};
+use crate::machine::LEAST_DISK;
 use crate::setup::keeping;
 use crate::study::Study;
 

@@ -5,11 +5,15 @@ use std::path::Path;
 
 use rustix::fs::statvfs;
 
+/// The folder itself, or the nearest parent that exists.
+pub fn existing(folder: &Path) -> &Path {
+    let found = folder.ancestors().find(|path| path.exists());
+    found.filter(|path| *path != Path::new("")).unwrap_or(Path::new("."))
+}
+
 /// The free space for ordinary users on the disk of a folder, or of its nearest parent that exists [bytes].
 pub fn free_bytes(folder: &Path) -> io::Result<u64> {
-    let existing = folder.ancestors().find(|path| path.exists());
-    let existing = existing.filter(|path| *path != Path::new("")).unwrap_or(Path::new("."));
-    let disk = statvfs(existing)?;
+    let disk = statvfs(existing(folder))?;
     Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
 }
 

@@ -1,8 +1,8 @@
 #![doc = include_str!("../README.md")]
 
 pub mod private;
+pub mod disk;
 mod claim;
-mod disk;
 mod spill;
 mod error;
 mod schema;
@@ -18,7 +18,6 @@ mod source;
 mod recorded;
 mod recording;
 
-pub use disk::free_bytes;
 pub use error::{BagError, Found};
 pub use growth::{Growth, OnDisk, Stage};
 pub use metadata::Version;

@@ -58,8 +58,8 @@ impl RecoveredFile {
 /// Repairs a bag: reads all of it, and rewrites each truncated or damaged file with all intact chunks, in
 /// order. `metadata.yaml` is rewritten.
 ///
-/// A bag that is still being recorded, or repaired by another program, is refused and not changed. The old file stays until the new one is safely on the disk, and is kept as `<name>.mcap.orig` if
-/// anything was lost from its middle.
+/// A bag that is still being recorded, or repaired by another program, is refused and not changed. The old file stays
+/// until the new one is safely on the disk, and is kept as `<name>.mcap.orig` if anything was lost from its middle.
 pub fn recover(path: &Path) -> Result<Report, BagError> {
     let mut bag = Bag::open(path)?;
     if let Some(made) = bag.parts().iter().find(|part| part.is_made) {

@@ -1,12 +1,14 @@
 //! The interface for programs: `/api`, in JSON.
 
 use axum::extract::rejection::{JsonRejection, QueryRejection};
-use axum::extract::{Query, State};
+use axum::extract::{FromRequestParts, Query, State};
 use axum::http::StatusCode;
+use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Extension, Json, Router};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use crate::access::Grant;
@@ -62,14 +64,7 @@ struct OfStream {
     stream: Option<String>,
 }
 
-async fn latest(
-    State(shared): State<Shared>,
-    asked: Result<Query<OfStream>, QueryRejection>,
-) -> Response {
-    let asked = match asked {
-        Ok(Query(asked)) => asked,
-        Err(rejection) => return wrong_query(&rejection),
-    };
+async fn latest(State(shared): State<Shared>, Asked(asked): Asked<OfStream>) -> Response {
     let known = shared.hub.known();
     let is_blind = is_blind(&shared);
     let chosen: Vec<u32> = match &asked.stream {
@@ -120,14 +115,7 @@ struct Span {
     points: Option<u32>,
 }
 
-async fn history(
-    State(shared): State<Shared>,
-    asked: Result<Query<Span>, QueryRejection>,
-) -> Response {
-    let asked = match asked {
-        Ok(Query(asked)) => asked,
-        Err(rejection) => return wrong_query(&rejection),
-    };
+async fn history(State(shared): State<Shared>, Asked(asked): Asked<Span>) -> Response {
     let now = shared.hub.now();
     // Times below 0 count from now.
     let time = |asked: Option<f64>, otherwise: f64| {
@@ -228,6 +216,18 @@ async fn post_event(
 fn no_stream(name: &str) -> Response {
     let error = format!("there is no stream {name:?}");
     refused(StatusCode::NOT_FOUND, &error, "GET /api/streams lists them")
+}
+
+/// The query of a request; a wrong one is answered in JSON.
+struct Asked<T>(T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Asked<T> {
+    type Rejection = Response;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Asked<T>, Response> {
+        let asked = Query::from_request_parts(parts, state).await;
+        asked.map(|Query(asked)| Asked(asked)).map_err(|rejection| wrong_query(&rejection))
+    }
 }
 
 /// What the parser says of numbers, and what is shown.

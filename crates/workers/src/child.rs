@@ -219,7 +219,12 @@ fn each_line(from: impl Read, mut take: impl FnMut(Written) -> bool) {
         let mut line = Vec::new();
         match (&mut from).take(LONGEST_LINE).read_until(b'\n', &mut line) {
             Ok(1..) if (line.len() as u64) < LONGEST_LINE || line.ends_with(b"\n") => {}
-            Ok(1..) if take(Written::TooLong) => continue,
+            Ok(1..) => {
+                if take(Written::TooLong) {
+                    continue;
+                }
+                return;
+            }
             _ => return,
         }
         if !take(Written::Whole(String::from_utf8_lossy(&line).trim_end().to_owned())) {

@@ -19,7 +19,7 @@ const ECHO_SHARE: f64 = 0.15;
 /// Two intervals in turn may be those of beats and of their T waves: the shorter one is that of a T wave, and the
 /// longer one above this multiple of it.
 const T_WAVE_TURN: f64 = 1.5;
-/// Above this share of all intervals they are.
+/// Above this share of all intervals they are, and the rate is at most this probable.
 const MOST_TURNS: f64 = 0.3;
 const MOST_OF_TURNS: f64 = 0.2;
 

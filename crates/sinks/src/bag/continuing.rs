@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use teampulse_bag::{BagSink, Broken, Complete, Options, Place, Recording, free_bytes};
+use teampulse_bag::disk::free_bytes;
+use teampulse_bag::{BagSink, Broken, Complete, Options, Place, Recording};
 use teampulse_core::clock::Clock;
 use teampulse_core::command::{Accepted, Command};
 use teampulse_core::sample::Record;
@@ -118,7 +119,7 @@ fn goes_on(
     let Broken { error: mut failed, unwritten: mut missed } = broken;
     let needed_bytes = needed_bytes(sink);
     inbox.report(format!(
-        "bag: failed to {failed}; continues in another bag once {} MiB are free and can be written",
+        "bag: failed to {failed}; continues in another bag once {} MiB are free and the disk can be written",
         needed_bytes.div_ceil(1 << 20)
     ));
     let mut before = sink.bag.folder.clone();

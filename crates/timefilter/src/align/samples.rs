@@ -12,8 +12,6 @@ pub(super) struct Samples {
     capacity: usize,
     head: usize,
     len: usize,
-    /// The time of the newest sample ever; `i64::MIN` without any.
-    newest: i64,
 }
 
 const SMALLEST: usize = 16;
@@ -28,7 +26,6 @@ impl Samples {
             capacity,
             head: 0,
             len: 0,
-            newest: i64::MIN,
         }
     }
 
@@ -82,13 +79,9 @@ impl Samples {
         }
         let mut place = self.len;
         self.len += 1;
-        if time < self.newest {
-            while place > 0 && self.times[self.slot(place - 1)] > time {
-                self.copy(place - 1, place);
-                place -= 1;
-            }
-        } else {
-            self.newest = time;
+        while place > 0 && self.times[self.slot(place - 1)] > time {
+            self.copy(place - 1, place);
+            place -= 1;
         }
         let slot = self.slot(place);
         self.times[slot] = time;
