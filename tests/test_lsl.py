@@ -370,6 +370,46 @@ def test_inlets_of_liblsl_receive_what_the_session_offers(stage, figure):
     assert monitor.interrupt() == 0, monitor.report()
 
 
+# Prints the texts of a session's events, for which it looks before the first one.
+LISTENER = """
+    import pylsl
+    [info] = pylsl.resolve_byprop("name", "/session/events", 1, 60)
+    inlet = pylsl.StreamInlet(info)
+    inlet.open_stream()
+    print("open")
+    text = None
+    while text != ["marker go"] and text != ["go"]:
+        text, _ = inlet.pull_sample(60)
+        print(text)
+"""
+
+
+def test_events_are_offered_before_the_first_and_another_session_reads_them_by_name(stage):
+    listen = "127.0.0.1:5016"
+    offers = '[[sources]]\ntype = "marker_lines"\nlisten = "' + listen + '"\n' + study_of_outlets(["/session/events"])
+    offering, _ = session(stage, offers)
+    listener = python(stage, LISTENER)
+    listener.wait_for("^open", "stdout", within_secs=60)
+    by_type, by_name = ('[[sources]]\ntype = "lsl"\n' + line for line in ('stream_type = "Markers"\n', 'name = "/session/events"\n'))
+    checked = stage.ask("check", stage.study('[session]\nname = "a"\n' + by_type), "--seconds", 2)
+    assert "1 streams with type='Markers' are from teampulse itself" in checked.stdout, checked.stdout
+    assert checked.returncode == 5, checked.stdout
+    checked = stage.ask("check", stage.study('[session]\nname = "a"\n' + by_name), "--seconds", 2)
+    assert "lsl      ok    /session/events (Markers)" in checked.stdout and checked.returncode == 0, checked.stdout
+    study = stage.study('[session]\nname = "reading"\n' + by_type + by_name + '[[sinks]]\ntype = "bag"\n')
+    reading = stage.teampulse("run", study, "--out", stage.folder / "reading")
+    reading.wait_for("only teampulse itself offers streams with type='Markers'")
+    address, port = listen.split(":")
+    with socket.create_connection((address, int(port))) as link:
+        link.sendall(b"go\n")
+    listener.wait_for("go", "stdout")
+    reading.wait_for("go")
+    assert reading.interrupt() == 0, reading.report()
+    assert offering.interrupt() == 0, offering.report()
+    labels = [each.label for each in events(harness.the_bag(stage.folder / "reading"), "/session/session_events/markers")]
+    assert [label for label in labels if label.endswith("go")], labels
+
+
 OUTLET_PROBES = [
     b"\x00" * 5000,
     b"LSL:streamfeed/110 x\r\n\r\n",

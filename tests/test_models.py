@@ -311,6 +311,10 @@ def test_a_downloaded_model_is_added_verified_and_refused_once_it_changes(stage)
     assert "downloaded.onnx" in stage.ask("models", "list", stage.folder).stdout
     assert stage.ask("models", "add", "fer", model).returncode == 1, "it is there already"
     assert stage.ask("models", "add", "dream", model).returncode == 2
+    page = stage.folder / "page.onnx"
+    page.write_text("<!DOCTYPE html>")
+    answer = stage.ask("models", "add", "yunet", page)
+    assert answer.returncode == 1 and "is not an ONNX file" in answer.stderr, answer.stderr
     # It is of other pixels than the model that the descriptor is for, but runs: it averages over them.
     for option in ([], ["--onnx-runtime", onnx_runtime()]):
         verified = stage.ask("models", "verify", *option, descriptor)

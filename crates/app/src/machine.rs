@@ -135,7 +135,11 @@ fn receive_buffer() -> String {
 fn free_disk(out: &Path) -> String {
     match free_bytes(out) {
         Ok(free) => {
-            let word = if free < FREE_DISK { "small" } else { "ok   " };
+            let word = match unfit(out, LEAST_DISK) {
+                Some(_) => "unfit",
+                None if free < FREE_DISK => "small",
+                None => "ok   ",
+            };
             format!("disk     {word} {:.1} GB free for {}", free as f64 / 1e9, out.display())
         }
         Err(error) => format!("disk     ?     failed to read its free space: {error}"),

@@ -173,7 +173,15 @@ impl Setup {
                 .into());
         }
         let context = WorkerContext { clock: self.clock.clone() };
-        Ok(self.study.build("workers", Components::of_this_program().workers, &context)?)
+        let workers =
+            self.study.build("workers", Components::of_this_program().workers, &context)?;
+        let mut own_names = programs.into_iter().map(|program| program.name);
+        let kinds: Vec<String> = workers.iter().map(|(kind, _)| kind.clone()).collect();
+        let named = workers.into_iter().enumerate().map(|(place, (kind, worker))| {
+            let own = if kind == "program" { own_names.next().flatten() } else { None };
+            (worker_name(&kinds, place, own), worker)
+        });
+        Ok(named.collect())
     }
 
     /// The features of the study.
@@ -429,6 +437,18 @@ pub fn sink_context(study: &Study, bag: &Path, clock: &Clock) -> SinkContext {
     SinkContext { study: study.text().to_owned(), ..context }
 }
 
+/// What a worker is called in messages: its kind, with its own name, or its number among several of its kind.
+fn worker_name(kinds: &[String], place: usize, own: Option<String>) -> String {
+    let kind = &kinds[place];
+    let number = kinds[..=place].iter().filter(|other| *other == kind).count();
+    let is_alone = kinds.iter().filter(|other| *other == kind).count() == 1;
+    match own {
+        Some(own) => format!("{kind} {own}"),
+        None if is_alone => kind.clone(),
+        None => format!("{kind} {number}"),
+    }
+}
+
 /// The tidy files of a bag: as the study configures them, or with defaults; none where it disables them.
 pub fn tidy(study: &Study, context: &SinkContext) -> Result<Option<Box<dyn Sink>>, Failure> {
     let bags: Vec<Bag> = study.settings_of("sinks", "bag")?;
@@ -485,4 +505,21 @@ pub fn conclude(outcome: Outcome) -> Exit {
         blame(failure.hint("please report this bug in teampulse"), Exit::Failed);
     }
     exit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn workers_of_a_kind_are_told_apart() {
+        let kinds = ["program", "model", "program", "program"].map(str::to_owned);
+        let own = [None, None, Some("score".to_owned()), None];
+        let names: Vec<String> = own
+            .into_iter()
+            .enumerate()
+            .map(|(place, own)| worker_name(&kinds, place, own))
+            .collect();
+        assert_eq!(names, ["program 1", "model", "program score", "program 3"]);
+    }
 }

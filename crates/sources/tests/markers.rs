@@ -126,6 +126,40 @@ async fn each_line_is_a_marker_however_it_is_cut() {
 }
 
 #[tokio::test]
+async fn of_a_flood_of_connections_the_first_is_reported_and_then_their_number() {
+    let (at, kept) = (free(), Kept::default());
+    let source = built::<MarkerLines>(&format!("listen = \"{at}\"")).expect("settings");
+    let writing = async {
+        let mut links = Vec::new();
+        for _ in 0..100 {
+            links.push(connected(at).await);
+        }
+        until(|| !faults(&kept).is_empty()).await;
+        drop(links);
+        // One that finds a place again: the refused ones are closed by then.
+        until_marked(at, &kept).await;
+    };
+    let outcome = session(source, &kept, writing).await;
+    assert!(outcome.sources.is_empty() && outcome.undone.is_empty(), "{outcome:?}");
+    let faults = faults(&kept);
+    assert!(faults[0].starts_with("markers: more than 32 connections"), "{faults:?}");
+    let refused = |fault: &String| fault.ends_with("connections were refused");
+    assert!(faults.len() <= 8 && faults.iter().any(refused), "{faults:?}");
+}
+
+/// Connects until a marker is taken.
+async fn until_marked(at: SocketAddr, kept: &Kept) {
+    let began = Stopwatch::start();
+    while markers(kept).is_empty() && began.elapsed() < Duration::from_secs(60) {
+        let mut link = connected(at).await;
+        // It fails where the connection is refused.
+        drop(link.write_all(b"here\n").await);
+        drop(link);
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+}
+
+#[tokio::test]
 async fn nothing_is_marked_without_the_token() {
     let (at, kept) = (free(), Kept::default());
     let settings = format!("listen = \"{at}\"\ntoken = \"{TOKEN}\"");

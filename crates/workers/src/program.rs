@@ -28,6 +28,9 @@ use crate::child::{self, Answer, Child, Ended, LONGEST_LINE};
 /// How often the end of the session is checked for while the program runs.
 const LOOK: Duration = Duration::from_millis(50);
 
+/// How long a program may be busy at the end of the session and still gets the time to exit by itself.
+const BUSY: Duration = Duration::from_secs(1);
+
 const ONE_LINE_EACH: &str = "write one line for each line read: a JSON array of readings, which may be empty; \
      missing values are `null`, and messages go to standard error";
 
@@ -138,7 +141,7 @@ impl Worker for Program {
         let mut declared = Declared::new(&self.offers, &self.streams, outlet);
         declared.check(outlet)?;
         let child = Child::start(&self.command, &[])?;
-        let mut dialogue = Dialogue { program: self, declared, child, feed, outlet };
+        let mut dialogue = Dialogue { program: self, declared, child, feed, outlet, hangs: false };
         let mut questions = Questions::default();
         loop {
             match feed.next(LOOK) {
@@ -152,7 +155,10 @@ impl Worker for Program {
                 }
                 Fed::Command(_) | Fed::Silence => dialogue.check()?,
                 Fed::Closed => {
-                    dialogue.child.end();
+                    // The session does not wait for one that would not see the end of its input.
+                    if !dialogue.hangs {
+                        dialogue.child.end();
+                    }
                     return Ok(());
                 }
             }
@@ -167,6 +173,8 @@ struct Dialogue<'a> {
     child: Child,
     feed: &'a Feed,
     outlet: &'a Outlet,
+    /// Whether it had not answered for a long time when the session ended.
+    hangs: bool,
 }
 
 impl Dialogue<'_> {
@@ -194,7 +202,10 @@ impl Dialogue<'_> {
                 Answer::Read(line) => return Ok(Some(line)),
                 Answer::TooLong => return Err(self.too_long()),
                 Answer::Ended(ended) => return Err(self.stopped(&ended)),
-                Answer::None if self.feed.is_closed() => return Ok(None),
+                Answer::None if self.feed.is_closed() => {
+                    self.hangs = began.elapsed() >= BUSY;
+                    return Ok(None);
+                }
                 Answer::None if began.elapsed() >= patience => return Err(self.too_slow()),
                 Answer::None => {}
             }

@@ -80,7 +80,8 @@ impl Check {
         let unfit_fallback = setup.unfit_fallback();
         let Heard { streams: heard, own_phases, worn, faults } =
             listen(setup, sources, self.seconds).await?;
-        output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status)));
+        let width = heard.iter().map(|(_, status)| status.name.len()).max().unwrap_or(0);
+        output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status, width)));
         output::lines(machine::crowded(messages_per_sec(&heard)));
         output::lines(computers::lines(&buses, &heard));
         let of_robots = heard.iter().filter(|(stream, _)| stream.about == About::Robot);
@@ -158,16 +159,24 @@ async fn listen(setup: Setup, sources: Sources, duration_secs: f64) -> Result<He
     Ok(listener.heard())
 }
 
-fn stream_line(stream: &Stream, status: &StreamStatus) -> String {
+fn stream_line(stream: &Stream, status: &StreamStatus, width: usize) -> String {
     let ty = match &stream.shape {
         Shape::Message(schema) => schema.name.as_str(),
         _ => "",
     };
     let reason = if status.reason.is_empty() { "" } else { "  " };
     format!(
-        "stream   {:<10} {:<34} {:>7.1} Hz  {ty}{reason}{}",
-        status.state, status.name, status.rate_hz, status.reason
+        "stream   {:<10} {:<width$} {}  {ty}{reason}{}",
+        status.state,
+        status.name,
+        rate(status.rate_hz),
+        status.reason
     )
+}
+
+/// A rate as text; of a stream with fewer messages than one in ten seconds it is not known so soon.
+fn rate(rate_hz: f64) -> String {
+    if rate_hz < 0.05 { format!("{:>7}   ", "-") } else { format!("{rate_hz:>7.1} Hz") }
 }
 
 /// The line about a robot: which parts of the robot profile it meets.

@@ -114,7 +114,16 @@ fn add(name: &str, file: &Path) -> Result<Exit, Failure> {
             .exit(Exit::BadArguments)
             .hint(format!("there are {}", names.join(", "))));
     };
-    let hash = sha256(&contents(file).map_err(Failure::to)?);
+    let bytes = contents(file).map_err(Failure::to)?;
+    // The first field of a model, its version of the format; a page of a web site or a pointer of Git LFS begins
+    // otherwise.
+    if bytes.first() != Some(&0x08) {
+        let failure = Failure::new(format!("{} is not an ONNX file", file.display()));
+        return Err(failure.hint(
+            "was a page downloaded instead of the file? `teampulse models list` has its address",
+        ));
+    }
+    let hash = sha256(&bytes);
     let descriptor = Descriptor::parse(ready.text).map_err(Failure::to)?;
     let of_file = file.file_name().unwrap_or_default().to_string_lossy();
     let old = format!("file    = {:?}\n", descriptor.file.display().to_string());

@@ -15,7 +15,7 @@ use teampulse_core::data::Data;
 use teampulse_core::pattern::Pattern;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sample::Record;
-use teampulse_core::session_streams::descriptions;
+use teampulse_core::session_streams::{descriptions, session_events};
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::Stream;
 use teampulse_devices::lsl::Format;
@@ -193,6 +193,11 @@ impl Sink for Outlets {
         let responder = responder.map_err(|error| failed("listen for LSL's discovery", error))?;
         runtime.spawn(responder::respond(responder, directory.clone()));
         let network = Network { runtime: &runtime, directory, inbox: &inbox };
+        // It is declared with its first event, which nobody would receive who looks for it before.
+        let events = session_events();
+        if self.is_wanted(&events) {
+            self.serve(&events, &network);
+        }
         loop {
             match inbox.receive(PATIENCE) {
                 Received::Batch(batch) => {

@@ -97,9 +97,14 @@ impl Timeline {
         self.now
     }
 
-    /// The time since the session's start [s].
+    /// The time since the session's start, in full milliseconds [s].
     pub(super) fn secs(&self, at: Time) -> f64 {
-        at.secs_since(self.began())
+        rounded(at.secs_since(self.began()), 1e3)
+    }
+
+    /// The same as text, in tenths of a second.
+    pub(super) fn tenths(&self, at: Time) -> String {
+        format!("{:.1}", rounded(at.secs_since(self.began()), 10.0))
     }
 
     /// The subject of an event: for a self-report among the session's events the person it names, or the only
@@ -183,5 +188,32 @@ pub(super) fn word_of(subject: &Subject) -> &str {
         About::Robot => "robot",
         About::Team => "team",
         About::Session => "session",
+    }
+}
+
+/// A number rounded to this fraction; never a negative zero.
+fn rounded(secs: f64, fraction: f64) -> f64 {
+    (secs * fraction).round() / fraction + 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_time_is_a_negative_zero() {
+        let mut timeline = Timeline::default();
+        let began = Time::from_nanos(1_700_000_000_000_000_000);
+        timeline.began = Some(began);
+        let before = Time::from_nanos(began.nanos() - 400_000);
+        assert_eq!(
+            format!("{:.3} {}", timeline.secs(before), timeline.tenths(before)),
+            "0.000 0.0"
+        );
+        let sooner = Time::from_nanos(began.nanos() - 60_000_000);
+        assert_eq!(
+            format!("{:.3} {}", timeline.secs(sooner), timeline.tenths(sooner)),
+            "-0.060 -0.1"
+        );
     }
 }

@@ -16,6 +16,7 @@ use serde::Deserialize;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
+use teampulse_devices::lsl::{OWN, StreamInfo};
 
 pub use described::{leaf, slug};
 pub use multicast::{MulticastError, comes_back};
@@ -26,6 +27,8 @@ use crate::SourceContext;
 
 /// Streams of Lab Streaming Layer (LSL), such as those of an EEG amplifier or an eye tracker, and markers of
 /// `PsychoPy`, E-Prime or any other program.
+///
+/// Streams that teampulse offers itself, in this session or another one, are read only by `name` or `source_id`.
 ///
 /// All matching streams are read, including those that appear later, and one that was lost is read again when its
 /// sender is back. Regular samples become waves and irregular ones samples, about a person or the session; texts, and
@@ -56,11 +59,18 @@ impl Component<dyn Source, SourceContext> for Lsl {
             crate::wearables::check_person(person)?;
         }
         let query = self.query()?;
-        Ok(Box::new(Streams { inlets: Inlets::new(self.person, query, self.peers) }))
+        Ok(Box::new(Streams { inlets: Inlets::new(self, query) }))
     }
 }
 
 impl Lsl {
+    /// Whether it reads a stream that matches its query: those of teampulse itself must be named, so that no session
+    /// reads its own by their type.
+    pub fn reads(&self, info: &StreamInfo) -> bool {
+        let is_named = self.name.is_some() || self.source_id.is_some();
+        is_named || !info.source_id.starts_with(OWN)
+    }
+
     /// The query that finds its streams.
     pub fn query(&self) -> Result<String, SettingsError> {
         let conditions = [

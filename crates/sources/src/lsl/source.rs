@@ -7,10 +7,11 @@ use teampulse_core::clock::Stopwatch;
 use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::SourceError;
-use teampulse_devices::lsl::{OWN, StreamInfo};
+use teampulse_devices::lsl::StreamInfo;
 use tokio::task::{JoinError, JoinSet};
 use tokio::time::sleep;
 
+use super::Lsl;
 use super::connection::InletError;
 use super::described::{leaf, slug};
 use super::inlet::Inlet;
@@ -44,9 +45,8 @@ impl Identity {
 
 /// The streams of a query.
 pub(super) struct Inlets {
-    person: Option<String>,
+    settings: Lsl,
     query: String,
-    peers: Vec<String>,
     clocks: SenderClocks,
     /// Streams that are not read at present: their sender is away.
     away: Vec<(Identity, Inlet)>,
@@ -54,6 +54,8 @@ pub(super) struct Inlets {
     names: BTreeSet<(String, String)>,
     /// Whether it was reported that there are too many.
     is_crowded: bool,
+    /// Whether streams of teampulse itself are left out.
+    has_own: bool,
 }
 
 /// How an inlet ended.
@@ -65,15 +67,21 @@ struct Ended {
 }
 
 impl Inlets {
-    pub fn new(person: Option<String>, query: String, peers: Vec<String>) -> Inlets {
-        let (clocks, away, names, is_crowded) =
-            (SenderClocks::default(), Vec::new(), BTreeSet::new(), false);
-        Inlets { person, query, peers, clocks, away, names, is_crowded }
+    pub fn new(settings: Lsl, query: String) -> Inlets {
+        Inlets {
+            settings,
+            query,
+            clocks: SenderClocks::default(),
+            away: Vec::new(),
+            names: BTreeSet::new(),
+            is_crowded: false,
+            has_own: false,
+        }
     }
 
     /// Reads all streams until the session is over.
     pub async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        let opened = Resolver::open(self.query.clone(), self.peers.clone());
+        let opened = Resolver::open(self.query.clone(), self.settings.peers.clone());
         let mut resolver = opened.map_err(|error| SourceError::Gone {
             message: format!("search for LSL streams: {error}"),
             hint: "is this computer on a network?".into(),
@@ -91,7 +99,9 @@ impl Inlets {
                 found = resolver.next() => {
                     failed.retain(|_, since| since.elapsed() < PAUSE);
                     let is_new = !read.contains(&found.info.uid) && !failed.contains_key(&found.info.uid);
-                    if is_new && !self.is_own(&found.info) {
+                    let is_read = self.settings.reads(&found.info);
+                    self.has_own |= !is_read;
+                    if is_new && is_read {
                         if running.len() >= MOST {
                             self.report_crowd(outlet);
                         } else {
@@ -111,10 +121,7 @@ impl Inlets {
                     asked = Stopwatch::start();
                     if running.is_empty() && self.away.is_empty() && !is_reported && began.elapsed() > PATIENCE {
                         is_reported = true;
-                        outlet.happen(passing(format!(
-                            "lsl: no stream with {} is found; is its program running, and on the same network? `teampulse scan` lists the streams in range",
-                            self.query
-                        )));
+                        self.report_nothing(outlet);
                     }
                 }
                 () = outlet.closed() => break,
@@ -127,9 +134,19 @@ impl Inlets {
         Ok(())
     }
 
-    /// Whether it is an outlet of teampulse that was not explicitly requested: a session does not read itself.
-    fn is_own(&self, info: &StreamInfo) -> bool {
-        info.source_id.starts_with(OWN) && !self.query.contains(OWN)
+    fn report_nothing(&self, outlet: &Outlet) {
+        let query = &self.query;
+        let label = if self.has_own {
+            format!(
+                "lsl: only teampulse itself offers streams with {query}; name the stream to read it (`name`)"
+            )
+        } else {
+            format!(
+                "lsl: no stream with {query} is found; is its program running, and on the same network? `teampulse scan` \
+                 lists the streams in range"
+            )
+        };
+        outlet.happen(passing(label));
     }
 
     fn begin(&mut self, found: FoundStream, outlet: &Outlet, running: &mut JoinSet<Ended>) {
@@ -137,7 +154,11 @@ impl Inlets {
         let known = self.away.iter().position(|(known, _)| *known == identity);
         let mut inlet = match known {
             Some(place) => self.away.swap_remove(place).1,
-            None => Inlet::new(self.person.clone(), self.device(&found.info), self.clocks.clone()),
+            None => Inlet::new(
+                self.settings.person.clone(),
+                self.device(&found.info),
+                self.clocks.clone(),
+            ),
         };
         let (outlet, uid) = (outlet.clone(), found.info.uid.clone());
         running.spawn(async move {

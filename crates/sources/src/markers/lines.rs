@@ -40,7 +40,8 @@ pub struct MarkerLines {
     /// The address and port to listen on; with `0.0.0.0:5006` other computers can reach it.
     #[serde(default = "listen")]
     pub listen: SocketAddr,
-    /// The token that each connection must begin with: at least 16 characters. Required if other computers can connect.
+    /// The token of at least 16 characters that each connection must begin with, as a line `token SECRET`. Required if
+    /// other computers can connect.
     #[serde(default)]
     pub token: Option<String>,
 }
@@ -86,6 +87,7 @@ impl Source for Door {
         })?;
         let places = Arc::new(Semaphore::new(MOST));
         let mut writers: JoinSet<()> = JoinSet::new();
+        let mut refused: u64 = 0;
         loop {
             let accepted = tokio::select! {
                 accepted = listener.accept() => accepted,
@@ -96,7 +98,10 @@ impl Source for Door {
                     }
                     continue;
                 }
-                () = outlet.closed() => return Ok(()),
+                () = outlet.closed() => {
+                    report_refused(refused, outlet);
+                    return Ok(());
+                }
             };
             let Ok((link, peer)) = accepted else {
                 // As where no more files can be opened.
@@ -104,11 +109,16 @@ impl Source for Door {
                 continue;
             };
             let Ok(place) = Arc::clone(&places).try_acquire_owned() else {
-                outlet.happen(passing(format!(
-                    "markers: more than {MOST} connections: that of {peer} is refused"
-                )));
+                // Of a flood of connections the first is reported, and later their number.
+                if refused == 0 {
+                    outlet.happen(passing(format!(
+                        "markers: more than {MOST} connections: that of {peer} is refused"
+                    )));
+                }
+                refused += 1;
                 continue;
             };
+            report_refused(std::mem::take(&mut refused), outlet);
             let (token, outlet) = (self.token.clone(), outlet.clone());
             writers.spawn(async move {
                 if let Err(why) = read(link, token.as_deref(), &outlet).await {
@@ -120,6 +130,13 @@ impl Source for Door {
                 drop(place);
             });
         }
+    }
+}
+
+/// Reports how many connections were refused, unless it was the one that has been reported.
+fn report_refused(refused: u64, outlet: &Outlet) {
+    if refused > 1 {
+        outlet.happen(passing(format!("markers: {refused} connections were refused")));
     }
 }
 

@@ -53,6 +53,11 @@ impl Unwrap {
         Unwrap { period: period.filter(|&period| period > 1), last: None, furthest_turn: 0 }
     }
 
+    /// The reading of the clock itself at an unwrapped device time [ns].
+    pub fn within_a_turn(&self, device: i64) -> i64 {
+        self.period.map_or(device, |period| device.rem_euclid(period))
+    }
+
     /// The unwrapped device time [ns], and whether the clock has just wrapped.
     ///
     /// Of the possible times it is the one nearest to the expected one: the last reading or, after a

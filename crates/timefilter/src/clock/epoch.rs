@@ -215,7 +215,7 @@ impl Epoch {
     }
 
     /// How early a packet arrived relative to the envelope [s]; negative for a delayed packet.
-    fn ahead(&self, packet: Packet) -> f64 {
+    pub fn ahead(&self, packet: Packet) -> f64 {
         let point = self.point(packet);
         let arrival = seconds(packet.arrival.saturating_sub(self.origin.arrival));
         point.device - self.fit.device_at(arrival)

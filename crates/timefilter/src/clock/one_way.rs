@@ -125,17 +125,19 @@ impl OneWay {
 
     /// Locates a reading; `None` if it has no device time or one that is rejected.
     pub(super) fn place(&mut self, stamps: &Stamps) -> Option<Placed> {
-        let raw = stamps.device?;
-        let (device, wrapped) = self.unwrap.follow(raw, stamps.arrival);
+        let (device, wrapped) = self.unwrap.follow(stamps.device?, stamps.arrival);
+        let raw = self.unwrap.within_a_turn(device);
         let train = self.trains.of(stamps, device);
         let span = self.span(train, stamps);
         let last = device.saturating_add(span);
         let packet = Packet { device: last, arrival: stamps.arrival };
         let ahead = self.epoch.as_ref().and_then(|epoch| epoch.seems_ahead(packet));
+        let mut is_behind = false;
         match self.trains.hold(train, stamps, device, ahead) {
             IndexCheck::Consistent => {}
             IndexCheck::Wait => return None,
             IndexCheck::Set(nanos) => self.shift(nanos, raw),
+            IndexCheck::Behind => is_behind = true,
         }
         if let Some((declared_nanos, nanos)) = self.trains.take_wrong(train) {
             // The batch period was wrong, so the fit is invalid.
@@ -147,7 +149,13 @@ impl OneWay {
             return self.place(stamps);
         }
         let (vouched, period) = self.trains.vouches(train, stamps);
-        if !self.take(packet, raw, vouched && !self.counts, period) {
+        let is_taken = if is_behind {
+            let secs = self.epoch.as_ref().map_or(0.0, |epoch| epoch.ahead(packet));
+            self.doubt(packet, raw, secs)
+        } else {
+            self.take(packet, raw, vouched && !self.counts, period)
+        };
+        if !is_taken {
             return None;
         }
         if wrapped {
@@ -290,17 +298,26 @@ impl OneWay {
                 self.report(ClockEvent::Jumped { epoch: self.epochs, secs });
                 return self.take(packet, raw, vouched, period);
             }
-            Verdict::Astray(secs) => {
-                if !self.astray.push(packet) {
-                    return false;
-                }
-                let silence = self.astray.packets[0].arrival.saturating_sub(self.last_arrival);
-                let near_zero = silence.saturating_add(NEAR_ZERO_NANOS);
-                let packets = self.astray.packets;
-                self.begin(&packets);
-                self.report_set(secs, (0..near_zero).contains(&raw));
-            }
+            Verdict::Astray(secs) => return self.doubt(packet, raw, secs),
         }
+        self.run_on(packet)
+    }
+
+    /// Takes a packet that is early by `secs` [s] according to the epoch, and does not fit it: starts a new
+    /// one if enough packets agree. Returns whether the packet is accepted.
+    fn doubt(&mut self, packet: Packet, raw: i64, secs: f64) -> bool {
+        if !self.astray.push(packet) {
+            return false;
+        }
+        let silence = self.astray.packets[0].arrival.saturating_sub(self.last_arrival);
+        let near_zero = silence.saturating_add(NEAR_ZERO_NANOS);
+        let packets = self.astray.packets;
+        self.begin(&packets);
+        self.report_set(secs, (0..near_zero).contains(&raw));
+        self.run_on(packet)
+    }
+
+    fn run_on(&mut self, packet: Packet) -> bool {
         self.astray = Astray::default();
         self.last_arrival = packet.arrival;
         true

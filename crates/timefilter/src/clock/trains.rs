@@ -28,6 +28,8 @@ pub(super) enum IndexCheck {
     Wait,
     /// The clock was set forward by this much [ns].
     Set(i64),
+    /// The clock is behind that before a silence: it was set back or restarted meanwhile.
+    Behind,
 }
 
 impl Trains {
@@ -101,10 +103,10 @@ impl Trains {
         }
     }
 
-    /// Starts a new epoch: the ends of earlier batches no longer apply.
+    /// Starts a new epoch: the ends and arrivals of earlier batches no longer apply.
     pub fn begin(&mut self) {
         for train in self.trains.iter_mut().flatten() {
-            train.end = i64::MIN;
+            (train.end, train.arrival) = (i64::MIN, i64::MAX);
         }
     }
 }

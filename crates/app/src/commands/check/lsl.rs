@@ -48,7 +48,7 @@ impl Wanted {
             // A query that can't be made has been refused where the source was built.
             let Ok(query) = lsl.query() else { continue };
             match resolve(&query, &lsl.peers, PATIENCE).await {
-                Ok(found) => take(&mut findings, &query, &found),
+                Ok(found) => take(&mut findings, lsl, &query, &found),
                 Err(error) => {
                     findings.missing.push(format!("LSL: failed to search for streams: {error}"));
                 }
@@ -59,7 +59,8 @@ impl Wanted {
     }
 }
 
-fn take(findings: &mut Findings, query: &str, found: &[FoundStream]) {
+fn take(findings: &mut Findings, lsl: &Lsl, query: &str, found: &[FoundStream]) {
+    let (read, own): (Vec<_>, Vec<_>) = found.iter().partition(|found| lsl.reads(&found.info));
     let line = |found: &FoundStream| {
         let info = &found.info;
         let rate =
@@ -69,8 +70,15 @@ fn take(findings: &mut Findings, query: &str, found: &[FoundStream]) {
         // Names come from the network.
         teampulse_core::text::on_one_line(&line).into_owned()
     };
-    findings.lines.extend(found.iter().map(line));
-    if found.is_empty() {
+    findings.lines.extend(read.iter().copied().map(line));
+    findings.lines.extend(own.first().map(|found| {
+        format!(
+            "note     LSL: {} streams with {query} are from teampulse itself, which are read only by name or source_id, such as name = \"{}\"",
+            own.len(),
+            found.info.name
+        )
+    }));
+    if read.is_empty() {
         findings.missing.push(format!("an LSL stream with {query}"));
     }
 }
@@ -101,7 +109,7 @@ mod tests {
     #[test]
     fn a_stream_that_nobody_sends_is_missing() {
         let mut findings = Findings::default();
-        take(&mut findings, "type='EEG'", &[]);
+        take(&mut findings, &Lsl::default(), "type='EEG'", &[]);
         assert_eq!(findings.missing, ["an LSL stream with type='EEG'"]);
     }
 }

@@ -264,16 +264,17 @@ fn of_marks(
     let is_meant = |label: &str| theirs.is_none_or(|wanted| wanted == label);
     let at_ns: Vec<i64> =
         marks.flatten().filter(|mark| is_meant(&mark.label)).map(|mark| mark.at_ns).collect();
-    let missing = |which: &str, label: &str| {
-        Failure::new(format!("{which} has no marker {label:?}"))
+    let missing = |which: &str, label: Option<&str>| {
+        let what = label.map_or("markers".to_owned(), |label| format!("marker {label:?}"));
+        Failure::new(format!("{which} has no {what}"))
             .hint("`teampulse export` lists the events of a session; without --at heartbeats or movement are matched")
             .exit(Exit::BadArguments)
     };
     if session.at_ns.is_empty() {
-        return Err(missing("the session", ours));
+        return Err(missing("the session", Some(ours)));
     }
     if at_ns.is_empty() {
-        return Err(missing(&device.name, theirs.unwrap_or_default()));
+        return Err(missing(&device.name, theirs));
     }
     Ok((session, Happened::events(device.name.clone(), at_ns, kind)))
 }

@@ -92,14 +92,22 @@ impl Page<'_> {
             }
         }
         if table.is_empty() {
-            return writeln!(f, "None was recorded.\n");
+            let short = of_all.len();
+            return if short == 0 {
+                writeln!(f, "None was recorded.\n")
+            } else {
+                writeln!(
+                    f,
+                    "None lasted a second: the {short} shorter ones are in events.tsv only.\n"
+                )
+            };
         }
         writeln!(f, "{table}")
     }
 
     fn phases_of(&self, of: &str, phases: &[Phase], table: &mut Table) {
         for phase in phases.iter().filter(|phase| lasts(phase)) {
-            let secs = |at| format!("{:.1}", self.timeline.secs(at));
+            let secs = |at| self.timeline.tenths(at);
             let (end, length) = match phase.end {
                 Some(end) => (secs(end), format!("{:.1}", end.secs_since(phase.begin))),
                 None => ("-".into(), "-".into()),
@@ -159,7 +167,7 @@ impl Page<'_> {
         faults.sort_by_key(|(label, (at, _))| (*at, label.as_str()));
         let shown = faults.iter().take(FAULTS).map(|(label, (at, count))| {
             let often = if *count > 1 { format!(", {count} times") } else { String::new() };
-            format!("- at {:.1} s: {}{often}", self.timeline.secs(*at), on_one_line(label))
+            format!("- at {} s: {}{often}", self.timeline.tenths(*at), on_one_line(label))
         });
         let mut lines: Vec<String> = shown.collect();
         if let Some(cut_off) = self.timeline.cut_off() {

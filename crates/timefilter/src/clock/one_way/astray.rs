@@ -23,13 +23,16 @@ impl Default for Astray {
 }
 
 impl Astray {
-    /// Takes a packet; returns whether enough packets agree.
+    /// Takes a packet; returns whether enough packets agree. Of several streams with the same device times one
+    /// packet counts.
     pub fn push(&mut self, packet: Packet) -> bool {
         let delay = |packet: Packet| packet.arrival.saturating_sub(packet.device);
         let newest = self.packets[self.count.clamp(1, AGREEING) - 1];
-        let runs = packet.device > newest.device;
-        if self.count == 0 || !runs || delay(packet).abs_diff(delay(newest)) > AGREE_NANOS {
+        if self.count == 0 || delay(packet).abs_diff(delay(newest)) > AGREE_NANOS {
             *self = Astray { count: 1, packets: [packet; AGREEING] };
+            return false;
+        }
+        if packet.device <= newest.device {
             return false;
         }
         self.count += 1;

@@ -82,6 +82,39 @@ fn a_device_that_is_switched_on_again_begins_a_new_epoch() {
 }
 
 #[test]
+fn a_device_that_is_switched_on_again_soon_begins_a_new_epoch_at_once() {
+    for (on, off) in [(3, 2), (8, 5), (9, 60), (17, 5), (25, 3), (90, 4), (250, 2)] {
+        let settings =
+            OneWaySettings { wraps_nanos: Some(512 * SECOND), ..OneWaySettings::new(LATENCY) };
+        let (mut clock, mut device) = (OneWay::new(settings), Device::new(128.0));
+        (device.clock, device.wraps) = (0, 512 * SECOND);
+        // Three streams of one sensor share its stamps.
+        let send = |clock: &mut OneWay, device: &mut Device| {
+            let (truth, stamps) = device.send();
+            let errors = [0, 1, 2].map(|stream| {
+                let measured = clock.correct(&Stamps { stream, ..stamps }).measured;
+                (measured - truth) as f64 / 1e9
+            });
+            errors.iter().fold(0.0, |most: f64, error| most.max(error.abs()))
+        };
+        let run = |clock: &mut OneWay, device: &mut Device, secs: i64| {
+            let end = device.now + secs * SECOND;
+            let mut most: f64 = 0.0;
+            while device.now < end {
+                most = most.max(send(clock, device));
+            }
+            most
+        };
+        run(&mut clock, &mut device, on);
+        device.now += off * SECOND;
+        device.clock = 0;
+        let error = run(&mut clock, &mut device, 20);
+        assert!(error < 0.3, "{error} s after {on} s on and {off} s off");
+        assert_eq!(events(&mut clock), [ClockEvent::Restarted { epoch: 1 }], "{on} {off}");
+    }
+}
+
+#[test]
 fn a_counter_that_wraps_goes_on_and_is_reported() {
     let settings =
         OneWaySettings { wraps_nanos: Some(64 * SECOND), ..OneWaySettings::new(LATENCY) };

@@ -31,6 +31,8 @@ const BACK_NANOS: f64 = 0.5e9;
 const MOST_BACK: u32 = 50;
 /// The number of packets within which early arrivals are looked for.
 const EARLY: u32 = 8;
+/// The shortest silence during which a device may have been switched off and on again [ns].
+const SILENT_NANOS: i64 = 1_000_000_000;
 
 /// The state of one stream: its period, its regularity and a possible clock step.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +41,8 @@ pub(super) struct Train {
     /// The device time and index of the newest packet's first sample.
     device: i64,
     index: u64,
+    /// When it arrived [ns]; `i64::MAX` if that was in an earlier epoch.
+    pub arrival: i64,
     pub period_nanos: f64,
     /// The declared period [ns]; 0 for single samples.
     declared_nanos: f64,
@@ -90,6 +94,7 @@ impl Train {
             stream: stamps.stream,
             device,
             index: stamps.index,
+            arrival: stamps.arrival,
             period_nanos: stamps.period_nanos.max(0.0),
             declared_nanos: stamps.period_nanos,
             observed: 0.0,
@@ -121,6 +126,11 @@ impl Train {
     pub fn hold(&mut self, stamps: &Stamps, device: i64, ahead: Option<(f64, f64)>) -> IndexCheck {
         let numbers = stamps.index.wrapping_sub(self.index) as i64;
         let is_known = self.packets > 0 && self.recent.contains(&device);
+        let silence = stamps.arrival.saturating_sub(self.arrival);
+        if device < self.device && !is_known && silence >= SILENT_NANOS {
+            return IndexCheck::Behind;
+        }
+        self.arrival = stamps.arrival;
         if is_known && self.repeats < REPEATS {
             // A repeated packet, either with an index of its own or with its original one.
             if numbers > 0 {
