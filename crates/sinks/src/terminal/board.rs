@@ -52,6 +52,8 @@ pub struct Board {
     /// How long it was watched, by this machine's clock [s].
     watched_secs: f64,
     now: Time,
+    /// Whether markers arrived, which have no stream of their own.
+    has_markers: bool,
 }
 
 /// The health of the streams of one subject.
@@ -106,6 +108,7 @@ impl Board {
     fn take_event(&mut self, stream: &Stream, sample: &Sample, event: &Event) -> Vec<String> {
         let own = self.take_phase(stream, sample, event);
         self.team.take_event(stream, event, self.now);
+        self.has_markers |= event.kind == EventKind::Marker;
         if event.kind == EventKind::Fault && stream.name == session_events().name {
             self.faults.take(&event.label, self.now);
         }
@@ -303,7 +306,7 @@ impl Board {
             total(|each| each.late),
             total(|each| each.duplicates),
         )];
-        if self.streams.is_empty() {
+        if self.has_nothing() {
             lines.push("no stream ever appeared: nothing named in the study was present".into());
         }
         let faults = self.faults.all().iter();
@@ -313,6 +316,11 @@ impl Board {
         let troubled = self.statuses().filter(|status| self.is_trouble(status));
         lines.extend(troubled.map(|status| format!("  {}", full_line(status))));
         lines
+    }
+
+    /// Whether nothing that the study names has sent anything.
+    fn has_nothing(&self) -> bool {
+        self.streams.is_empty() && !self.has_markers
     }
 
     /// Sets how long it has been watched, by this machine's clock [s].

@@ -178,12 +178,14 @@ fn that_nothing_happened_yet_is_no_trouble() {
 
 #[test]
 fn that_no_stream_ever_appeared_is_said() {
-    let begun = |second| happens(second, session_events(), (EventKind::Marker, "a"), 0.0);
+    let begun = |second| happens(second, session_events(), (EventKind::Clock, "a"), 0.0);
     let mut board = board([begun(0), begun(9)]);
     assert_eq!(text(&board.troubles()), "");
     board.take(&begun(10));
     assert!(text(&board.troubles()).starts_with("◌ nothing  no stream has appeared"));
     assert!(board.summary()[1].starts_with("no stream ever appeared"));
+    board.take(&happens(11, session_events(), (EventKind::Marker, "trial 1"), 0.0));
+    assert_eq!((text(&board.troubles()).as_str(), board.summary().len()), ("", 1));
 }
 
 #[test]

@@ -42,7 +42,7 @@ impl Board {
             what: need.why,
             since: Some(need.since),
         }));
-        if self.streams.is_empty() && self.elapsed_secs() >= NOTHING_SECS {
+        if self.has_nothing() && self.elapsed_secs() >= NOTHING_SECS {
             let what = "no stream has appeared: nothing named in the study is present".to_owned();
             let subject = "nothing".to_owned();
             troubles.push(Trouble { urgency: Urgency::Never, subject, what, since: None });
