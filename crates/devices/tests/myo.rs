@@ -76,12 +76,15 @@ fn a_turn_that_is_left_out_is_a_gap_of_two_samples() {
 }
 
 #[test]
-fn after_a_silence_nobody_knows_how_much_is_missing() {
+fn after_a_silence_what_was_held_up_is_not_missing() {
     let mut myo = started();
-    myo.receive(EMG[0], &[0; 16], millis(10));
-    myo.receive(EMG[2], &[0; 16], millis(900));
-    let unknown = Event::Gap { stream: "emg", samples: None };
-    assert_eq!(events(&drain(&mut myo)), [unknown]);
+    for (ms, turn) in [(10, 0), (900, 1), (900, 2), (901, 3)] {
+        myo.receive(EMG[turn], &[0; 16], millis(ms));
+    }
+    let outputs = drain(&mut myo);
+    assert_eq!(events(&outputs), []);
+    let indices: Vec<u64> = readings(&outputs, "emg").iter().map(|read| read.index).collect();
+    assert_eq!(indices, [0, 2, 4, 6]);
 }
 
 #[test]
@@ -170,10 +173,13 @@ fn it_is_set_to_rest_at_the_end() {
 fn a_lost_link_is_a_gap_and_the_count_goes_on() {
     let mut myo = started();
     myo.receive(EMG[0], &[0; 16], millis(10));
+    myo.receive(IMU, &[0; 20], millis(10));
     myo.start(secs(5));
     myo.receive(EMG[3], &[0; 16], secs(6));
     let outputs = drain(&mut myo);
-    assert_eq!(events(&outputs), [Event::Gap { stream: "emg", samples: None }]);
+    let gaps = ["emg", "orientation", "acceleration", "gyroscope"]
+        .map(|stream| Event::Gap { stream, samples: None });
+    assert_eq!(events(&outputs), gaps);
     assert_eq!(readings(&outputs, "emg")[1].index, 2);
 }
 

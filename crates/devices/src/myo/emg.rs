@@ -1,5 +1,3 @@
-use std::time::Duration;
-
 use crate::gatt::Request;
 use crate::outbox::Outbox;
 use crate::{Event, Reading};
@@ -8,13 +6,10 @@ const CHARACTERISTICS: usize = 4;
 const SAMPLES: u64 = 2;
 const ELECTRODES: usize = 8;
 
-/// After this, four notifications or more may be lost: how many is not known.
-const SILENCE: Duration = Duration::from_millis(500);
-
 /// Counts EMG notifications by the characteristics, which take turns.
 #[derive(Debug, Default)]
 pub(super) struct Emg {
-    last: Option<(usize, Duration)>,
+    last: Option<usize>,
     next_index: u64,
 }
 
@@ -28,28 +23,20 @@ impl Emg {
 
     /// Takes in a notification, of the characteristic whose turn it is or of a later one; returns whether it was one of
     /// EMG.
-    pub fn receive(
-        &mut self,
-        turn: usize,
-        value: &[u8],
-        now: Duration,
-        out: &mut Outbox<Request>,
-    ) -> bool {
+    pub fn receive(&mut self, turn: usize, value: &[u8], out: &mut Outbox<Request>) -> bool {
         if value.len() != SAMPLES as usize * ELECTRODES {
             out.discarded("emg", value.len());
             return false;
         }
-        if let Some((last, then)) = self.last {
+        if let Some(last) = self.last {
             let missing = (turn + CHARACTERISTICS - last - 1) % CHARACTERISTICS;
             let lost = missing as u64 * SAMPLES;
-            if now.saturating_sub(then) > SILENCE {
-                out.event(Event::Gap { stream: "emg", samples: None });
-            } else if lost > 0 {
+            if lost > 0 {
                 out.event(Event::Gap { stream: "emg", samples: Some(lost) });
                 self.next_index += lost;
             }
         }
-        self.last = Some((turn, now));
+        self.last = Some(turn);
         let values = value.iter().map(|byte| f64::from(*byte as i8)).collect();
         out.reading(Reading::untimed("emg", self.next_index, values));
         self.next_index += SAMPLES;

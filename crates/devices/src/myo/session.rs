@@ -216,6 +216,10 @@ impl Session for MyoSession {
         self.out.reopen();
         self.restarts = 0;
         self.emg.lose_link(&mut self.out);
+        if self.imu_samples > 0 {
+            let gap = |(stream, ..): ImuStream| Event::Gap { stream, samples: None };
+            IMU_STREAMS.map(gap).into_iter().for_each(|gap| self.out.event(gap));
+        }
         self.describe();
         self.subscribe();
         self.set_mode();
@@ -275,7 +279,7 @@ impl GattSession for MyoSession {
             }
             _ => {
                 let turn = EMG.iter().position(|emg| *emg == characteristic);
-                turn.is_some_and(|turn| self.emg.receive(turn, value, now, &mut self.out))
+                turn.is_some_and(|turn| self.emg.receive(turn, value, &mut self.out))
             }
         };
         if fed {

@@ -115,6 +115,11 @@ impl Feed {
         self.watchdog = None;
     }
 
+    /// Notes that the link was lost.
+    pub fn lose_link(&mut self) {
+        self.timeline.lose_link();
+    }
+
     pub fn is_silent(&self, now: Duration) -> bool {
         self.watchdog.is_some_and(|watchdog| watchdog.has_expired(now))
     }

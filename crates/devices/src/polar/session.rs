@@ -315,6 +315,7 @@ impl Session for PolarSession {
         self.stop_by = None;
         for feed in &mut self.feeds {
             feed.forget();
+            feed.lose_link();
         }
         for request in
             [Request::Subscribe(CONTROL), Request::Subscribe(DATA), Request::Read(CONTROL)]

@@ -18,6 +18,8 @@ pub(super) struct Timeline {
     last: Option<Last>,
     smallest_frame: u64,
     next_index: u64,
+    /// Whether the link was lost since the last frame.
+    lost_link: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +55,13 @@ impl Timeline {
             last: None,
             smallest_frame: u64::MAX,
             next_index: 0,
+            lost_link: false,
         }
+    }
+
+    /// Notes that the link was lost: meanwhile the device may have been switched off and on again, with its clock.
+    pub fn lose_link(&mut self) {
+        self.lost_link = self.last.is_some();
     }
 
     /// Sets another rate; numbering continues.
@@ -69,7 +77,8 @@ impl Timeline {
         let last = self.last.unwrap_or(Last { timestamp_ns, arrival: now });
         let elapsed = timestamp_ns.saturating_sub(last.timestamp_ns);
         let waited = nanos(now).saturating_sub(nanos(last.arrival));
-        let clock_set = elapsed.saturating_sub(waited).saturating_abs() > CLOCK_SET_NS;
+        let is_anew = std::mem::take(&mut self.lost_link) && elapsed <= 0;
+        let clock_set = is_anew || elapsed.saturating_sub(waited).saturating_abs() > CLOCK_SET_NS;
         let is_first = self.last.is_none();
         if elapsed <= 0 && !is_first && !clock_set {
             return None;

@@ -50,7 +50,9 @@ impl Packets {
         if self.next_index > 0 {
             self.lost_link = true;
             for group in &self.groups {
-                out.event(Event::Gap { stream: group.stream, samples: None });
+                for stream in [Some(group.stream), group.raw_stream()].into_iter().flatten() {
+                    out.event(Event::Gap { stream, samples: None });
+                }
             }
         }
     }

@@ -68,6 +68,8 @@ struct WornStream {
     by_beats: bool,
     /// The number of samples of the last reading, and when it arrived.
     last: Option<(usize, Stopwatch)>,
+    /// Whether an unknown number of samples is missing before the next one.
+    has_gap: bool,
 }
 
 impl Worn {
@@ -137,8 +139,9 @@ impl Worn {
         let id = outlet.declare(stream);
         let &devices::Stream { name, rate_hz, in_runs, .. } = described;
         let width = described.channels.len().max(1);
-        let last = self.streams.get(name).and_then(|known| known.last);
-        let worn = WornStream { id, width, rate_hz, in_runs, by_beats, last };
+        let known = self.streams.get(name);
+        let (last, has_gap) = known.map_or((None, false), |known| (known.last, known.has_gap));
+        let worn = WornStream { id, width, rate_hz, in_runs, by_beats, last, has_gap };
         if self.streams.insert(name, worn).is_none() && rate_hz.is_some() {
             // The device numbers its samples: what is lost is known.
             outlet.lost(id, 0.0);
@@ -148,7 +151,11 @@ impl Worn {
     /// Offers the samples of a reading.
     pub(super) fn offer(&mut self, reading: &devices::Reading, outlet: &Outlet) {
         let Some(stream) = self.streams.get_mut(reading.stream) else { return };
-        stream.last = Some((reading.values.len() / stream.width, Stopwatch::start()));
+        let samples = reading.values.len() / stream.width;
+        if std::mem::take(&mut stream.has_gap) {
+            stream.report_gap(samples, outlet);
+        }
+        stream.last = Some((samples, Stopwatch::start()));
         let stream = *stream;
         let arrival_ms = self.clock.elapsed().as_secs_f64() * 1e3;
         match reading.stream {
@@ -270,23 +277,16 @@ impl Worn {
         }
     }
 
-    /// Reports samples missing before the next ones: as many as the device states, else as many as fit into the
-    /// silence.
+    /// Reports samples missing before the next ones: as many as the device states, or else, once samples come again, as
+    /// many as fit into the silence.
     fn miss(&mut self, name: &str, samples: Option<u64>, outlet: &Outlet) {
         if name == BEATS {
             self.beats.restart();
         }
-        let Some(stream) = self.streams.get(name) else { return };
-        let of_silence = || {
-            let (_, since) = stream.last?;
-            Some((stream.rate_hz? * since.elapsed().as_secs_f64()).round())
-        };
-        let samples = samples.map(|samples| samples as f64).or_else(of_silence);
-        let run = stream.last.map_or(1, |(run, _)| run.max(1)) as f64;
-        let readings =
-            if stream.in_runs { samples.map(|all| (all / run).round()) } else { samples };
-        if readings != Some(0.0) {
-            outlet.lost(stream.id, readings.unwrap_or(f64::NAN));
+        let Some(stream) = self.streams.get_mut(name) else { return };
+        match samples {
+            Some(samples) => stream.lost(samples as f64, outlet),
+            None => stream.has_gap = true,
         }
     }
 
@@ -334,6 +334,26 @@ impl Worn {
 
     fn fault(&self, what: &str, outlet: &Outlet) {
         outlet.happen(passing(format!("{} of {}: {what}", self.device, self.person)));
+    }
+}
+
+impl WornStream {
+    /// Reports as many samples as fit into the silence before a reading of `samples`.
+    fn report_gap(&self, samples: usize, outlet: &Outlet) {
+        let of_silence = || {
+            let (_, since) = self.last?;
+            Some((self.rate_hz? * since.elapsed().as_secs_f64()).round() - samples as f64)
+        };
+        self.lost(of_silence().map_or(f64::NAN, |lost| lost.max(0.0)), outlet);
+    }
+
+    /// Reports lost samples; of runs, as whole readings. NaN means that their number is unknown.
+    fn lost(&self, samples: f64, outlet: &Outlet) {
+        let run = self.last.map_or(1, |(run, _)| run.max(1)) as f64;
+        let readings = if self.in_runs { (samples / run).round() } else { samples };
+        if readings != 0.0 {
+            outlet.lost(self.id, readings);
+        }
     }
 }
 

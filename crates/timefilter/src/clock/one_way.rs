@@ -151,9 +151,9 @@ impl OneWay {
         let (vouched, period) = self.trains.vouches(train, stamps);
         let is_taken = if is_behind {
             let secs = self.epoch.as_ref().map_or(0.0, |epoch| epoch.ahead(packet));
-            self.doubt(packet, raw, secs)
+            self.doubt(packet, raw, secs, span)
         } else {
-            self.take(packet, raw, vouched && !self.counts, period)
+            self.take(packet, raw, span, (vouched && !self.counts, period))
         };
         if !is_taken {
             return None;
@@ -174,6 +174,12 @@ impl OneWay {
         self.end_epoch();
         self.trains = Trains::default();
         self.report(ClockEvent::WrongRate { declared_hz, hz });
+    }
+
+    /// Starts an epoch with the next reading, as the device paused for an unknown time.
+    pub(super) fn resume(&mut self) {
+        self.end_epoch();
+        self.trains = Trains::default();
     }
 
     fn end_epoch(&mut self) {
@@ -278,7 +284,13 @@ impl OneWay {
     }
 
     /// Passes a packet to the epoch, or starts a new one; returns whether the packet is accepted.
-    fn take(&mut self, packet: Packet, raw: i64, vouched: bool, period: f64) -> bool {
+    fn take(
+        &mut self,
+        packet: Packet,
+        raw: i64,
+        span: i64,
+        (vouched, period): (bool, f64),
+    ) -> bool {
         let Some(epoch) = &mut self.epoch else {
             self.begin(&[packet]);
             return true;
@@ -296,17 +308,17 @@ impl OneWay {
                 let packets = epoch.raised().to_vec();
                 self.begin(&packets);
                 self.report(ClockEvent::Jumped { epoch: self.epochs, secs });
-                return self.take(packet, raw, vouched, period);
+                return self.take(packet, raw, span, (vouched, period));
             }
-            Verdict::Astray(secs) => return self.doubt(packet, raw, secs),
+            Verdict::Astray(secs) => return self.doubt(packet, raw, secs, span),
         }
         self.run_on(packet)
     }
 
     /// Takes a packet that is early by `secs` [s] according to the epoch, and does not fit it: starts a new
     /// one if enough packets agree. Returns whether the packet is accepted.
-    fn doubt(&mut self, packet: Packet, raw: i64, secs: f64) -> bool {
-        if !self.astray.push(packet) {
+    fn doubt(&mut self, packet: Packet, raw: i64, secs: f64, span: i64) -> bool {
+        if !self.astray.push(packet, span) {
             return false;
         }
         let silence = self.astray.packets[0].arrival.saturating_sub(self.last_arrival);

@@ -1,5 +1,8 @@
 //! The clock model of a device without a clock.
 
+mod pause;
+
+use self::pause::Pause;
 use super::one_way::{OneWay, OneWaySettings};
 use super::rate::Rate;
 use super::{ClockEvent, ClockKind, ClockModel, ClockState, Corrected, Latency, Stamps};
@@ -14,8 +17,8 @@ const DOUBTED_NANOS: i64 = 20_000_000_000;
 /// The model of a device without a clock: a constant rate and numbered samples.
 ///
 /// Sample indices at the nominal rate replace device time; the true rate is estimated from arrivals. A jump
-/// in the indices is a gap in time. A pause that the indices do not show starts a new epoch, as does a
-/// declared rate that proves wrong by a factor between a quarter and four within the first seconds.
+/// in the indices is a gap in time. A pause that the indices do not show starts a new epoch, as no backlog follows
+/// it; so does a declared rate that proves wrong by a factor between a quarter and four within the first seconds.
 #[derive(Clone, Debug)]
 pub struct SampleIndex {
     declared_hz: f64,
@@ -26,6 +29,7 @@ pub struct SampleIndex {
     doubted: Option<i64>,
     /// The reference for device time: a sample index and the device time assigned to it [ns].
     origin: (u64, f64),
+    pause: Pause,
 }
 
 impl SampleIndex {
@@ -45,6 +49,7 @@ impl SampleIndex {
             rate,
             doubted: None,
             origin: (0, 0.0),
+            pause: Pause::default(),
         }
     }
 
@@ -84,6 +89,11 @@ impl SampleIndex {
         (Stamps { device, period_nanos: self.period_nanos, ..*stamps }, wrong)
     }
 
+    /// Whether the device paused before a reading, for a time that its index does not show.
+    pub(super) fn has_paused(&mut self, stamps: &Stamps) -> bool {
+        self.pause.push(stamps, self.device(stamps.index), self.period_nanos)
+    }
+
     /// The device time assigned to a sample index [ns].
     fn device(&self, index: u64) -> f64 {
         let since = i128::from(index) - i128::from(self.origin.0);
@@ -104,6 +114,9 @@ impl ClockModel for SampleIndex {
         let (stamps, wrong) = self.by_number(stamps);
         if let Some(declared_hz) = wrong {
             self.clock.begin_anew(declared_hz, 1e9 / self.period_nanos);
+        }
+        if self.has_paused(&stamps) {
+            self.clock.resume();
         }
         self.clock.correct(&stamps)
     }
@@ -173,14 +186,41 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_pause_begins_a_new_epoch() {
-        let (mut clock, mut device) = (SampleIndex::new(50.0, LATENCY), Device::new(50.0));
-        run(&mut clock, &mut device, 60);
-        device.now += 20 * SECOND;
-        let error = run(&mut clock, &mut device, 30);
-        assert!(error.abs() < 0.02, "{error}");
-        assert!(matches!(clock.next_event(), Some(ClockEvent::Jumped { epoch: 1, .. })));
-        assert!((clock.rate_hz() - 50.0).abs() < 0.2, "{}", clock.rate_hz());
+    fn a_pause_that_indices_do_not_show_begins_a_new_epoch_within_samples() {
+        for millis in [700, 2_000, 20_000] {
+            let (mut clock, mut device) = (SampleIndex::new(50.0, LATENCY), Device::new(50.0));
+            device.tail = 0.005;
+            run(&mut clock, &mut device, 60);
+            device.now += millis * SECOND / 1000;
+            let resumed = device.now;
+            while device.now < resumed + 30 * SECOND {
+                let (truth, stamps) = device.send();
+                let measured = clock.correct(&Stamps { device: None, ..stamps }).measured;
+                let error = (measured - truth) as f64 / 1e9 - device.least_delay;
+                assert!(truth < resumed + SECOND / 5 || error.abs() < 0.02, "{millis}: {error}");
+            }
+            assert_eq!((clock.state().epoch, clock.next_event()), (1, None), "{millis}");
+            assert!((clock.rate_hz() - 50.0).abs() < 0.2, "{}", clock.rate_hz());
+        }
+    }
+
+    #[test]
+    fn a_backlog_after_a_silence_is_placed_where_it_was_measured() {
+        // It arrives at once, or at twice the speed.
+        for speed in [i64::MAX, 2] {
+            let (mut clock, mut device) = (SampleIndex::new(50.0, LATENCY), Device::new(50.0));
+            run(&mut clock, &mut device, 60);
+            let begin = device.now;
+            let up = begin + 5 * SECOND;
+            while device.now < begin + 30 * SECOND {
+                let (truth, stamps) = device.send();
+                let arrival = stamps.arrival.max(up + (truth - begin) / speed);
+                let measured = clock.correct(&Stamps { device: None, arrival, ..stamps }).measured;
+                let error = (measured - truth) as f64 / 1e9 - device.least_delay;
+                assert!(error.abs() < 0.05, "{speed}: {error}");
+            }
+            assert_eq!((clock.state().epoch, clock.next_event()), (0, None), "{speed}");
+        }
     }
 
     #[test]

@@ -208,6 +208,9 @@ impl Source {
                 if let Some(declared_hz) = wrong {
                     clock.begin_anew(declared_hz, 1e9 / stamps.period_nanos);
                 }
+                if samples.has_paused(&stamps) {
+                    clock.resume();
+                }
                 stamps
             }
         }

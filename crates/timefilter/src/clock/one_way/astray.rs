@@ -6,7 +6,7 @@ use crate::clock::epoch::Packet;
 pub const AGREEING: usize = 3;
 /// How long they must agree [ns]: a burst of old packets agrees only briefly.
 const AGREEING_NANOS: i64 = 100_000_000;
-/// How close their delays must be [ns].
+/// How close their delays must be, in addition to the duration of a batch: batches may arrive in pairs [ns].
 const AGREE_NANOS: u64 = 250_000_000;
 
 /// A run of packets that do not fit the epoch, but are consistent with each other.
@@ -23,12 +23,14 @@ impl Default for Astray {
 }
 
 impl Astray {
-    /// Takes a packet; returns whether enough packets agree. Of several streams with the same device times one
-    /// packet counts.
-    pub fn push(&mut self, packet: Packet) -> bool {
+    /// Takes a packet whose batch lasts `span` [ns]; returns whether enough packets agree. Of several streams
+    /// with the same device times one packet counts.
+    pub fn push(&mut self, packet: Packet, span: i64) -> bool {
         let delay = |packet: Packet| packet.arrival.saturating_sub(packet.device);
         let newest = self.packets[self.count.clamp(1, AGREEING) - 1];
-        if self.count == 0 || delay(packet).abs_diff(delay(newest)) > AGREE_NANOS {
+        let most = AGREE_NANOS.saturating_add(span.unsigned_abs());
+        let agrees = |other: Packet| delay(packet).abs_diff(delay(other)) <= most;
+        if self.count == 0 || !agrees(newest) || !agrees(self.packets[0]) {
             *self = Astray { count: 1, packets: [packet; AGREEING] };
             return false;
         }
