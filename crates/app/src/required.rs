@@ -140,7 +140,10 @@ fn unworn(kinds: &[String], received: &Received) -> Vec<Unmet> {
             measures && wearables::kind_of(&stream.device) == Some(device)
         };
         let streams = received.iter().map(|(stream, _)| stream).filter(is_of);
-        let present = streams.map(|stream| &stream.id).collect::<BTreeSet<_>>().len();
+        let sensor = |stream: &Arc<Stream>| {
+            (stream.id.clone(), wearables::sensor_of(&stream.device).to_owned())
+        };
+        let present = streams.map(sensor).collect::<BTreeSet<_>>().len();
         (present < wanted).then(|| {
             let what = format!("{device}: {present} of {wanted} in the study send samples");
             lacking(

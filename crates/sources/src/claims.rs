@@ -5,10 +5,16 @@ use std::sync::{Arc, Mutex, PoisonError};
 use teampulse_ros::bus::Bus;
 use teampulse_ros::graph::Endpoint;
 
+use crate::wearables::uses::Uses;
+
 /// What the sources of a session want, collected before any of them runs, so that the order of discovery or
 /// startup does not matter.
 #[derive(Clone, Default)]
-pub struct Claims(Arc<Mutex<Vec<Claim>>>);
+pub struct Claims {
+    topics: Arc<Mutex<Vec<Claim>>>,
+    /// What its wearables use.
+    pub(crate) uses: Uses,
+}
 
 /// The claim of one source.
 struct Claim {
@@ -54,7 +60,7 @@ impl Claims {
         rank: Rank,
         wants: impl Fn(&Endpoint) -> bool + Send + Sync + 'static,
     ) -> Claimed {
-        let mut claims = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut claims = self.topics.lock().unwrap_or_else(PoisonError::into_inner);
         let bus = Arc::as_ptr(bus).cast::<()>() as usize;
         claims.push(Claim { bus, rank, wants: Arc::new(wants) });
         Claimed { claims: self.clone(), index: claims.len() - 1 }
@@ -65,7 +71,7 @@ impl Claimed {
     /// Whether a topic belongs to this source: no other with precedence wants it. Within a rank the first in
     /// the study wins.
     pub(crate) fn is_ours(&self, endpoint: &Endpoint) -> bool {
-        let claims = self.claims.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let claims = self.claims.topics.lock().unwrap_or_else(PoisonError::into_inner);
         let ours = &claims[self.index];
         let before = claims.iter().enumerate().filter(|(index, claim)| {
             claim.bus == ours.bus && (claim.rank, *index) < (ours.rank, self.index)

@@ -570,8 +570,8 @@ async fn two_hundred_lost_links_leave_nothing_behind() {
     let mut left = Vec::new();
     for _ in 0..2 {
         let mut losing = tokio::task::JoinSet::new();
-        for (address, course) in addresses.iter().zip(&courses) {
-            let settings = format!("person = \"p001\"\naddress = \"{address}\"");
+        for (strap, (address, course)) in addresses.iter().zip(&courses).enumerate() {
+            let settings = format!("person = \"p00{strap}\"\naddress = \"{address}\"");
             let source = source::<HeartRate>(&settings, &context);
             let outlet = queue.outlet(context.clock.clone(), Streams::default());
             losing.spawn(lose_links(100 / STRAPS, source, outlet, course.clone()));

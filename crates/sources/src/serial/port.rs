@@ -4,7 +4,7 @@ use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 
-use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::fs::{FlockOperation, OFlags, fcntl_getfl, fcntl_setfl, flock};
 use rustix::io::Errno;
 use rustix::termios::{
     OptionalActions, QueueSelector, ioctl_tiocexcl, tcflush, tcgetattr, tcsetattr,
@@ -57,6 +57,8 @@ fn open(path: &str, baud: u32) -> io::Result<File> {
     let flags = OFlags::NOCTTY.bits().cast_signed();
     let file = OpenOptions::new().read(true).write(true).custom_flags(flags).open(path)?;
     let mut settings = tcgetattr(&file)?;
+    // The kernel's own exclusive mode does not apply to root.
+    flock(&file, FlockOperation::NonBlockingLockExclusive)?;
     ioctl_tiocexcl(&file)?;
     settings.make_raw();
     settings.set_speed(baud)?;
@@ -78,7 +80,7 @@ fn describe(path: &str, error: &io::Error) -> SerialError {
              `teampulse scan` lists the ports"
                 .to_owned(),
         ),
-        Some(Errno::BUSY) => (
+        Some(Errno::BUSY | Errno::WOULDBLOCK) => (
             "another program is using it".to_owned(),
             format!("`fuser {path}` shows which; close that"),
         ),

@@ -14,6 +14,7 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 
 use super::link::Conversation;
+use super::uses::Use;
 use super::worn::Worn;
 use crate::SourceContext;
 
@@ -48,7 +49,7 @@ fn server() -> String {
 impl Component<dyn Source, SourceContext> for EmpaticaE4 {
     const EXAMPLE: &'static str = r#"person = "p001""#;
 
-    fn build(self, _: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
+    fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         let port = self.server.rsplit_once(':').and_then(|(_, port)| port.parse::<u16>().ok());
         if port.is_none() {
             let error = SettingsError::new(format!("`{}` is not an address", self.server));
@@ -56,10 +57,19 @@ impl Component<dyn Source, SourceContext> for EmpaticaE4 {
                 .at("server")
                 .with_hint("give host and port, such as \"127.0.0.1:28000\""));
         }
+        let uses = &context.claims.uses;
         let worn = Worn::new(self.person, DEVICE)?;
+        let names = worn.names(uses)?;
+        let of_server = [Some(self.server.as_str()), self.device.as_deref()];
+        let of_server: Vec<&str> = of_server.into_iter().flatten().collect();
+        let device = uses.begin(of_server.join("/")).ok_or_else(|| {
+            let error =
+                SettingsError::new(format!("two sources read the same E4 of {}", self.server));
+            error.at("device").with_hint("give each the id of its own E4, such as \"9ff167\"")
+        })?;
         let session = E4Session::new(E4Settings { device: self.device, ..E4Settings::default() });
         let conversation = Conversation { session, worn, clock: Stopwatch::start() };
-        Ok(Box::new(E4 { server: self.server, conversation }))
+        Ok(Box::new(E4 { server: self.server, conversation, _uses: [names, device] }))
     }
 }
 
@@ -67,6 +77,7 @@ impl Component<dyn Source, SourceContext> for EmpaticaE4 {
 struct E4 {
     server: String,
     conversation: Conversation<E4Session>,
+    _uses: [Use; 2],
 }
 
 #[async_trait]

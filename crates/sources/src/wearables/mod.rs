@@ -3,6 +3,7 @@
 mod link;
 mod worn;
 mod beats;
+pub(crate) mod uses;
 pub mod bluetooth;
 pub mod empatica_e4;
 pub mod heart_rate;
@@ -70,9 +71,13 @@ pub fn kind_in_range(seen: &Seen) -> Option<&'static str> {
 
 /// The kind of source that reads a device, by the device of its streams.
 pub fn kind_of(device: &str) -> Option<&'static str> {
-    // Beats that a Polar reports have the clock of a strap.
-    let sensor = device.strip_prefix("heart_rate_strap_").unwrap_or(device);
+    let sensor = sensor_of(device);
     KINDS.iter().find(|kind| (kind.reads)(sensor)).map(|kind| kind.name)
+}
+
+/// The sensor of a device of streams: the beats that a Polar reports have the clock of a strap.
+pub fn sensor_of(device: &str) -> &str {
+    device.strip_prefix("heart_rate_strap_").unwrap_or(device)
 }
 
 #[cfg(test)]

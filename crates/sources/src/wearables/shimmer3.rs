@@ -13,6 +13,7 @@ use teampulse_devices::shimmer3::{Sensors, ShimmerSession, ShimmerSettings};
 use tokio::time::timeout;
 
 use super::link::Conversation;
+use super::uses::Use;
 use super::worn::Worn;
 use crate::SourceContext;
 use crate::serial::SerialPort;
@@ -98,7 +99,7 @@ fn rate_hz() -> f64 {
 impl Component<dyn Source, SourceContext> for Shimmer3 {
     const EXAMPLE: &'static str = r#"person = "p001""#;
 
-    fn build(self, _: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
+    fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         if !(LEAST_HZ..=MOST_HZ).contains(&self.rate_hz) {
             let message = format!("rate_hz is {}; expected {LEAST_HZ} to {MOST_HZ}", self.rate_hz);
             let hint = "128 is enough for skin conductance and PPG";
@@ -109,12 +110,18 @@ impl Component<dyn Source, SourceContext> for Shimmer3 {
             let error = SettingsError::new("it has no sensors").at("sensors");
             return Err(error.with_hint("name some, such as [\"eda\", \"ppg\"]"));
         };
+        let uses = &context.claims.uses;
         let worn = Worn::new(self.person, DEVICE)?;
+        let names = worn.names(uses)?;
+        let port = uses.begin(&*self.port).ok_or_else(|| {
+            let error = SettingsError::new(format!("two sources read the port {}", self.port));
+            error.at("port").with_hint("give each the port of its own device")
+        })?;
         let settings =
             ShimmerSettings { rate_hz: self.rate_hz, sensors, ..ShimmerSettings::default() };
         let session = ShimmerSession::new(settings);
         let conversation = Conversation { session, worn, clock: Stopwatch::start() };
-        Ok(Box::new(Shimmer { port: self.port, conversation }))
+        Ok(Box::new(Shimmer { port: self.port, conversation, _uses: [names, port] }))
     }
 }
 
@@ -122,6 +129,7 @@ impl Component<dyn Source, SourceContext> for Shimmer3 {
 struct Shimmer {
     port: String,
     conversation: Conversation<ShimmerSession>,
+    _uses: [Use; 2],
 }
 
 #[async_trait]

@@ -15,6 +15,7 @@ use teampulse_devices as devices;
 
 use super::beats::BeatClock;
 use super::empatica_e4;
+use super::uses::{Use, Uses};
 
 /// The namespace of people's streams.
 const PEOPLE: &str = "/humans/persons";
@@ -88,6 +89,16 @@ impl Worn {
             return Err(error.at("person").with_hint(hint));
         }
         Ok(())
+    }
+
+    /// The use of the names of its streams; fails if another source has the same ones.
+    pub(super) fn names(&self, uses: &Uses) -> Result<Use, SettingsError> {
+        let Worn { person, device, .. } = self;
+        uses.begin(format!("{PEOPLE}/{person}/{device}")).ok_or_else(|| {
+            let error = SettingsError::new(format!("{person} wears two devices of the kind {device}"));
+            let hint = format!("their streams would have the same names: give one a person of its own, such as \"{person}_left\"");
+            error.at("person").with_hint(hint)
+        })
     }
 
     /// A device of a person whose id has been checked.

@@ -33,6 +33,9 @@ pub enum BluetoothError {
     /// Another source of this session holds the device.
     #[error("connect to {0}: another source of this session uses it")]
     Taken(String),
+    /// Another session of teampulse, on this computer, holds the device.
+    #[error("connect to {0}: another session of teampulse uses it")]
+    Elsewhere(String),
     /// It was found, but connecting failed.
     #[error("connect to {device}: {reason}")]
     Connect {
@@ -61,6 +64,7 @@ impl BluetoothError {
             }
             Self::Several { setting, .. } => setting.clone(),
             Self::Taken(_) => "give each source the address of its own device".into(),
+            Self::Elsewhere(_) => "end that session, or its `teampulse check`, first".into(),
             Self::Connect { .. } => "bring it closer, or take it off and put it on again".into(),
             Self::Lost => "is the device on, and in range?".into(),
         }

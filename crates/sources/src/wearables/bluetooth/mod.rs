@@ -9,8 +9,10 @@ mod scanning;
 mod choice;
 mod gatt;
 mod source;
+mod lock;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
@@ -45,6 +47,8 @@ struct Shared {
 pub(super) struct Hold {
     shared: Arc<Shared>,
     address: String,
+    /// The lock that other sessions meet.
+    _lock: Option<File>,
 }
 
 impl Bluetooth {
@@ -107,10 +111,14 @@ impl Bluetooth {
 
     fn hold(&self, seen: &Seen) -> Result<Hold, BluetoothError> {
         let mut in_use = self.0.in_use.lock().unwrap_or_else(PoisonError::into_inner);
-        if !in_use.insert(seen.address.clone()) {
-            return Err(BluetoothError::Taken(format!("`{}` ({})", seen.name, seen.address)));
+        let name = || format!("`{}` ({})", seen.name, seen.address);
+        if in_use.contains(&seen.address) {
+            return Err(BluetoothError::Taken(name()));
         }
-        Ok(Hold { shared: Arc::clone(&self.0), address: seen.address.clone() })
+        let lock = lock::of(self.0.address.as_deref(), &seen.address)
+            .map_err(|_| BluetoothError::Elsewhere(name()))?;
+        in_use.insert(seen.address.clone());
+        Ok(Hold { shared: Arc::clone(&self.0), address: seen.address.clone(), _lock: lock })
     }
 
     /// The devices that belong to other sources.

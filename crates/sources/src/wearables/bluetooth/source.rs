@@ -19,6 +19,7 @@ use teampulse_devices::{Error, GattSession, Output};
 
 use super::{Answer, Bluetooth, BluetoothError, GattLink, Seen, Wanted};
 use crate::SourceContext;
+use crate::wearables::uses::{Use, Uses};
 use crate::wearables::worn::Worn;
 
 /// The longest time without a check of the session.
@@ -64,6 +65,7 @@ pub(in crate::wearables) struct Pairing {
 /// A running Bluetooth device. Its session continues when the link is up again.
 pub(in crate::wearables) struct Wireless<S: Wearable> {
     bluetooth: Bluetooth,
+    uses: Uses,
     wanted: Wanted,
     person: String,
     settings: S::Settings,
@@ -77,6 +79,8 @@ struct Conversation<S> {
     worn: Worn,
     /// The time of the session.
     clock: Stopwatch,
+    /// The use of the names of its streams.
+    _names: Use,
 }
 
 impl<S: Wearable> Wireless<S> {
@@ -94,7 +98,21 @@ impl<S: Wearable> Wireless<S> {
         let bluetooth = context.bluetooth.clone();
         let wanted = Wanted { kind: S::KIND, is_kind: S::is_kind, address, name };
         let conversation = None::<Conversation<S>>;
-        Ok(Box::new(Wireless { bluetooth, wanted, person, settings, conversation }))
+        let uses = context.claims.uses.clone();
+        Ok(Box::new(Wireless { bluetooth, uses, wanted, person, settings, conversation }))
+    }
+}
+
+impl<S: Wearable> Wireless<S> {
+    /// A session with a device that was found.
+    fn begin(&self, seen: &Seen) -> Result<Conversation<S>, SourceError> {
+        let worn = Worn::of(self.person.clone(), S::device(seen));
+        let names = worn.names(&self.uses).map_err(|error| SourceError::Gone {
+            message: format!("use {} ({}): {}", seen.name, seen.address, error.message),
+            hint: error.hint,
+        })?;
+        let session = S::session(&self.settings, seen);
+        Ok(Conversation { session, worn, clock: Stopwatch::start(), _names: names })
     }
 }
 
@@ -234,11 +252,11 @@ impl<S: Wearable> Source for Wireless<S> {
         };
         // The same one again, also when another of its kind comes into range.
         self.wanted.address = Some(seen.address.clone());
-        let conversation = self.conversation.get_or_insert_with(|| Conversation {
-            session: S::session(&self.settings, &seen),
-            worn: Worn::of(self.person.clone(), S::device(&seen)),
-            clock: Stopwatch::start(),
-        });
+        let conversation = match self.conversation.take() {
+            Some(known) => known,
+            None => self.begin(&seen)?,
+        };
+        let conversation = self.conversation.insert(conversation);
         let person = self.person.clone();
         let mut commands = outlet.commands(move |command| S::accepts(command, &person));
         let rssi_dbm = seen.rssi_dbm;
