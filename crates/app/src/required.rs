@@ -275,6 +275,21 @@ mod tests {
     }
 
     #[test]
+    fn two_sensors_of_one_person_are_two() {
+        let required =
+            requirements(&"[[sources]]\ntype = \"polar\"\nperson = \"p001\"\n".repeat(2));
+        let of = |device: &str| {
+            let (stream, status) = battery(1.0);
+            let stream =
+                Stream { signal: Signal::Ppg, id: "p001".into(), ..Stream::clone(&stream) };
+            (Arc::new(Stream { device: device.into(), ..stream }), status)
+        };
+        let beats = of("heart_rate_strap_polar_h10");
+        assert_eq!(required.missing(&[of("polar_h10"), beats.clone()]).len(), 1);
+        assert_eq!(required.missing(&[of("polar_verity_sense"), beats]), []);
+    }
+
+    #[test]
     fn people_whom_other_programs_are_to_see_are_missed() {
         let required = requirements("[[sources]]\ntype = \"hri\"\nperson = \"p001\"\n");
         let (stream, status) = battery(1.0);

@@ -44,6 +44,8 @@ pub(crate) struct Life {
     /// The number of seconds before the first sample.
     silent_secs: u32,
     received: u64,
+    /// The number of samples of the last reading.
+    run: u32,
     pace: Pace,
     lost_source: Option<u64>,
     lost_queue: u64,
@@ -69,6 +71,7 @@ impl Life {
             deaf_until: None,
             silent_secs: 0,
             received: 0,
+            run: 1,
             pace: Pace::default(),
             lost_source: None,
             lost_queue: 0,
@@ -103,6 +106,7 @@ impl Life {
         self.first.get_or_insert(log_time);
         self.newest = Some(log_time);
         self.received += 1;
+        self.run = samples.max(1);
         self.pace.arrived(samples.into(), log_time);
         self.ahead_secs = source_time.map_or(f64::NAN, |stamp| stamp.secs_since(log_time));
         if measured != log_time {
@@ -219,6 +223,8 @@ impl Life {
         let age_secs = now.secs_since(newest);
         let silent_secs = now.secs_since(self.heard_since(newest));
         if let Some(expected_hz) = self.usual.expected_hz() {
+            // Samples arrive in runs.
+            let expected_hz = expected_hz / f64::from(self.run);
             let silent = || format!("silent for {age_secs:.1} s");
             if silent_secs > f64::max(10.0 / expected_hz, 5.0) {
                 return (State::Dead, silent());
@@ -253,7 +259,7 @@ impl Life {
         if disbelieved > 0 {
             let ahead_secs = self.disbelieved_ahead_secs;
             return Some(if ahead_secs.is_nan() {
-                format!("{disbelieved} of its stamps are implausible")
+                format!("{disbelieved} implausible stamps in the last {WINDOW_SECS} s")
             } else {
                 format!("its stamps are {ahead_secs:+.3} s off")
             });

@@ -213,6 +213,19 @@ fn stamps_that_repeat_or_jump_back_are_left_out() {
 }
 
 #[test]
+fn one_that_was_switched_off_and_on_again_is_read_at_once() {
+    let mut strap = measuring();
+    receive(&mut strap, [1.0, 2.0, 3.0]);
+    drain(&mut strap);
+    strap.start(secs(5));
+    strap.receive(DATA, &ecg(at(0.5)), secs(6));
+    let outputs = drain(&mut strap);
+    let gap = Event::Gap { stream: "ecg", samples: None };
+    assert_eq!(events(&outputs), [Event::ClockSet { stream: "ecg" }, gap]);
+    assert_eq!(readings(&outputs, "ecg").len(), 1);
+}
+
+#[test]
 fn a_clock_that_is_set_is_reported_and_the_count_goes_on() {
     let mut strap = measuring();
     receive(&mut strap, [1.0]);

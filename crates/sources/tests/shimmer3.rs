@@ -25,7 +25,7 @@ use teampulse_ros::buses::Buses;
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
 use teampulse_sources::emulated::serve_shimmer;
-use teampulse_sources::serial::Pty;
+use teampulse_sources::serial::{Pty, SerialPort};
 use teampulse_sources::wearables::bluetooth::Bluetooth;
 use teampulse_sources::wearables::shimmer3::Shimmer3;
 
@@ -39,10 +39,15 @@ fn body() -> BodyWearer {
 }
 
 fn source(settings: &str) -> Result<Box<dyn Source>, String> {
+    source_beside(Claims::default(), settings)
+}
+
+/// A source beside others with these claims.
+fn source_beside(claims: Claims, settings: &str) -> Result<Box<dyn Source>, String> {
     let context = SourceContext {
         clock: Clock::host(),
         buses: Arc::new(Buses::apart()),
-        claims: Claims::default(),
+        claims,
         bluetooth: Bluetooth::default(),
     };
     let settings: Shimmer3 = toml::from_str(settings).map_err(|error| error.to_string())?;
@@ -258,4 +263,29 @@ fn mistakes_in_settings_are_named_at_their_place() {
     ] {
         assert_eq!(source(settings).map(drop), Err(wrong.to_owned()));
     }
+}
+
+#[test]
+fn two_on_one_person_or_on_one_port_are_refused() {
+    let claims = Claims::default();
+    let beside = |settings: &str| source_beside(claims.clone(), settings);
+    let first = beside("person = \"p1\"\nport = \"/dev/rfcomm0\"");
+    assert!(first.is_ok());
+    let twice = "person: p1 wears two devices of the kind shimmer3";
+    assert_eq!(beside("person = \"p1\"\nport = \"/dev/rfcomm1\"").map(drop), Err(twice.to_owned()));
+    let port = "port: two sources read the port /dev/rfcomm0";
+    assert_eq!(beside("person = \"p2\"\nport = \"/dev/rfcomm0\"").map(drop), Err(port.to_owned()));
+    assert!(beside("person = \"p2\"\nport = \"/dev/rfcomm1\"").is_ok());
+    drop(first);
+    assert!(beside("person = \"p1\"\nport = \"/dev/rfcomm0\"").is_ok(), "it is free again");
+}
+
+#[tokio::test]
+async fn a_port_that_another_session_reads_is_in_use() {
+    let pty = Pty::open(None).expect("a pseudoterminal");
+    let port = pty.path().to_owned();
+    let first = SerialPort::open(&port, 115_200).await;
+    assert!(first.is_ok());
+    let second = SerialPort::open(&port, 115_200).await.expect_err("it is in use");
+    assert_eq!(second.why, "another program is using it");
 }

@@ -70,13 +70,14 @@ async fn serve(listener: TcpListener, mut server: E4Server, cut: usize, asked: A
 }
 
 fn e4(settings: &str) -> Result<Box<dyn Source>, String> {
+    e4_beside(Claims::default(), settings)
+}
+
+/// A source beside others with these claims.
+fn e4_beside(claims: Claims, settings: &str) -> Result<Box<dyn Source>, String> {
     let buses = Arc::new(Buses::apart());
-    let context = SourceContext {
-        clock: Clock::host(),
-        buses,
-        claims: Claims::default(),
-        bluetooth: Bluetooth::default(),
-    };
+    let context =
+        SourceContext { clock: Clock::host(), buses, claims, bluetooth: Bluetooth::default() };
     let settings: EmpaticaE4 = toml::from_str(settings).map_err(|error| error.to_string())?;
     settings.build(&context).map_err(|error| format!("{}: {error}", error.path))
 }
@@ -201,4 +202,17 @@ fn mistakes_in_settings_are_named_at_their_place() {
     ] {
         assert_eq!(e4(settings).map(drop), Err(wrong.to_owned()));
     }
+}
+
+#[test]
+fn one_e4_is_worn_by_one_person() {
+    let claims = Claims::default();
+    let beside = |settings: &str| e4_beside(claims.clone(), settings);
+    let first = beside("person = \"p1\"\ndevice = \"9ff167\"");
+    assert!(first.is_ok());
+    let twice = "device: two sources read the same E4 of 127.0.0.1:28000";
+    for settings in ["person = \"p2\"", "person = \"p2\"\ndevice = \"9ff167\""] {
+        assert_eq!(beside(settings).map(drop), Err(twice.to_owned()));
+    }
+    assert!(beside("person = \"p2\"\ndevice = \"9ff168\"").is_ok());
 }

@@ -300,6 +300,17 @@ mod tests {
     }
 
     #[test]
+    fn a_gap_is_not_taken_for_rest() {
+        for secs in [0.5, 2.0, 20.0] {
+            let mut signal = noise(60.0, |_| 1.0);
+            signal[15_000..15_000 + (secs * 1000.0) as usize].fill(f64::NAN);
+            for bursts in both(&signal) {
+                assert!(bursts.is_empty(), "{secs} s: {bursts:?}");
+            }
+        }
+    }
+
+    #[test]
     fn settings_out_of_range_are_refused() {
         for value in [f64::NAN, -1.0, f64::INFINITY, 1e9] {
             let usual = BurstSettings::default();

@@ -29,6 +29,8 @@ pub(super) struct Rest {
     sum: f64,
     in_block: usize,
     blocks: usize,
+    /// The number of samples since the last unusable one.
+    since_gap: usize,
     newest: Newest,
     most_raw: f64,
     level: Option<f64>,
@@ -42,7 +44,8 @@ impl Rest {
             checked("blocks of rest", (memory_secs / BLOCK_SECS).ceil(), (1.0, MOST_BLOCKS))?;
         let newest = Newest::new(length as usize);
         let (sum, in_block, blocks, most_raw) = (0.0, 0, 0, 0.0);
-        Ok(Rest { block, sum, in_block, blocks, newest, most_raw, level: None })
+        let since_gap = usize::MAX / 2;
+        Ok(Rest { block, sum, in_block, blocks, since_gap, newest, most_raw, level: None })
     }
 
     /// Takes in the next envelope sample, NaN where unknown, and the raw sample.
@@ -50,7 +53,10 @@ impl Rest {
         if is_usable(raw) {
             self.most_raw = self.most_raw.max(raw.abs());
         }
-        self.sum += envelope;
+        // In a gap, and while the filters settle after it, the envelope is not that of the muscle.
+        self.since_gap = if is_usable(raw) { self.since_gap.saturating_add(1) } else { 0 };
+        let is_settled = self.since_gap > START_BLOCKS * self.block;
+        self.sum += if is_settled { envelope } else { f64::NAN };
         self.in_block += 1;
         if self.in_block < self.block {
             return;

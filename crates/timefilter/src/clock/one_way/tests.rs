@@ -115,6 +115,27 @@ fn a_device_that_is_switched_on_again_soon_begins_a_new_epoch_at_once() {
 }
 
 #[test]
+fn batches_that_arrive_in_pairs_show_a_restart() {
+    let (mut clock, mut device) = (model(), Device::new(55.0));
+    (device.batch, device.tail) = (21, 0.005);
+    let pair = |clock: &mut OneWay, device: &mut Device| {
+        let ((truth, first), (_, second)) = (device.send(), device.send());
+        let measured = clock.correct(&Stamps { arrival: second.arrival, ..first }).measured;
+        clock.correct(&second);
+        (measured - truth) as f64 / 1e9
+    };
+    for _ in 0..20 {
+        pair(&mut clock, &mut device);
+    }
+    (device.now, device.clock) = (device.now + 2 * SECOND, 0);
+    for number in 0..20 {
+        let error = pair(&mut clock, &mut device);
+        assert!(error.abs() < if number < 3 { 1.0 } else { 0.3 }, "pair {number}: {error}");
+    }
+    assert_eq!(events(&mut clock), [ClockEvent::Restarted { epoch: 1 }]);
+}
+
+#[test]
 fn a_counter_that_wraps_goes_on_and_is_reported() {
     let settings =
         OneWaySettings { wraps_nanos: Some(64 * SECOND), ..OneWaySettings::new(LATENCY) };
