@@ -23,7 +23,8 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser};
 pub use components::Components;
 use teampulse_core::panics::{at, install_hook, watched};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::prelude::*;
 
 /// Watches the people and the robots of a human-robot team on one clock.
 ///
@@ -91,14 +92,14 @@ fn taking_negative_numbers(command: clap::Command) -> clap::Command {
 
 /// Sends warnings and errors of the libraries to standard error, unless `RUST_LOG` says otherwise.
 fn log_to_stderr() {
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let asked: Option<Targets> = std::env::var("RUST_LOG").ok().and_then(|text| text.parse().ok());
+    let filter = asked.unwrap_or_else(|| Targets::new().with_default(LevelFilter::WARN));
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(|| teampulse_sinks::WarningOutput)
         .with_ansi(false)
         .with_target(false)
         .without_time()
         // `eprintln!` would panic once the terminal is closed.
-        .log_internal_errors(false)
-        .init();
+        .log_internal_errors(false);
+    tracing_subscriber::registry().with(lines).with(filter).init();
 }

@@ -70,16 +70,20 @@ impl Served {
         let mut serving = JoinSet::new();
         let (radios, others): (Vec<_>, Vec<_>) =
             wearables.iter().partition(|wearable| wearable.is_bluetooth());
+        // Nothing is printed before all are open.
+        let mut emulations = Vec::new();
         for wearable in others {
-            let emulation = open(wearable, wardrobe).await?;
-            show(&emulation);
-            serving.spawn(emulation.serving);
+            emulations.push(open(wearable, wardrobe).await?);
         }
         if !radios.is_empty() {
             let emulation = bluetooth::open(&radios, wardrobe, folder).await;
-            let emulation = emulation.map_err(|error| Failure::new(error.to_string()))?;
-            show(&emulation);
-            say(format!("in the terminal of `teampulse run`, first: export {}", emulation.address));
+            emulations.push(emulation.map_err(|error| Failure::new(error.to_string()))?);
+        }
+        emulations.iter().for_each(show);
+        if let Some(radio) = emulations.last().filter(|_| !radios.is_empty()) {
+            say(format!("in the terminal of `teampulse run`, first: export {}", radio.address));
+        }
+        for emulation in emulations {
             serving.spawn(emulation.serving);
         }
         Ok(Served(serving))

@@ -38,7 +38,12 @@ impl EmulatedShimmer {
     pub(super) fn open(&self, worn: Dressed) -> io::Result<Emulation> {
         check_clock(self.device.clock_fast)?;
         let settings = self.device.clone();
-        let pty = Pty::open(self.port.as_deref())?;
+        let pty = Pty::open(self.port.as_deref()).map_err(|error| match &self.port {
+            Some(port) => {
+                io::Error::other(format!("no link {} can be created: {error}", port.display()))
+            }
+            None => error,
+        })?;
         let address = pty.path().to_owned();
         let serving = async move {
             let mut shimmer = Shimmer::new(settings);

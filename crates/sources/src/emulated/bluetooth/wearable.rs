@@ -11,6 +11,7 @@ use teampulse_emulators::devices::{
 
 use super::{EmulatedBluetooth, EmulatedDevice, LinkIncident};
 use crate::emulated::{EmulatedWearable, Emulation, Wardrobe, check_clock};
+use crate::wearables::bluetooth::check_address;
 
 /// A Bluetooth device that a simulated person wears, behind a BlueZ on a private D-Bus.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -96,6 +97,7 @@ fn part(wearable: &EmulatedWearable, place: usize) -> io::Result<Option<Part>> {
     ) -> io::Result<Option<Part>> {
         let EmulatedRadio { person, address, faults, .. } = radio;
         let address = address.clone().unwrap_or_else(|| numbered(place));
+        check_address(&address).map_err(|error| io::Error::other(error.message))?;
         let (source, peripheral) = device(&address)?;
         let (person, faults) = (person.clone(), faults.clone());
         Ok(Some(Part { person, address, faults, source, peripheral }))

@@ -21,6 +21,7 @@ pub use choice::Seen;
 pub(super) use choice::Wanted;
 pub use error::BluetoothError;
 pub(super) use gatt::{Answer, GattLink};
+pub(crate) use source::check_address;
 pub(super) use source::{Pairing, Wearable, Wireless};
 
 /// How long a known device may take to appear.

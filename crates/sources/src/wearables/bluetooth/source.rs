@@ -279,7 +279,7 @@ fn gone(error: Error) -> SourceError {
     SourceError::Gone { message: format!("continue: {error}"), hint }
 }
 
-fn check_address(address: &str) -> Result<(), SettingsError> {
+pub(crate) fn check_address(address: &str) -> Result<(), SettingsError> {
     let is_byte = |byte: &str| byte.len() == 2 && byte.bytes().all(|each| each.is_ascii_hexdigit());
     let bytes: Vec<&str> = address.split(':').collect();
     if bytes.len() == 6 && bytes.into_iter().all(is_byte) {
