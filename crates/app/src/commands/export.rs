@@ -1,5 +1,7 @@
 //! `teampulse export`: exports a bag as tables.
 
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -105,6 +107,10 @@ impl Export {
         let exit = read_through(session, &written).await;
         let exit = after_reading(&bag, &unread, exit);
         if exit != Exit::Failed {
+            if let Some(hz) = self.grid.filter(|_| !has_rows(&written)) {
+                let (first, last) = bag.bounds().unwrap_or_default();
+                output::note(no_row(hz, last.secs_since(first)));
+            }
             output::line(written.display().to_string());
         }
         Ok(exit)
@@ -204,6 +210,20 @@ fn with_numbers(stream: &Stream) -> Option<Stream> {
     (shaped && !stream.channels.is_empty()).then_some(stream)
 }
 
+/// Whether a table has a row below its header.
+fn has_rows(table: &Path) -> bool {
+    let lines = |file| BufReader::new(file).lines().take(2).flatten().count();
+    File::open(table).is_ok_and(|file| lines(file) == 2)
+}
+
+/// The note on a grid that is too coarse for its recording.
+fn no_row(hz: f64, secs: f64) -> String {
+    format!(
+        "note: the table has no rows: they are {:.1} s apart, and the recording lasts {secs:.1} s; give a higher --grid",
+        1.0 / hz
+    )
+}
+
 /// Reads a rate of 1e-4 to 1e5 Hz.
 fn rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -219,4 +239,21 @@ fn rule(text: &str) -> Result<Rule, String> {
     };
     let policy = policy.parse::<Policy>().map_err(|error| error.to_string())?;
     Ok(Rule { streams, policy })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_with_a_header_alone_has_no_rows() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = folder.path().join(TABLE);
+        for (text, is_filled) in [("", false), ("secs,ecg\n", false), ("secs,ecg\n1,2\n", true)] {
+            std::fs::write(&table, text).unwrap();
+            assert_eq!(has_rows(&table), is_filled, "{text}");
+        }
+        let note = no_row(0.01, 52.04);
+        assert!(note.contains("they are 100.0 s apart, and the recording lasts 52.0 s"), "{note}");
+    }
 }
