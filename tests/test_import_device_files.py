@@ -6,7 +6,7 @@ import random
 import re
 import struct
 import zipfile
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
 
 import bags
@@ -277,6 +277,8 @@ def test_files_of_others_are_read_as_they_were_written(stage):
             edfio.EdfSignal(30 + rng.random(40), 4, label="Temp", physical_dimension="degC"),
         ],
         annotations=[edfio.EdfAnnotation(2.5, None, "tap")],
+        starttime=time(22, 15),
+        recording=edfio.Recording(startdate=date(2026, 1, 5)),
     )
     edf.write(stage.folder / "night.edf")
     bag = imported(stage, "night.edf")
@@ -289,6 +291,7 @@ def test_files_of_others_are_read_as_they_were_written(stage):
     assert tap.content.label == "tap"
     start_ns = tables.stamp_ns(bags.messages(bag, "/file/ecg")[0])
     assert tables.stamp_ns(tap) - start_ns == 2_500_000_000
+    assert start_ns == datetime(2026, 1, 5, 22, 15, tzinfo=UTC).timestamp() * 10**9
 
 
 def imported(stage, file) -> Path:

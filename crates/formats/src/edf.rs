@@ -8,8 +8,8 @@
 //!
 //! Annotations are a signal of text (`EDF Annotations`), whose first entry in each record is the record's start,
 //! since records of EDF+D need not follow each other. Sources: Kemp et al. 1992, doi:10.1016/0013-4694(92)90009-7;
-//! Kemp and Olivan 2003, doi:10.1016/S1388-2457(03)00123-8. Its start time has no time zone, so times are since
-//! the start of the recording. The identity of the person is not read.
+//! Kemp and Olivan 2003, doi:10.1016/S1388-2457(03)00123-8. The start has no time zone, so times are since the start,
+//! and its date is beside them. The identity of the person is not read.
 
 mod annotations;
 mod header;
@@ -35,7 +35,7 @@ pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
     let data = bytes.get(header.bytes..).ok_or(FormatError::Short("its header"))?;
     let whole = data.len() / header.record_bytes();
     let stated = header.records.unwrap_or(whole);
-    let mut recording = Recording::default();
+    let mut recording = Recording { date: header.date, ..Recording::default() };
     if stated != whole {
         recording.notes.push(format!("the header states {stated} records; {whole} are present"));
     }

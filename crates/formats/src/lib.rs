@@ -3,12 +3,14 @@
 mod recording;
 mod error;
 mod cursor;
+mod date;
 pub mod e4;
 mod avro;
 pub mod embrace_plus;
 pub mod edf;
 pub mod xdf;
 
+pub use date::StatedDate;
 pub use error::FormatError;
 pub use recording::{Channel, Content, MOST_VALUES, Mark, Quantity, Recording, Run, Signal};
 

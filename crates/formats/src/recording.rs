@@ -1,5 +1,6 @@
 //! What a file contains: signals of one device, on the device's own clock.
 
+use crate::date::StatedDate;
 use crate::error::FormatError;
 
 /// The most numbers that are read from a file: eleven days of all signals of an E4, or an hour of 64 channels
@@ -14,6 +15,8 @@ pub struct Recording {
     /// Whether times are since 1970, by the device's clock; otherwise they are since the start of the recording or by a
     /// clock that only the file's writer knows.
     pub is_dated: bool,
+    /// The date of such times that the file states, if it does.
+    pub date: Option<StatedDate>,
     /// The signals, in the order of the file.
     pub signals: Vec<Signal>,
     /// Choices made in reading the file, and what was skipped.
@@ -111,6 +114,17 @@ impl Channel {
     /// A channel.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Channel {
         Channel { name: name.into(), unit: unit.into() }
+    }
+}
+
+impl Content {
+    /// The time of its first sample [ns]; `None` if it has none.
+    pub fn first_ns(&self) -> Option<i64> {
+        match self {
+            Content::Even(runs) => runs.iter().map(|run| run.start_ns).min(),
+            Content::Uneven { at_ns, .. } => at_ns.iter().min().copied(),
+            Content::Marks(marks) => marks.iter().map(|mark| mark.at_ns).min(),
+        }
     }
 }
 

@@ -5,7 +5,8 @@
 //! <https://github.com/sccn/xdf/wiki/Specifications>. A chunk that ends early, as after a crash, ends the file.
 //!
 //! Stamps are by the clock of the computer that sent the stream; the line through the measured offsets converts
-//! them to that of the recorder, which counts from when it was started and so has no date. Stamps of evenly
+//! them to that of the recorder, which counts from when its computer was started and so has no date; that of the file's
+//! header, when the recording began, is taken for the first sample. Stamps of evenly
 //! sampled streams have the jitter of the network: each stretch between gaps becomes a run with the line through
 //! its stamps, as `pyxdf` does.
 
@@ -14,10 +15,12 @@ mod clock;
 mod header;
 mod streams;
 
+use crate::date::StatedDate;
 use crate::error::FormatError;
 use crate::recording::Recording;
 
 use chunks::{Chunk, Chunks, Tag};
+use header::element;
 use streams::Streams;
 
 /// The first bytes of a file.
@@ -27,10 +30,11 @@ pub const MAGIC: &[u8] = b"XDF:";
 pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
     let mut streams = Streams::default();
     let mut chunks = Chunks::new(bytes)?;
-    let mut notes = Vec::new();
+    let (mut notes, mut began) = (Vec::new(), None);
     while let Some(chunk) = chunks.next() {
         let Chunk { tag, mut content } = chunk;
         match tag {
+            Tag::FileHeader => began = stated(content.rest()),
             Tag::StreamHeader => streams.declare(&mut content)?,
             Tag::Samples => streams.samples(&mut content)?,
             Tag::ClockOffset => streams.offset(&mut content)?,
@@ -45,5 +49,15 @@ pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
     if signals.is_empty() {
         return Err(FormatError::Empty("stream with samples"));
     }
-    Ok(Recording { signals, notes, ..Recording::default() })
+    let first_ns = signals.iter().filter_map(|signal| signal.content.first_ns()).min();
+    let date = began.zip(first_ns).and_then(|(began, first_ns): (StatedDate, i64)| {
+        Some(StatedDate { zero_ns: began.zero_ns.checked_sub(first_ns)?, ..began })
+    });
+    Ok(Recording { date, signals, notes, ..Recording::default() })
+}
+
+/// When the recording began, by the header of the file.
+fn stated(xml: &[u8]) -> Option<StatedDate> {
+    let xml = String::from_utf8_lossy(xml);
+    StatedDate::of_iso(element(&xml, "datetime")?.0)
 }

@@ -2,7 +2,7 @@
 
 mod files;
 
-use teampulse_formats::{Content, FormatError, Quantity, Recording, Signal, read};
+use teampulse_formats::{Content, FormatError, Quantity, Recording, Signal, StatedDate, read};
 
 fn recording(file: &[u8]) -> Recording {
     read(file).expect("its format is known").expect("it is right")
@@ -74,6 +74,9 @@ fn streams_of_xdf_are_on_the_clock_of_the_recorder() {
     assert_eq!((ecg.quantity, xdf.is_dated), (Quantity::Ecg, false));
     assert_eq!(runs(ecg), [(60_000_000_000, 100.0, &[5.0, -6.0, 7.0][..])]);
     assert_eq!(marks(signal(&xdf, "Markers")), [(61_000_000_000, "tap")]);
+    // The first sample lies at the date of the header.
+    let zero_ns = 1_767_608_100_000_000_000 - 60_000_000_000;
+    assert_eq!(xdf.date, Some(StatedDate { zero_ns, has_zone: true }));
 }
 
 #[test]
@@ -94,4 +97,6 @@ fn records_of_edf_that_do_not_follow_each_other_are_runs() {
     assert_eq!(found[0], (0, 4.0, &[0.0, 1.0, 0.0, lowest][..]));
     assert_eq!(found[1], (3_000_000_000, 4.0, &[1.0; 4][..]));
     assert_eq!(marks(signal(&edf, "annotations")), [(3_500_000_000, "tap")]);
+    let zero_ns = 1_767_268_800_000_000_000;
+    assert_eq!(edf.date, Some(StatedDate { zero_ns, has_zone: false }));
 }

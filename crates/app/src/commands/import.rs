@@ -25,6 +25,8 @@ use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::source::Source;
 use teampulse_core::streams::Streams;
+use teampulse_core::time::Time;
+use teampulse_formats::StatedDate;
 use teampulse_messages::convert::encode;
 use teampulse_sinks::{Continuation, ContinuingBag};
 
@@ -161,6 +163,9 @@ impl Import {
     /// Recordings of devices, on the clock of the session that they join, if there is one.
     async fn devices(&self, recordings: Vec<DeviceRecording>) -> Result<Exit, Failure> {
         let session = self.into.bag().map(open).transpose()?;
+        if session.is_none() {
+            are_dated_alike(&recordings)?;
+        }
         let study = match (&self.study, &session) {
             (None, Some(bag)) => study_or_defaults(bag)?,
             _ => self.study(&self.files[0])?,
@@ -196,6 +201,13 @@ impl Import {
         }
         if recording.is_dated {
             return Ok((Box::new(|at_ns| at_ns), "times are by the clock of the device".into()));
+        }
+        if let Some(date) = recording.date {
+            let zero_ns = date.zero_ns;
+            return Ok((
+                Box::new(move |at_ns| at_ns.saturating_add(zero_ns)),
+                begun(recording, date),
+            ));
         }
         let first_ns = recording.first_ns();
         let words = "it contains no date: the bag begins in 2001".into();
@@ -239,6 +251,27 @@ impl Import {
     }
 }
 
+/// Fails where only some recordings have a date: the others would lie years before them.
+fn are_dated_alike(recordings: &[DeviceRecording]) -> Result<(), Failure> {
+    let has_date = |recording: &&DeviceRecording| recording.is_dated || recording.date.is_some();
+    let undated = recordings.iter().find(|recording| !has_date(recording));
+    match undated.filter(|_| recordings.iter().any(|recording| has_date(&recording))) {
+        None => Ok(()),
+        Some(undated) => {
+            let message = format!("{} contains no date, and other files do", undated.name);
+            let hint = "import it alone, or place all of them in a session with --into";
+            Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
+        }
+    }
+}
+
+/// How a recording was placed at the date that its file states.
+fn begun(recording: &DeviceRecording, date: StatedDate) -> String {
+    let first = Time::from_nanos(date.zero_ns.saturating_add(recording.first_ns()));
+    let zone = if date.has_zone { "" } else { "; its time zone is not in the file: taken as UTC" };
+    format!("it begins at {first}, as its header states{zone}")
+}
+
 /// A new bag, and its description.
 struct Described {
     /// The session's name.
@@ -254,5 +287,37 @@ fn concluded(folder: &Path, exit: Exit) {
     if exit != Exit::Failed {
         output::line(format!("imported; inspect it with `teampulse info {}`", folder.display()));
         output::last_line(folder.display().to_string());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DATE: StatedDate = StatedDate { zero_ns: 1_767_608_100_000_000_000, has_zone: false };
+
+    fn recording(is_dated: bool, date: Option<StatedDate>) -> DeviceRecording {
+        let (name, device) = ("night.edf".to_owned(), "file".to_owned());
+        DeviceRecording { name, device, is_dated, date, signals: Vec::new() }
+    }
+
+    #[test]
+    fn a_date_without_a_time_zone_is_taken_as_utc() {
+        let words = begun(&recording(false, Some(DATE)), DATE);
+        assert_eq!(
+            words,
+            "it begins at 2026-01-05T10:15:00.000Z, as its header states; its time zone is not in the file: taken as UTC"
+        );
+        let zoned = StatedDate { has_zone: true, ..DATE };
+        assert!(begun(&recording(false, Some(zoned)), zoned).ends_with("as its header states"));
+    }
+
+    #[test]
+    fn files_with_and_without_a_date_are_not_imported_together() {
+        let (clock, header) = (recording(true, None), recording(false, Some(DATE)));
+        let none = || recording(false, None);
+        assert!(are_dated_alike(&[none(), none()]).is_ok());
+        let (message, _) = are_dated_alike(&[clock, header, none()]).unwrap_err().words();
+        assert_eq!(message, "night.edf contains no date, and other files do");
     }
 }

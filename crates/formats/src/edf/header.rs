@@ -2,6 +2,7 @@
 
 use super::{BDF_MAGIC, cursor};
 use crate::cursor::Cursor;
+use crate::date::StatedDate;
 use crate::error::FormatError;
 use crate::recording::Quantity;
 
@@ -12,6 +13,8 @@ const MOST_SIGNALS: usize = 4096;
 #[derive(Debug)]
 pub(super) struct Header {
     pub(super) bytes: usize,
+    /// When the recording began.
+    pub(super) date: Option<StatedDate>,
     /// The number of records; `None` if the file was not closed.
     pub(super) records: Option<usize>,
     pub(super) record_secs: f64,
@@ -36,7 +39,8 @@ impl Header {
     pub(super) fn read(bytes: &[u8]) -> Result<Header, FormatError> {
         let mut file = cursor(bytes);
         let is_bdf = file.take(8)? == BDF_MAGIC;
-        file.take(80 + 80 + 8 + 8)?;
+        file.take(80 + 80)?;
+        let date = StatedDate::of_edf(&text(&mut file, 8)?, &text(&mut file, 8)?);
         let header_bytes = whole(&mut file, 8, "the length of its header")?;
         let kind = text(&mut file, 44)?;
         let records = number(&mut file, 8, "its number of records")?;
@@ -57,6 +61,7 @@ impl Header {
         let signals = signals(&mut file, count)?;
         let header = Header {
             bytes: header_bytes,
+            date,
             records: (records >= 0.0).then_some(records as usize),
             record_secs,
             sample_bytes: if is_bdf { 3 } else { 2 },

@@ -7,6 +7,7 @@ use crate::error::FormatError;
 /// The kind of a chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tag {
+    FileHeader,
     StreamHeader,
     Samples,
     ClockOffset,
@@ -52,6 +53,7 @@ impl<'a> Chunks<'a> {
         let length = length(&mut self.file)?;
         let mut content = Cursor::new(self.file.length(length)?, "a chunk");
         let tag = match content.u16()? {
+            1 => Tag::FileHeader,
             2 => Tag::StreamHeader,
             3 => Tag::Samples,
             4 => Tag::ClockOffset,

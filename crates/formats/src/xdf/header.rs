@@ -110,7 +110,7 @@ fn unit(unit: &str) -> &str {
 }
 
 /// The content of the first element with a name, and the text after it.
-fn element<'a>(xml: &'a str, name: &str) -> Option<(&'a str, &'a str)> {
+pub(super) fn element<'a>(xml: &'a str, name: &str) -> Option<(&'a str, &'a str)> {
     let (opening, closing) = (format!("<{name}"), format!("</{name}>"));
     let mut rest = xml;
     loop {

@@ -85,7 +85,10 @@ fn header(id: u32, name: &str, format: &str, rate_hz: f64) -> Vec<u8> {
 /// An ECG of 100 Hz and a marker, both by a clock that is 10 s behind that of the recorder.
 pub fn xdf() -> Vec<u8> {
     let mut file = b"XDF:".to_vec();
-    file.extend(chunk(1, b"<?xml version=\"1.0\"?><info><version>1.0</version></info>"));
+    file.extend(chunk(
+        1,
+        b"<?xml version=\"1.0\"?><info><version>1.0</version><datetime>2026-01-05T11:15:00+0100</datetime></info>",
+    ));
     file.extend(header(1, "ECG", "int16", 100.0));
     file.extend(header(2, "Markers", "string", 0.0));
     for id in 1_u32..=2 {

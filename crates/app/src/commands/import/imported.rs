@@ -5,7 +5,7 @@ use std::path::Path;
 use teampulse_core::stream::{About, Channel, Shape, Signal as Measured, Stream, Subject};
 use teampulse_core::text::on_one_line;
 use teampulse_core::units::{spelt, worked_in};
-use teampulse_formats::{Content, Quantity, Recording, Signal, read};
+use teampulse_formats::{Content, Quantity, Recording, Signal, StatedDate, read};
 use teampulse_sources::ros_people::NAMESPACE;
 
 use super::tables::{Asked, Tables};
@@ -31,6 +31,8 @@ pub struct DeviceRecording {
     pub device: String,
     /// Whether the device's clock knows the date.
     pub is_dated: bool,
+    /// The date of its times that the file states, where the clock does not know it.
+    pub date: Option<StatedDate>,
     /// The signals.
     pub signals: Vec<Imported>,
 }
@@ -62,17 +64,14 @@ impl DeviceRecording {
     pub fn of_tables(tables: Tables) -> Result<DeviceRecording, Failure> {
         let (name, device) = (tables.name(), tables.device());
         let is_dated = tables.is_dated();
-        Ok(DeviceRecording { name, device, is_dated, signals: tables.collected()? })
+        let signals = tables.collected()?;
+        Ok(DeviceRecording { name, device, is_dated, date: None, signals })
     }
 
     /// When its first sample was measured, by the device's clock [ns].
     pub fn first_ns(&self) -> i64 {
-        let first = |signal: &Imported| match &signal.content {
-            Content::Even(runs) => runs.iter().map(|run| run.start_ns).min(),
-            Content::Uneven { at_ns, .. } => at_ns.iter().min().copied(),
-            Content::Marks(marks) => marks.iter().map(|mark| mark.at_ns).min(),
-        };
-        self.signals.iter().filter_map(first).min().unwrap_or_default()
+        let firsts = self.signals.iter().filter_map(|signal| signal.content.first_ns());
+        firsts.min().unwrap_or_default()
     }
 
     fn of(
@@ -91,7 +90,8 @@ impl DeviceRecording {
             }
         });
         let signals = signals.collect();
-        DeviceRecording { name, device, is_dated: recording.is_dated, signals }
+        let (is_dated, date) = (recording.is_dated, recording.date);
+        DeviceRecording { name, device, is_dated, date, signals }
     }
 }
 
