@@ -47,11 +47,15 @@ pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
         Recording { device: "empatica_e4".into(), is_dated: true, ..Recording::default() };
     for file in SAMPLED {
         if let Some(text) = unpacked(&mut archive, file.0)? {
-            recording.signals.extend(sampled(&file, &text)?);
+            let signal = sampled(&file, &text)?;
+            recording.notes.extend(signal.is_none().then(|| without_samples(file.0)));
+            recording.signals.extend(signal);
         }
     }
     if let Some(text) = unpacked(&mut archive, "IBI")? {
-        recording.signals.extend(intervals(&text)?);
+        let signal = intervals(&text)?;
+        recording.notes.extend(signal.is_none().then(|| without_samples("IBI")));
+        recording.signals.extend(signal);
     }
     if let Some(text) = unpacked(&mut archive, "tags")? {
         recording.signals.extend(tags(&text)?);
@@ -60,6 +64,10 @@ pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
         return Err(FormatError::Empty("file of an E4 with samples (ACC.csv, BVP.csv, …)"));
     }
     Ok(recording)
+}
+
+fn without_samples(name: &str) -> String {
+    format!("{name}.csv has no samples")
 }
 
 /// The text of the file with this name, in any folder of the archive.
@@ -92,7 +100,7 @@ fn unpacked(
     Ok(Some(text.map_err(|error| broken(error.to_string()))?))
 }
 
-/// An evenly sampled file; `None` if it is empty.
+/// An evenly sampled file; `None` if it has no samples.
 fn sampled(file: &Sampled, text: &str) -> Result<Option<Signal>, FormatError> {
     let Sampled(name, quantity, channels, unit, scale) = *file;
     let mut lines = text.lines().filter(|line| !line.trim().is_empty());
@@ -120,7 +128,8 @@ fn sampled(file: &Sampled, text: &str) -> Result<Option<Signal>, FormatError> {
     }
     let channels = channels.iter().map(|channel| Channel::new(*channel, unit)).collect();
     let run = Run { start_ns, period_ns: 1e9 / rate_hz, samples };
-    Ok(Some(Signal::even(&name.to_ascii_lowercase(), quantity, channels, rate_hz, vec![run])))
+    let signal = Signal::even(&name.to_ascii_lowercase(), quantity, channels, rate_hz, vec![run]);
+    Ok((!signal.is_empty()).then_some(signal))
 }
 
 /// The intervals between beats; `None` if there are none.

@@ -36,6 +36,7 @@ pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
     let whole = data.len() / header.record_bytes();
     let stated = header.records.unwrap_or(whole);
     let mut recording = Recording { date: header.date, ..Recording::default() };
+    recording.notes.extend(header.notes());
     if stated != whole {
         recording.notes.push(format!("the header states {stated} records; {whole} are present"));
     }

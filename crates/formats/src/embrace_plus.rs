@@ -32,6 +32,7 @@ pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
         Recording { device: "embrace_plus".into(), is_dated: true, ..Recording::default() };
     for value in avro::read(bytes)? {
         let Some(raw) = value.at(&["rawData"]) else { continue };
+        recording.notes.extend(left_out(raw));
         for (field, quantity, channel, unit) in SAMPLED {
             let signal = raw.at(&[field]).map(|part| sampled(part, field, quantity, channel, unit));
             recording.signals.extend(signal.transpose()?.flatten());
@@ -47,10 +48,32 @@ pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
     Ok(recording)
 }
 
+/// Notes on signals whose samples have no rate, and so no times.
+fn left_out(raw: &Value) -> impl Iterator<Item = String> {
+    let fields = SAMPLED.iter().map(|(field, ..)| *field).chain(["accelerometer"]);
+    fields.filter_map(|field| {
+        let part = raw.at(&[field])?;
+        let rate_hz = rate_hz(part);
+        let samples = ["values", "x"].iter().find_map(|name| part.at(&[name])?.numbers());
+        let count = samples.map_or(0, |samples| samples.len());
+        (count > 0 && !is_rate(rate_hz)).then(|| {
+            format!("{field} has a rate of {rate_hz} Hz: its {count} samples have no times and were left out")
+        })
+    })
+}
+
+fn rate_hz(part: &Value) -> f64 {
+    part.at(&["samplingFrequency"]).and_then(Value::number).unwrap_or(0.0)
+}
+
+fn is_rate(rate_hz: f64) -> bool {
+    rate_hz > 0.0 && rate_hz <= 1e5
+}
+
 /// The start [ns] and the rate [Hz] of a part; `None` if it was not measured.
 fn timing(part: &Value, field: &str) -> Result<Option<(i64, f64)>, FormatError> {
-    let rate_hz = part.at(&["samplingFrequency"]).and_then(Value::number).unwrap_or(0.0);
-    if !(rate_hz > 0.0 && rate_hz <= 1e5) {
+    let rate_hz = rate_hz(part);
+    if !is_rate(rate_hz) {
         return Ok(None);
     }
     let start = part.at(&["timestampStart"]).and_then(Value::integer);

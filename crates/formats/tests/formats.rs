@@ -47,6 +47,14 @@ fn empty_and_missing_files_of_an_e4_are_left_out() {
     let e4 =
         recording(&files::zipped(&[("E4_session/EDA.csv", "1700000000\n4\n1\n"), ("IBI.csv", "")]));
     assert_eq!(e4.signals.iter().map(|signal| &*signal.name).collect::<Vec<_>>(), ["eda"]);
+    assert_eq!(e4.notes, ["IBI.csv has no samples"]);
+    let e4 = recording(&files::zipped(&[
+        ("EDA.csv", "1700000000\n4\n"),
+        ("TEMP.csv", ""),
+        ("HR.csv", "1700000000\n1\n61\n"),
+    ]));
+    assert_eq!(e4.signals.len(), 1);
+    assert_eq!(e4.notes, ["EDA.csv has no samples", "TEMP.csv has no samples"]);
 }
 
 #[test]
@@ -65,6 +73,16 @@ fn an_embrace_plus_is_read_by_the_schema_in_the_file() {
     assert_eq!(runs(signal(&embrace, "eda")), [(START_NS, 4.0, &[0.25, 0.5][..])]);
     assert_eq!(runs(signal(&embrace, "temperature")), [(START_NS, 4.0, &[33.0][..])]);
     assert_eq!(marks(signal(&embrace, "tags")), [(START_NS + 500_000_000, "tag")]);
+}
+
+#[test]
+fn samples_of_an_embrace_plus_without_a_rate_are_noted() {
+    let embrace = recording(&files::embrace_plus_at(0.0));
+    assert!(embrace.signals.iter().all(|signal| signal.name != "eda"));
+    assert_eq!(
+        embrace.notes,
+        ["eda has a rate of 0 Hz: its 2 samples have no times and were left out"]
+    );
 }
 
 #[test]
@@ -99,4 +117,14 @@ fn records_of_edf_that_do_not_follow_each_other_are_runs() {
     assert_eq!(marks(signal(&edf, "annotations")), [(3_500_000_000, "tap")]);
     let zero_ns = 1_767_268_800_000_000_000;
     assert_eq!(edf.date, Some(StatedDate { zero_ns, has_zone: false }));
+    assert!(edf.notes.is_empty());
+}
+
+#[test]
+fn a_signal_of_edf_without_a_physical_range_is_noted() {
+    let edf = recording(&files::edf_to(-1.0));
+    assert_eq!(
+        edf.notes,
+        ["the physical minimum and maximum of ECG are equal: all its samples are -1"]
+    );
 }

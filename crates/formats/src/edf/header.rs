@@ -74,6 +74,17 @@ impl Header {
         Ok(header)
     }
 
+    /// Notes on signals whose numbers all become one.
+    pub(super) fn notes(&self) -> impl Iterator<Item = String> {
+        let signals = self.signals.iter().filter(|signal| !signal.is_annotations());
+        let flat = signals.filter(|signal| signal.physical.0.total_cmp(&signal.physical.1).is_eq());
+        flat.map(|EdfSignal { label, physical: (only, _), .. }| {
+            format!(
+                "the physical minimum and maximum of {label} are equal: all its samples are {only}"
+            )
+        })
+    }
+
     pub(super) fn samples_a_record(&self) -> usize {
         self.signals.iter().map(|signal| signal.samples).sum()
     }

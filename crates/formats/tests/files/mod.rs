@@ -47,6 +47,11 @@ fn text(text: &str) -> Vec<u8> {
 }
 
 pub fn embrace_plus() -> Vec<u8> {
+    embrace_plus_at(4.0)
+}
+
+/// With this rate of the skin conductance [Hz].
+pub fn embrace_plus_at(rate_hz: f32) -> Vec<u8> {
     let schema = r#"{"type":"record","name":"r","fields":[{"name":"rawData","type":{"type":"record","name":"d",
         "fields":[{"name":"eda","type":{"type":"record","name":"s","fields":[
         {"name":"timestampStart","type":"long"},{"name":"samplingFrequency","type":"float"},
@@ -55,13 +60,14 @@ pub fn embrace_plus() -> Vec<u8> {
         {"name":"tags","type":{"type":"record","name":"t","fields":[
         {"name":"tagsTimeMicros","type":["null",{"type":"array","items":"long"}]}]}}]}}]}"#;
     let sync = [7; 16];
-    let eda = |values: &[f32]| {
+    let part = |rate_hz: f32, values: &[f32]| {
         let numbers: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         let start = long(1_700_000_000_000_000);
-        [start, 4_f32.to_le_bytes().to_vec(), long(values.len() as i64), numbers, long(0)].concat()
+        [start, rate_hz.to_le_bytes().to_vec(), long(values.len() as i64), numbers, long(0)]
+            .concat()
     };
     let tags = [long(1), long(1), long(1_700_000_000_500_000), long(0)].concat();
-    let record = [eda(&[0.25, 0.5]), eda(&[33.0]), tags].concat();
+    let record = [part(rate_hz, &[0.25, 0.5]), part(4.0, &[33.0]), tags].concat();
     let header =
         [b"Obj\x01".to_vec(), long(1), text("avro.schema"), text(schema), long(0), sync.to_vec()];
     let block = [long(1), long(record.len() as i64), record, sync.to_vec()];
@@ -108,6 +114,11 @@ pub fn xdf() -> Vec<u8> {
 
 /// Two records of one second, the second of them two seconds late: an ECG at 4 Hz, and a tap.
 pub fn edf() -> Vec<u8> {
+    edf_to(1.0)
+}
+
+/// With this physical maximum of the ECG; its minimum is -1.
+pub fn edf_to(most: f64) -> Vec<u8> {
     let field = |text: &str, width: usize| format!("{text:<width$}");
     let both = |first: &str, second: &str, width| field(first, width) + &field(second, width);
     let header = [
@@ -125,7 +136,7 @@ pub fn edf() -> Vec<u8> {
         both("", "", 80),
         both("mV", "", 8),
         both("-1", "-1", 8),
-        both("1", "1", 8),
+        both(&most.to_string(), "1", 8),
         both("-32767", "-32768", 8),
         both("32767", "32767", 8),
         both("", "", 80),
