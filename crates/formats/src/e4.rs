@@ -107,18 +107,18 @@ fn sampled(file: &Sampled, text: &str) -> Result<Option<Signal>, FormatError> {
     let (Some(start), Some(rate)) = (lines.next(), lines.next()) else { return Ok(None) };
     let start_ns = first(start).and_then(nanos);
     let start_ns = start_ns.ok_or_else(|| {
-        FormatError::malformed(format!("the start in {name}.csv"), start, "seconds since 1970")
+        FormatError::malformed_text(format!("the start in {name}.csv"), start, "seconds since 1970")
     })?;
     let rate_hz = first(rate).filter(|hz| (0.01..=10_000.0).contains(hz));
     let rate_hz = rate_hz.ok_or_else(|| {
-        FormatError::malformed(format!("the rate in {name}.csv"), rate, "a number of Hz")
+        FormatError::malformed_text(format!("the rate in {name}.csv"), rate, "a number of Hz")
     })?;
     let mut samples = Vec::new();
     for line in lines {
         let before = samples.len();
         samples.extend(line.split(',').map_while(number).map(|value| value * scale));
         if samples.len() - before != channels.len() {
-            return Err(FormatError::malformed(
+            return Err(FormatError::malformed_text(
                 format!("a line of {name}.csv"),
                 line,
                 "the numbers of one sample",
@@ -137,7 +137,7 @@ fn intervals(text: &str) -> Result<Option<Signal>, FormatError> {
     let mut lines = text.lines().filter(|line| !line.trim().is_empty());
     let Some(head) = lines.next() else { return Ok(None) };
     let start_ns = first(head).and_then(nanos).ok_or_else(|| {
-        FormatError::malformed("the start in IBI.csv", head, "seconds since 1970")
+        FormatError::malformed_text("the start in IBI.csv", head, "seconds since 1970")
     })?;
     let (mut at_ns, mut values) = (Vec::new(), Vec::new());
     for line in lines {
@@ -146,7 +146,11 @@ fn intervals(text: &str) -> Result<Option<Signal>, FormatError> {
         let timed = pair
             .and_then(|(at, interval)| Some((start_ns.checked_add(nanos(at)?)?, interval * 1e3)));
         let (at, interval_ms) = timed.ok_or_else(|| {
-            FormatError::malformed("a line of IBI.csv", line, "a time and an interval in seconds")
+            FormatError::malformed_text(
+                "a line of IBI.csv",
+                line,
+                "a time and an interval in seconds",
+            )
         })?;
         at_ns.push(at);
         values.push(interval_ms);
@@ -163,7 +167,7 @@ fn tags(text: &str) -> Result<Option<Signal>, FormatError> {
     let mark = |line: &str| {
         let at_ns = number(line).and_then(nanos);
         let at_ns = at_ns.ok_or_else(|| {
-            FormatError::malformed("a line of tags.csv", line, "seconds since 1970")
+            FormatError::malformed_text("a line of tags.csv", line, "seconds since 1970")
         })?;
         Ok(Mark { at_ns, label: "tag".into() })
     };

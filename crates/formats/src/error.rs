@@ -18,6 +18,16 @@ pub enum FormatError {
         /// What was expected.
         expected: &'static str,
     },
+    /// A line of a text file in it violates the format.
+    #[error("{what}: {found:?}; expected {expected}")]
+    MalformedText {
+        /// The part.
+        what: String,
+        /// What was found, shortened.
+        found: String,
+        /// What was expected.
+        expected: &'static str,
+    },
     /// It contains nothing that can be imported.
     #[error("it contains no {0}")]
     Empty(&'static str),
@@ -38,6 +48,9 @@ impl FormatError {
         match self {
             FormatError::Short(_) => "copy the file again from the device or its service",
             FormatError::Malformed { .. } => {
+                "copy it again from where it was recorded; if it is the same there, export it again"
+            }
+            FormatError::MalformedText { .. } => {
                 "export it again as it was recorded; a file that went through a spreadsheet has changed"
             }
             FormatError::Empty(_) => "choose the file that has the recorded signals",
@@ -53,7 +66,19 @@ impl FormatError {
         found: &str,
         expected: &'static str,
     ) -> FormatError {
-        let found = found.chars().take(40).collect();
-        FormatError::Malformed { what: what.into(), found, expected }
+        FormatError::Malformed { what: what.into(), found: shortened(found), expected }
     }
+
+    /// An error about a malformed line of text.
+    pub(crate) fn malformed_text(
+        what: impl Into<String>,
+        found: &str,
+        expected: &'static str,
+    ) -> FormatError {
+        FormatError::MalformedText { what: what.into(), found: shortened(found), expected }
+    }
+}
+
+fn shortened(text: &str) -> String {
+    text.chars().take(40).collect()
 }

@@ -128,3 +128,12 @@ fn a_signal_of_edf_without_a_physical_range_is_noted() {
         ["the physical minimum and maximum of ECG are equal: all its samples are -1"]
     );
 }
+
+#[test]
+fn only_text_may_have_gone_through_a_spreadsheet() {
+    let hint = |file: &[u8]| read(file).expect("known").expect_err("malformed").hint();
+    let mut edf = files::edf();
+    edf[236..240].copy_from_slice(b"abc ");
+    assert!(!hint(&edf).contains("spreadsheet"));
+    assert!(hint(&files::zipped(&[("EDA.csv", "5.1.26\n4\n1\n")])).contains("spreadsheet"));
+}
