@@ -98,6 +98,20 @@ fn streams_of_xdf_are_on_the_clock_of_the_recorder() {
 }
 
 #[test]
+fn stamps_of_xdf_that_go_back_begin_another_run() {
+    let stamps: Vec<f64> = (0..100).map(|k| f64::from(k) / 4.0).collect();
+    let back: Vec<f64> = stamps.iter().map(|secs| secs + 5.0).collect();
+    let xdf = recording(&files::xdf_with_stamps(&[&stamps[..], &back].concat()));
+    let found = runs(signal(&xdf, "EDA"));
+    let starts: Vec<(i64, f64)> = found.iter().map(|run| (run.0, run.1)).collect();
+    assert_eq!(starts, [(0, 4.0), (5_000_000_000, 4.0)]);
+    // Jitter does not.
+    let jitter = (0..100).map(|k| f64::from(k) / 4.0 + 0.4 * f64::from(k % 2));
+    let jitter: Vec<f64> = jitter.collect();
+    assert_eq!(runs(signal(&recording(&files::xdf_with_stamps(&jitter)), "EDA")).len(), 1);
+}
+
+#[test]
 fn xdf_that_ends_early_is_read_to_its_last_whole_chunk() {
     let mut file = files::xdf();
     file.truncate(file.len() - 3);

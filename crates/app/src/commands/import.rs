@@ -8,6 +8,7 @@ mod found_beats;
 mod delay;
 mod movement;
 mod kind;
+mod overlaps;
 mod report;
 mod tables;
 mod written;

@@ -12,6 +12,8 @@ use crate::recording::{Content, Mark, Quantity, Run, Signal, bounded, nanos};
 /// A later stamp begins another run, as in `pyxdf`: more than a second and more than 500 samples late.
 const GAP_SECS: f64 = 1.0;
 const GAP_SAMPLES: f64 = 500.0;
+/// So does one that lies further before the last one than jitter explains.
+const BACK_SECS: f64 = 1.0;
 /// The longest text of a mark [bytes].
 const MOST_TEXT: usize = 4096;
 
@@ -160,7 +162,7 @@ impl XdfStream {
 /// The runs between gaps, each with the line through its stamps.
 fn runs(stamps_secs: &[f64], values: &[f64], width: usize, rate_hz: f64) -> Vec<Run> {
     let gap_secs = GAP_SECS.max(GAP_SAMPLES / rate_hz);
-    let follows = |a: &f64, b: &f64| (b - a).abs() <= gap_secs;
+    let follows = |a: &f64, b: &f64| (-BACK_SECS..=gap_secs).contains(&(b - a));
     let mut at = 0;
     let run = |stretch: &[f64]| {
         let points: Vec<(f64, f64)> =

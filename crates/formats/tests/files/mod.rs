@@ -88,6 +88,19 @@ fn header(id: u32, name: &str, format: &str, rate_hz: f64) -> Vec<u8> {
     chunk(2, &[&id.to_le_bytes(), xml.as_bytes()].concat())
 }
 
+/// One stream of skin conductance at 4 Hz with these stamps [s].
+pub fn xdf_with_stamps(stamps_secs: &[f64]) -> Vec<u8> {
+    let mut file = b"XDF:".to_vec();
+    file.extend(header(1, "EDA", "int16", 4.0));
+    let mut samples =
+        [&1_u32.to_le_bytes()[..], &[4], &(stamps_secs.len() as u32).to_le_bytes()].concat();
+    for stamp_secs in stamps_secs {
+        samples.extend([&[8][..], &stamp_secs.to_le_bytes(), &3_i16.to_le_bytes()].concat());
+    }
+    file.extend(chunk(3, &samples));
+    file
+}
+
 /// An ECG of 100 Hz and a marker, both by a clock that is 10 s behind that of the recorder.
 pub fn xdf() -> Vec<u8> {
     let mut file = b"XDF:".to_vec();

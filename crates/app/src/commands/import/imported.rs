@@ -8,6 +8,7 @@ use teampulse_core::units::{spelt, worked_in};
 use teampulse_formats::{Content, Quantity, Recording, Signal, StatedDate, read};
 use teampulse_sources::ros_people::NAMESPACE;
 
+use super::overlaps::{append, without_overlaps};
 use super::tables::{Asked, Tables};
 use crate::failure::Failure;
 use crate::output;
@@ -51,8 +52,14 @@ impl DeviceRecording {
                 known.is_dated && recording.is_dated && known.device == recording.device
             };
             match recordings.iter_mut().find(is_same) {
-                Some((_, known)) => append(known, recording),
+                Some((_, known)) => add(known, recording, path),
                 None => recordings.push((path.display().to_string(), recording)),
+            }
+        }
+        for (name, recording) in &mut recordings {
+            for signal in &mut recording.signals {
+                let count = without_overlaps(signal);
+                note_repeated(name, &signal.name, count);
             }
         }
         let mut taken = Vec::new();
@@ -120,26 +127,27 @@ fn recording(path: &Path) -> Result<Recording, Failure> {
 }
 
 /// Adds the samples of another file of the same device.
-fn append(known: &mut Recording, more: Recording) {
+fn add(known: &mut Recording, more: Recording, path: &Path) {
     for signal in more.signals {
         let is_same = |one: &&mut Signal| {
             one.name == signal.name
                 && one.channels == signal.channels
                 && one.quantity == signal.quantity
         };
-        let place = known.signals.iter_mut().find(is_same).map(|one| &mut one.content);
-        match (place, signal.content) {
-            (Some(Content::Even(runs)), Content::Even(more)) => runs.extend(more),
-            (Some(Content::Marks(marks)), Content::Marks(more)) => marks.extend(more),
-            (
-                Some(Content::Uneven { at_ns, values }),
-                Content::Uneven { at_ns: more_ns, values: more },
-            ) => {
-                at_ns.extend(more_ns);
-                values.extend(more);
-            }
-            (_, content) => known.signals.push(Signal { content, ..signal }),
+        let width = signal.channels.len().max(1);
+        let same = known.signals.iter_mut().find(is_same);
+        match same.and_then(|one| append(&mut one.content, &signal.content, width)) {
+            Some(count) => note_repeated(&path.display().to_string(), &signal.name, count),
+            None => known.signals.push(signal),
         }
+    }
+}
+
+fn note_repeated(file: &str, signal: &str, count: usize) {
+    if count > 0 {
+        output::note(format!(
+            "note: {file}: {count} samples of {signal} are at times that other samples have already: they were left out"
+        ));
     }
 }
 
