@@ -176,6 +176,12 @@ fn unused(name: &str, device: &str, taken: &mut Vec<String>) -> String {
     free
 }
 
+/// The names, with a number where another channel has the same.
+pub fn unlike(names: impl Iterator<Item = String>) -> impl Iterator<Item = String> {
+    let mut taken = Vec::new();
+    names.map(move |name| unused(&name, "", &mut taken))
+}
+
 fn stream(signal: &Signal, name: &str, person: &str, device: &str) -> Stream {
     let subject = Subject { about: About::Person, id: person.to_owned() };
     let shape = match &signal.content {
@@ -192,8 +198,10 @@ fn stream(signal: &Signal, name: &str, person: &str, device: &str) -> Stream {
         _ => spelt(unit),
     };
     let channels = signal.channels.iter();
-    stream.channels = channels
-        .map(|each| Channel::new(on_one_line(&each.name).into_owned(), unit(&each.unit)))
+    let names = channels.clone().map(|each| on_one_line(&each.name).into_owned());
+    stream.channels = unlike(names)
+        .zip(channels)
+        .map(|(name, each)| Channel::new(name, unit(&each.unit)))
         .collect();
     stream
 }
@@ -211,5 +219,17 @@ fn measured(quantity: Quantity) -> Measured {
         Quantity::Interval => Measured::Interval,
         Quantity::Mark => Measured::Event,
         Quantity::Other => Measured::Other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn channels_of_one_name_are_numbered() {
+        let names = ["ECG", "EDA", "ECG", "ECG"].map(str::to_owned);
+        let unlike: Vec<String> = unlike(names.into_iter()).collect();
+        assert_eq!(unlike, ["ECG", "EDA", "ECG_2", "ECG_3"]);
     }
 }

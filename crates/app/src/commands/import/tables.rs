@@ -17,7 +17,7 @@ use teampulse_features::analyses::{ANALYSES, Analysis};
 use teampulse_formats as formats;
 use teampulse_sources::ros_people::NAMESPACE;
 
-use super::imported::Imported;
+use super::imported::{Imported, unlike};
 use crate::commands::extract::{Row, Rows, Table, TableArgs, signal};
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -303,9 +303,9 @@ fn stream(signal: &Analysis, table: &Table, asked: &Asked) -> Stream {
     let mut stream = Stream::raw(name, subject, shape);
     stream.signal = signal.signal;
     stream.rate_hz = if signal.is_even() { table.rate_hz() } else { 0.0 };
-    let name = |place: usize| match table.names() {
-        [_] => signal.word().to_owned(),
-        several => on_one_line(&several[place]).into_owned(),
+    let names: Vec<String> = match table.names() {
+        [_] => vec![signal.word().to_owned()],
+        several => unlike(several.iter().map(|name| on_one_line(name).into_owned())).collect(),
     };
     let reported = |place: usize| table.units().get(place).cloned().flatten().unwrap_or_default();
     let unit = |place: usize| {
@@ -313,8 +313,8 @@ fn stream(signal: &Analysis, table: &Table, asked: &Asked) -> Stream {
             signal.unit().map(str::to_owned).or_else(|| asked.table.unit().map(str::to_owned));
         spelt(&own.unwrap_or_else(|| reported(place)))
     };
-    let channel = |place: usize| Channel::new(name(place), unit(place));
-    stream.channels = (0..table.names().len()).map(channel).collect();
+    let channel = |(place, name)| Channel::new(name, unit(place));
+    stream.channels = names.into_iter().enumerate().map(channel).collect();
     "imported from a table".clone_into(&mut stream.doc);
     stream
 }
