@@ -211,7 +211,7 @@ def test_a_list_of_intervals_without_a_date_is_joined(stage, session, heart, uni
     in_secs = [] if unit == "ms" else ["--unit", unit]
     answer = joined(stage, "rr.txt", session, "--signal", "interval", *in_secs)
     assert answer.returncode == 0, answer.stderr
-    assert "it has no date" in answer.stdout
+    assert "its clock has no date" in answer.stdout
     bag = Path(answer.stdout.splitlines()[-1])
     assert abs(first_secs(bag, "/table/interval") - worn[1]) < 0.02
 

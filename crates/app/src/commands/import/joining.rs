@@ -293,18 +293,9 @@ fn words(
         _ => ("heartbeats", &session.name),
     };
     let share = 100.0 * found.share;
-    let clock = if is_dated {
-        let behind = found.offset_secs;
-        let side = if behind < 0.0 { "ahead" } else { "behind" };
-        format!("its clock was {:.3} s {side}", behind.abs())
-    } else {
-        "it has no date".to_owned()
-    };
-    let skew = if found.skew_ppm == 0.0 {
-        "too short to show its skew".to_owned()
-    } else {
-        format!("{:+.1} ± {:.1} ppm slow", found.skew_ppm, found.skew_uncertainty_ppm())
-    };
+    let slow = (found.skew_ppm != 0.0)
+        .then(|| format!("{:+.1} ± {:.1} ppm slow", found.skew_ppm, found.skew_uncertainty_ppm()));
+    let clock = clock(is_dated.then_some(found.offset_secs), slow.as_deref());
     let ms = 1e3 * found.uncertainty_secs(from).max(found.uncertainty_secs(to));
     let of_delay = if session.kind == Kind::Movement {
         let ms = 1e3 * delay.uncertainty_secs;
@@ -322,8 +313,45 @@ fn words(
         )
     };
     format!(
-        "placed by {} {what} in common with {name} ({share:.0} % of the file's): {clock}, {skew}; \
+        "placed by {} {what} in common with {name} ({share:.0} % of the file's): {clock}; \
          times are within {ms:.0} ms (95 %) of those of that stream{of_delay}",
         found.pairs
     )
+}
+
+/// A description of the device's clock: how far behind it was, if it has a date [s], and how slow, if that is known.
+fn clock(behind_secs: Option<f64>, slow: Option<&str>) -> String {
+    let offset = behind_secs.map(|behind| {
+        let side = if behind < 0.0 { "ahead" } else { "behind" };
+        format!("its clock was {:.3} s {side}", behind.abs())
+    });
+    match (offset, slow) {
+        (Some(offset), Some(slow)) => format!("{offset} and {slow}"),
+        (Some(offset), None) => format!("{offset}, and it is too short to show its skew"),
+        (None, Some(slow)) => format!("its clock has no date, and was {slow}"),
+        (None, None) => "its clock has no date, and it is too short to show its skew".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_is_described_in_a_sentence() {
+        let slow = Some("+3.0 ± 0.1 ppm slow");
+        assert_eq!(
+            clock(Some(37.0), slow),
+            "its clock was 37.000 s behind and +3.0 ± 0.1 ppm slow"
+        );
+        assert_eq!(
+            clock(Some(-0.5), None),
+            "its clock was 0.500 s ahead, and it is too short to show its skew"
+        );
+        assert_eq!(clock(None, slow), "its clock has no date, and was +3.0 ± 0.1 ppm slow");
+        assert_eq!(
+            clock(None, None),
+            "its clock has no date, and it is too short to show its skew"
+        );
+    }
 }
