@@ -20,7 +20,8 @@ pub fn failure(error: TableError) -> Failure {
         | TableError::Ragged { .. }
         | TableError::Bursts { .. }
         | TableError::Coarse { .. }
-        | TableError::NoRate { .. } => Exit::BadArguments,
+        | TableError::NoRate { .. }
+        | TableError::NoStep { .. } => Exit::BadArguments,
         _ => Exit::Failed,
     };
     Failure::to(error).hint(hint).exit(exit)

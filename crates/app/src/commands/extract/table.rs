@@ -192,7 +192,12 @@ impl Table {
                 }
             });
         }
-        usual_rate_hz(&times_ns).ok_or(TableError::NoRate { time: None })
+        usual_rate_hz(&times_ns).ok_or_else(|| match &self.columns.time {
+            Some(time) if times_ns.len() > 1 => {
+                TableError::NoStep { column: self.head.name(time.place) }
+            }
+            _ => TableError::NoRate { time: None },
+        })
     }
 
     /// Reads the next line with data.

@@ -100,6 +100,12 @@ pub enum TableError {
         /// A column that may hold times.
         time: Option<String>,
     },
+    /// Times never increase.
+    #[error("find the sampling rate: the times in column {column} never increase")]
+    NoStep {
+        /// The column with the times.
+        column: String,
+    },
     /// Rows come in bursts.
     #[error(
         "find the sampling rate: by column {column} rows come in bursts, with {within_hz:.0} Hz within them and {whole_hz:.0} Hz overall"
@@ -168,7 +174,12 @@ impl TableError {
             TableError::NoRate { time: Some(time) } => {
                 format!("give --rate HZ, or --time \"{time}\" if that column holds times")
             }
-            TableError::NoRate { time: None } => "give --rate HZ".into(),
+            TableError::NoRate { time: None } => {
+                "give --rate HZ, or name the column with the times: --time NAME".into()
+            }
+            TableError::NoStep { .. } => {
+                "sort the table by its times, or give the device's rate with --rate HZ".into()
+            }
             TableError::Bursts { column, .. } => format!(
                 "these are arrival times: give the device's rate with --rate HZ, or --time \"{column}\" \
                  if nothing was measured between the bursts"

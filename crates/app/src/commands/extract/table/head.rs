@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::beats;
+use super::clock::unit_ns;
 use super::dates::{is_date, minutes_ns, time_of_day_ns};
 use super::dialect::{Decimal, separator};
 use super::empatica::E4;
 use super::error::TableError;
 use super::line::{Separator, number};
 use super::line_reader::{LineReader, TextLine, is_comment, is_rule};
+use super::units::in_brackets;
 
 /// The number of lines that are read ahead to detect the format.
 const SAMPLE_LINES: usize = 16;
@@ -60,7 +62,8 @@ impl Head {
         let sample = [vec![first.clone()], lines.peek(SAMPLE_LINES)?].concat();
         let is_counted = of_top != Separator::Spaces || names.len() == 1;
         let counted = if is_counted { names.len() } else { 0 };
-        let separator = separator(&sample, counted, takes_one, decimal)?;
+        let of_names = (names.len() > 1 && of_top != Separator::Spaces).then_some(of_top);
+        let separator = separator(&alike(&sample, of_names), counted, takes_one, decimal)?;
         let mut begin_ns = None;
         let e4 = if names.is_empty() { E4::read(&first, separator, lines)? } else { None };
         if let Some(e4) = &e4 {
@@ -133,10 +136,20 @@ impl Head {
             && self.cells(place).iter().all(|cell| cell.is_empty())
     }
 
-    /// A column that looks like times.
+    /// A column that looks like times, by its name or else by its unit.
     pub fn time_like(&self) -> Option<String> {
-        self.names.iter().find(|name| is_time_like(name)).cloned()
+        let has_unit = |name: &&String| in_brackets(name).and_then(unit_ns).is_some();
+        let named = self.names.iter().find(|name| is_time_like(name));
+        named.or_else(|| self.names.iter().find(has_unit)).cloned()
     }
+}
+
+/// The lines that are separated as the names are, if any is: below names a line that ends after its first cell shows no
+/// separator.
+fn alike(lines: &[TextLine], of_names: Option<Separator>) -> Vec<TextLine> {
+    let is_alike = |line: &&TextLine| Some(Separator::of(&line.text)) == of_names;
+    let alike: Vec<TextLine> = lines.iter().filter(is_alike).cloned().collect();
+    if alike.is_empty() { lines.to_vec() } else { alike }
 }
 
 /// How many columns there are: columns after the last name count only where they are not empty.

@@ -28,7 +28,7 @@ pub fn unit(head: &Head, place: usize, wanted: &Wanted) -> Option<String> {
 }
 
 /// The text in the last brackets of a name.
-fn in_brackets(name: &str) -> Option<&str> {
+pub fn in_brackets(name: &str) -> Option<&str> {
     let end = name.rfind([']', ')'])?;
     let open = if name[end..].starts_with(']') { '[' } else { '(' };
     // `m/(s^2)` has brackets of its own.

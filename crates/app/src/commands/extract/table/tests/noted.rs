@@ -148,3 +148,41 @@ fn intervals_with_the_times_of_their_beats_need_no_names() {
     );
     assert_eq!((times[0], &numbers[1][..]), (1_443_999_000, &[0.728_051][..]));
 }
+
+#[test]
+fn a_first_row_with_too_few_cells_is_one_with_missing_cells() {
+    let text = "time [s],ecg [mV]\n0.000\n0.010,1.5\n0.020,1.6\n0.030,1.7\n";
+    let (table, times, numbers) = reported("first_short.csv", &of(Signal::Ecg), text);
+    assert_eq!((times.len(), &numbers[1][..]), (4, &[1.5][..]));
+    let [note] = &table.oddities().collect::<Vec<_>>()[..] else { panic!("one note") };
+    assert!(note.starts_with("1 rows have fewer cells than the others, the first in line 2"));
+    // Without names a line without a comma shows that commas are decimal.
+    let file = File::new("decimals.csv", "33,4\n33\n33,6\n");
+    let mut table = Table::open(&file.0, &of(Signal::Temperature), Some(4.0)).unwrap();
+    assert_eq!(rows(&mut table), [[33.4], [33.0], [33.6]]);
+}
+
+#[test]
+fn times_that_never_increase_are_named() {
+    let rows = (0..40).map(|k| format!("{},{k}\n", 40 - k));
+    let text = rows.fold("time [s],eda [uS]\n".to_owned(), |text, row| text + &row);
+    let file = File::new("falling.csv", text);
+    let error = Table::open(&file.0, &of(Signal::Eda), None).map(|_| ()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "find the sampling rate: the times in column time [s] never increase"
+    );
+    assert!(error.hint().starts_with("sort the table"));
+}
+
+#[test]
+fn a_column_with_a_unit_of_time_may_hold_the_times() {
+    let file =
+        File::new("zeit.csv", "Zeit [s];Hautleitwert [\u{b5}S]\n0,00;3,1\n0,25;3,2\n0,50;3,3\n");
+    let chosen = Wanted { columns: vec!["2".into()], ..of(Signal::Eda) };
+    let error = Table::open(&file.0, &chosen, None).map(|_| ()).unwrap_err();
+    assert_eq!(error.hint(), "give --rate HZ, or --time \"Zeit [s]\" if that column holds times");
+    let file = File::new("plain.csv", "3.1\n3.2\n3.3\n");
+    let error = Table::open(&file.0, &of(Signal::Eda), None).map(|_| ()).unwrap_err();
+    assert!(error.hint().contains("--time NAME"), "{}", error.hint());
+}
