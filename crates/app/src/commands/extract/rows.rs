@@ -1,11 +1,12 @@
 //! The rows of a table as input of an analysis: in its unit, and with their times.
 
+use teampulse_core::stream::Signal;
 use teampulse_core::units::{Conversion, accepted};
 use teampulse_features::analyses::Analysis;
 
 use super::options::failure;
 use super::plausible::{self, Plausible};
-use super::table::{Row, Table, TableError, is_raw};
+use super::table::{Row, Table, TableError, is_raw, is_unit};
 use super::times::Times;
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -121,7 +122,10 @@ struct Scaling {
 impl Scaling {
     fn new(signal: &'static Analysis, table: &Table, said: &Said<'_>) -> Result<Scaling, Failure> {
         let conversion = |in_table: &Option<String>| {
-            let Some(to) = signal.unit() else { return Ok(Conversion::SAME) };
+            let Some(to) = signal.unit() else {
+                known(signal, said.unit)?;
+                return Ok(Conversion::SAME);
+            };
             // With a factor, the numbers are in the signal's own unit.
             let in_table = in_table.as_deref().filter(|_| said.scale.total_cmp(&1.0).is_eq());
             let from = said.unit.or(in_table).unwrap_or_default();
@@ -138,6 +142,15 @@ impl Scaling {
     }
 }
 
+/// Fails for an unknown unit of a voltage; other signals without a unit to convert to may have any.
+fn known(signal: &'static Analysis, unit: Option<&str>) -> Result<(), Failure> {
+    let is_voltage = matches!(signal.signal, Signal::Ecg | Signal::Emg);
+    let Some(unknown) = unit.filter(|unit| is_voltage && !is_unit(unit)) else { return Ok(()) };
+    let message = format!("--unit {unknown} of {} is not a known unit", signal.word());
+    let hint = format!("known are {}, and counts of a converter", accepted("mV").join(", "));
+    Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
+}
+
 fn refused(signal: &'static Analysis, from: &str, to: &str) -> Failure {
     let hint = if is_raw(from) {
         format!("give --scale FACTOR to convert them to {to}, from the device's manual")
@@ -146,4 +159,35 @@ fn refused(signal: &'static Analysis, from: &str, to: &str) -> Failure {
     };
     let message = format!("{} in {from} can't be converted to {to}", signal.word());
     Failure::new(message).hint(hint).exit(Exit::BadArguments)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::analyses::wanted;
+    use super::*;
+
+    /// The rows of a table with this text.
+    fn rows(signal: Signal, text: &str, unit: Option<&str>) -> Result<Rows, Failure> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.csv");
+        std::fs::write(&path, text).unwrap();
+        let signal = Analysis::of(signal).unwrap();
+        let table = Table::open(&path, &wanted(signal, Vec::new(), None, None), None).unwrap();
+        Rows::new(signal, table, &Said { scale: 1.0, unit })
+    }
+
+    #[test]
+    fn a_unit_of_a_voltage_must_be_known() {
+        let rated = |signal, unit| {
+            let text = "# Sampling Rate: 100 Hz\nx\n1\n2\n";
+            rows(signal, text, Some(unit)).map(|_| ()).map_err(|failure| failure.words())
+        };
+        let (message, hint) = rated(Signal::Ecg, "banana").unwrap_err();
+        assert_eq!(message, "--unit banana of ecg is not a known unit");
+        assert!(hint.contains("mV, V"), "{hint}");
+        for unit in ["mV", "uV", "millivolts", "counts", "1"] {
+            assert!(rated(Signal::Ecg, unit).is_ok(), "{unit}");
+        }
+        assert!(rated(Signal::Other, "kPa").is_ok());
+    }
 }

@@ -22,7 +22,7 @@ pub use columns::Wanted;
 pub use dialect::Decimal;
 pub use error::TableError;
 pub use oddity::Oddity;
-pub use units::is_raw;
+pub use units::{is_raw, is_unit};
 
 use columns::{Columns, is_own_time};
 use head::Head;

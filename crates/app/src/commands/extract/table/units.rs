@@ -57,7 +57,8 @@ fn mended(unit: &str) -> String {
     }
 }
 
-fn is_unit(unit: &str) -> bool {
+/// Whether this is a unit that can be stored, converted, or counts.
+pub fn is_unit(unit: &str) -> bool {
     !unit.is_empty()
         && (is_raw(unit)
             || units::is_known(&units::spelt(unit))
