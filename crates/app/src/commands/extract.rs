@@ -5,6 +5,7 @@ mod around;
 mod asked;
 mod found;
 mod inverted;
+mod odd_intervals;
 mod options;
 mod plausible;
 mod progress;
@@ -129,7 +130,7 @@ impl Extract {
             Method::Whole => self.whole(&mut rows, &progress, &mut found)?,
         }
         progress.end();
-        warn(rows.table(), &mut found);
+        warn(&rows, &mut found);
         let score = match &self.truth {
             Some(truth) => {
                 let truth = truth::read(truth, rate_hz).map_err(failure)?;

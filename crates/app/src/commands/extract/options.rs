@@ -1,7 +1,8 @@
 //! The values that options of `extract` may have, and the messages about unreadable tables.
 
 use super::found::Found;
-use super::table::{Table, TableError};
+use super::rows::Rows;
+use super::table::TableError;
 use crate::exit::Exit;
 use crate::failure::Failure;
 
@@ -28,9 +29,9 @@ pub fn failure(error: TableError) -> Failure {
 }
 
 /// Prints on standard error what the table lacked.
-pub fn warn(table: &Table, found: &mut Found) {
-    let (rows, missing, left_out) = (table.rows(), found.missing, found.left_out);
-    table.oddities().for_each(|note| found.note(note));
+pub fn warn(read: &Rows, found: &mut Found) {
+    let (rows, missing, left_out) = (read.table().rows(), found.missing, found.left_out);
+    read.oddities().for_each(|note| found.note(note));
     if missing > 0 {
         found.note(format!(
             "{missing} rows are missing according to their times: their samples count as missing (besides {rows} rows)"

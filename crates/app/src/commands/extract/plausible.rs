@@ -8,7 +8,7 @@ use crate::failure::Failure;
 /// The number of rows that are checked.
 pub const FIRST: usize = 20;
 /// Usual intervals between beats [ms].
-const INTERVALS_MS: (f64, f64) = (200.0, 3000.0);
+pub const INTERVALS_MS: (f64, f64) = (200.0, 3000.0);
 /// Highest skin conductance [uS].
 const MOST_EDA_US: f64 = 100.0;
 /// Lowest and highest skin temperature of a living person [degC].

@@ -4,6 +4,7 @@ use teampulse_core::stream::Signal;
 use teampulse_core::units::{Conversion, accepted};
 use teampulse_features::analyses::Analysis;
 
+use super::odd_intervals::OddIntervals;
 use super::options::failure;
 use super::plausible::{self, Plausible};
 use super::table::{Row, Table, TableError, is_raw, is_unit};
@@ -23,6 +24,8 @@ pub struct Rows {
     times: Times,
     are_of_beats: bool,
     plausible: Plausible,
+    /// The odd ones, if rows are intervals.
+    intervals: Option<OddIntervals>,
 }
 
 /// What the user stated about the unit of all columns.
@@ -44,7 +47,9 @@ impl Rows {
         let begin_ns = if signal.is_even() { 0 } else { begin_ns(&mut table, &scaling)? };
         let times = Times::new(signal, &table, begin_ns);
         let are_of_beats = !signal.is_even() && are_of_beats(&mut table, &scaling)?;
-        Ok(Rows { scaling, times, are_of_beats, plausible: Plausible::new(signal.signal), table })
+        let intervals = (!signal.is_even()).then(OddIntervals::default);
+        let plausible = Plausible::new(signal.signal);
+        Ok(Rows { table, scaling, times, are_of_beats, plausible, intervals })
     }
 
     /// Whether the times of intervals are those of the beats that end them, as in the files of an E4 and in
@@ -63,17 +68,29 @@ impl Rows {
         &self.times
     }
 
+    /// Oddities of the rows, in words.
+    pub fn oddities(&self) -> impl Iterator<Item = String> {
+        let rows = self.table.rows();
+        let intervals = self.intervals.into_iter().flat_map(move |odd| odd.notes(rows));
+        self.table.oddities().chain(intervals)
+    }
+
     /// The next row in the signal's unit, and its time [ns].
     pub fn next(&mut self) -> Result<Option<(i64, Row)>, Failure> {
-        let Some(mut row) = self.table.next_row().map_err(failure)? else {
-            self.plausible.refused()?;
-            return Ok(None);
+        let row = loop {
+            let Some(mut row) = self.table.next_row().map_err(failure)? else {
+                self.plausible.refused()?;
+                return Ok(None);
+            };
+            self.scaling.apply(&mut row.values);
+            self.plausible.take(&row.values);
+            if self.table.rows() == plausible::FIRST {
+                self.plausible.refused()?;
+            }
+            if self.intervals.as_mut().is_none_or(|intervals| intervals.takes(&row)) {
+                break row;
+            }
         };
-        self.scaling.apply(&mut row.values);
-        self.plausible.take(&row.values);
-        if self.table.rows() == plausible::FIRST {
-            self.plausible.refused()?;
-        }
         let at_ns = self.times.of(&row);
         // A pause of more than a day is a wrong time, not a gap.
         match self.times.jump_secs() {
@@ -174,6 +191,26 @@ mod tests {
         let signal = Analysis::of(signal).unwrap();
         let table = Table::open(&path, &wanted(signal, Vec::new(), None, None), None).unwrap();
         Rows::new(signal, table, &Said { scale: 1.0, unit })
+    }
+
+    #[test]
+    fn intervals_that_are_left_out_or_long_are_counted_with_their_first_line() {
+        let text = "800\n0\n810\n-5\n790\n99999\n800\n".repeat(4);
+        let mut rows = rows(Signal::Interval, &text, None).unwrap();
+        let mut last_ns = 0;
+        let mut count = 0;
+        while let Some((at_ns, _)) = rows.next().unwrap() {
+            assert!(at_ns > last_ns);
+            (count, last_ns) = (count + 1, at_ns);
+        }
+        assert_eq!((count, last_ns), (20, 4 * (800 + 810 + 790 + 99_999 + 800) * 1_000_000));
+        assert_eq!(
+            rows.oddities().collect::<Vec<_>>(),
+            [
+                "8 intervals are not above 0, the first in line 2: they were left out (of all 28 rows)",
+                "4 intervals are longer than 3 s, the first in line 6: by the sum of all intervals, what follows is that much later (of all 28 rows)",
+            ]
+        );
     }
 
     #[test]

@@ -287,8 +287,8 @@ impl Reader {
     fn next_row(&mut self) -> Result<Option<(i64, Row)>, Failure> {
         let row = self.rows.next()?;
         if row.is_none() {
-            let (path, table) = (self.path.display(), self.rows.table());
-            table.oddities().for_each(|note| output::note(format!("note: {path}: {note}")));
+            let path = self.path.display();
+            self.rows.oddities().for_each(|note| output::note(format!("note: {path}: {note}")));
         }
         Ok(row)
     }
