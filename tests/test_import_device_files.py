@@ -401,6 +401,18 @@ def test_bad_files_are_refused_with_a_hint(stage):
         answer = stage.ask("import", name, "--out", stage.folder / "refused")
         assert answer.returncode == 1, (name, answer.stderr)
         assert reason in answer.stderr and "hint" in answer.stderr, (name, answer.stderr)
+    assert not (stage.folder / "refused").exists()
+
+
+def test_a_table_that_is_refused_leaves_no_bag(stage):
+    rows = [f"{k / 4:.2f},{2 + k % 9 / 10}" for k in range(400)]
+    lasts = {"far.csv": ("1000000,2", "after the one before it"), "back.csv": ("2,2", "before an earlier line")}
+    for name, (last, reason) in lasts.items():
+        (stage.folder / name).write_text("\n".join(["time [s],eda [uS]", *rows, last]))
+        answer = stage.ask("import", name, "--signal", "eda", "--out", stage.folder / "refused")
+        assert answer.returncode == 1 and "hint" in answer.stderr, answer.stderr
+        assert "failed to follow the times: line 402 is" in answer.stderr and reason in answer.stderr
+    assert not (stage.folder / "refused").exists()
 
 
 def test_a_file_that_is_given_twice_counts_once(stage):

@@ -31,7 +31,7 @@ use crate::output;
 pub use analyses::signal;
 pub use asked::TableArgs;
 pub use rows::Rows;
-pub use table::{Row, Table};
+pub use table::{Oddity, Row, Table};
 
 use around::{Analysed, AroundArgs};
 use found::{Found, Purpose};

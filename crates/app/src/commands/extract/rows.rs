@@ -98,6 +98,14 @@ impl Rows {
             None => Ok(Some((at_ns, row))),
         }
     }
+
+    /// Fails where times go back at the row of this line, which was read last.
+    pub fn in_order(&self, line: usize) -> Result<(), Failure> {
+        match self.times.back_secs() {
+            Some(step_secs) => Err(failure(TableError::Back { line, step_secs })),
+            None => Ok(()),
+        }
+    }
 }
 
 /// When the first interval begins [ns]: with the file, if that states it; else its length before its end.
@@ -211,6 +219,28 @@ mod tests {
                 "4 intervals are longer than 3 s, the first in line 6: by the sum of all intervals, what follows is that much later (of all 28 rows)",
             ]
         );
+    }
+
+    #[test]
+    fn a_row_far_before_an_earlier_one_is_out_of_order() {
+        let text = |back_ms: i32| {
+            let time = |k: i32| k * 100 - if k < 20 { 0 } else { back_ms };
+            let rows = (0..40).map(|k| format!("{},{k}\n", time(k)));
+            rows.fold("time_ms,eda\n".to_owned(), |text, row| text + &row)
+        };
+        let out_of_order = |back_ms| {
+            let mut rows = rows(Signal::Eda, &text(back_ms), None).unwrap();
+            while let Some((_, row)) = rows.next().unwrap() {
+                if let Err(failure) = rows.in_order(row.line) {
+                    return Some(failure.words());
+                }
+            }
+            None
+        };
+        let (message, hint) = out_of_order(10_100).unwrap();
+        assert_eq!(message, "failed to follow the times: line 22 is 10.0 s before an earlier line");
+        assert!(hint.starts_with("sort the table by its times, or split it"), "{hint}");
+        assert_eq!(out_of_order(500), None);
     }
 
     #[test]

@@ -58,6 +58,16 @@ impl Times {
         (secs > LONGEST_SECS).then_some(secs)
     }
 
+    /// How far the last row lies before an earlier one [s], if that is too far for rows that are slightly out of order.
+    pub fn back_secs(&self) -> Option<f64> {
+        (self.step_ns < -AT_ONCE_NS).then_some(-self.step_ns as f64 / 1e9)
+    }
+
+    /// Whether the last row is later than all before it.
+    pub fn is_later(&self) -> bool {
+        self.rows <= 1 || self.step_ns > 0
+    }
+
     /// How many samples may be missing before the last row.
     pub fn skipped(&self) -> usize {
         let rate_hz = if self.signal.is_even() { self.rate_hz } else { 0.0 };

@@ -18,7 +18,7 @@ use teampulse_formats as formats;
 use teampulse_sources::ros_people::NAMESPACE;
 
 use super::imported::{Imported, unlike};
-use crate::commands::extract::{Row, Rows, Table, TableArgs, signal};
+use crate::commands::extract::{Oddity, Row, Rows, Table, TableArgs, signal};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
@@ -99,10 +99,16 @@ impl Report {
 }
 
 impl Tables {
-    /// Opens all of them, and reads their first rows.
+    /// Opens all of them, and reads their first rows. They are read through before: what can't be imported is refused
+    /// before a bag is begun.
     pub fn open(files: &[PathBuf], asked: &Asked) -> Result<Tables, Failure> {
         let mut each = Vec::<Reader>::new();
         for file in files {
+            let check = Reader::open(file, asked).and_then(Reader::check);
+            check.map_err(|failure| match files {
+                [_] => failure,
+                _ => of_file(file, &failure),
+            })?;
             let mut reader = Reader::open(file, asked)?;
             let same =
                 each.iter().filter(|known| known.signal.signal == reader.signal.signal).count();
@@ -213,11 +219,34 @@ impl Reader {
                 .exit(Exit::BadArguments)
         })?;
         let table = asked.table.open(path, signal)?;
-        table.notes().iter().for_each(|note| output::note(format!("note: {note}")));
         let stream = stream(signal, &table, asked);
         let mut rows = asked.table.rows(signal, table)?;
         let ahead = rows.next()?;
         Ok(Reader { path: path.to_owned(), signal, stream, rows, ahead, shift_ns: 0 })
+    }
+
+    /// Reads all rows, and notes what was chosen or is odd.
+    fn check(mut self) -> Result<(), Failure> {
+        for note in self.rows.table().notes() {
+            output::note(format!("note: {note}"));
+        }
+        if self.ahead.is_none() {
+            return Err(Failure::to("find a line of numbers: the table has none")
+                .hint("a table has one number per line, or several separated by commas"));
+        }
+        let mut early = Oddity::default();
+        while let Some((_, row)) = self.rows.next()? {
+            self.rows.in_order(row.line)?;
+            early.add(usize::from(!self.rows.times().is_later()), row.line);
+        }
+        let Oddity { count, first_line } = early;
+        let early = (count > 0).then(|| format!(
+            "{count} rows are not later than all rows before them, the first in line {first_line}: they keep their times"
+        ));
+        let path = self.path.display();
+        let odd = self.rows.oddities().chain(early);
+        odd.for_each(|note| output::note(format!("note: {path}: {note}")));
+        Ok(())
     }
 
     /// All its samples.
@@ -265,11 +294,11 @@ impl Reader {
         let Some((first_ns, row)) = self.ahead.take() else { return Ok(None) };
         let mut run = Run { first_ns, last_ns: first_ns, samples: row.values };
         if self.stream.rate_hz <= 0.0 {
-            self.ahead = self.next_row()?;
+            self.ahead = self.rows.next()?;
             return Ok(Some(run));
         }
         let period_ns = 1e9 / self.stream.rate_hz;
-        while let Some((at_ns, row)) = self.next_row()? {
+        while let Some((at_ns, row)) = self.rows.next()? {
             let after_ns = at_ns.saturating_sub(run.last_ns);
             let follows = after_ns > 0 && (after_ns as f64) < GAP_PERIODS * period_ns;
             let is_long = at_ns.saturating_sub(run.first_ns) as f64 > RUN_SECS * 1e9;
@@ -281,16 +310,6 @@ impl Reader {
             run.samples.extend(row.values);
         }
         Ok(Some(run))
-    }
-
-    /// The next row; at the end notes the oddities of the table.
-    fn next_row(&mut self) -> Result<Option<(i64, Row)>, Failure> {
-        let row = self.rows.next()?;
-        if row.is_none() {
-            let path = self.path.display();
-            self.rows.oddities().for_each(|note| output::note(format!("note: {path}: {note}")));
-        }
-        Ok(row)
     }
 }
 
@@ -363,8 +382,18 @@ fn reading(stream: StreamId, reader: &Reader, run: Run) -> (Reading, Time) {
     (Reading { stream, index: None, device_time: None, source_time, data }, arrival)
 }
 
+/// A failure about one of several files.
+fn of_file(path: &Path, failure: &Failure) -> Failure {
+    let (message, hint) = failure.words();
+    Failure::new(format!("{}: {message}", path.display())).hint(hint).exit(failure.exit)
+}
+
+/// Why a table that was read before can't be read again.
 fn broken(error: &Failure) -> SourceError {
     let (message, hint) = error.words();
+    let message = message
+        .strip_prefix("failed to ")
+        .map_or_else(|| format!("read a table: {message}"), str::to_owned);
     SourceError::Fatal { message, hint }
 }
 
@@ -384,5 +413,48 @@ mod tests {
         for name in ["HR.csv", "tags.csv", "info.txt", "data.csv", "decades.csv"] {
             assert_eq!(of(name), None, "{name}");
         }
+    }
+
+    /// Opens tables with these texts, as with `import` and these arguments.
+    fn opened(texts: &[&str], arguments: &[&str]) -> Result<Tables, Failure> {
+        #[derive(clap::Parser)]
+        struct Command {
+            #[command(flatten)]
+            asked: Asked,
+        }
+        let arguments = ["import"].iter().chain(arguments);
+        let Command { asked } = clap::Parser::parse_from(arguments);
+        let folder = tempfile::tempdir().unwrap();
+        let file = |(number, text): (usize, &&str)| {
+            let path = folder.path().join(format!("table_{number}.csv"));
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let files: Vec<PathBuf> = texts.iter().enumerate().map(file).collect();
+        Tables::open(&files, &asked)
+    }
+
+    #[test]
+    fn what_is_wrong_in_a_later_row_is_refused_when_tables_are_opened() {
+        let timed = |last: &str| {
+            let rows = (0..60).map(|k| format!("{:.2},{k}\n", f64::from(k) / 4.0));
+            rows.fold("time [s],eda [uS]\n".to_owned(), |text, row| text + &row) + last
+        };
+        let right = timed("");
+        assert!(opened(&[&right], &["--signal", "eda"]).is_ok());
+        for (last, reason) in [
+            ("2.0,1\n", "failed to follow the times: line 62 is 12.8 s before an earlier line"),
+            ("1000000,1\n", "failed to follow the times: line 62 is 999985 s after"),
+            ("15.0,x\n", "failed to read line 62: column eda [uS] holds \"x\""),
+        ] {
+            let refused = opened(&[&timed(last)], &["--signal", "eda"]).err().unwrap().words();
+            assert!(refused.0.starts_with(reason) && !refused.1.is_empty(), "{refused:?}");
+            let refused = opened(&[&right, &timed(last)], &["--signal", "eda"]).err().unwrap();
+            assert!(refused.words().0.contains("table_1.csv: failed to"), "{:?}", refused.words());
+        }
+        let secs = "0.8\n".repeat(100);
+        let (message, hint) = opened(&[&secs], &["--signal", "interval"]).err().unwrap().words();
+        assert_eq!(message, "intervals of 0.8 ms are not those of a heart");
+        assert!(hint.contains("--unit s"), "{hint}");
     }
 }

@@ -134,6 +134,14 @@ pub enum TableError {
         /// How far [s].
         step_secs: f64,
     },
+    /// A row lies before an earlier one.
+    #[error("follow the times: line {line} is {step_secs:.1} s before an earlier line")]
+    Back {
+        /// From 1.
+        line: usize,
+        /// How far [s].
+        step_secs: f64,
+    },
     /// It begins like a file of Empatica's, but is not one.
     #[error("interpret the first line: {value} looks like a time, but no rate follows it")]
     Begin {
@@ -189,6 +197,10 @@ impl TableError {
             }
             TableError::Jump { .. } => {
                 "correct that time, or split the table there; give another unit as in --time timer:ms"
+                    .into()
+            }
+            TableError::Back { .. } => {
+                "sort the table by its times, or split it at that line and import the parts one by one"
                     .into()
             }
             TableError::Begin { .. } => "start the table with its samples".into(),
