@@ -121,6 +121,13 @@ fn xdf_that_ends_early_is_read_to_its_last_whole_chunk() {
 }
 
 #[test]
+fn samples_of_xdf_without_a_time_are_counted() {
+    let xdf = recording(&files::xdf_with_stamps(&[1.0, f64::NAN, 1e300, 1.25]));
+    assert_eq!(runs(signal(&xdf, "EDA")), [(1_000_000_000, 4.0, &[3.0, 3.0][..])]);
+    assert_eq!(xdf.notes, ["2 samples of EDA have stamps that are not times and were left out"]);
+}
+
+#[test]
 fn records_of_edf_that_do_not_follow_each_other_are_runs() {
     let edf = recording(&files::edf());
     let (ecg, lowest) = (signal(&edf, "ecg"), -1.0);

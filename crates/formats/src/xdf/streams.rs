@@ -30,6 +30,8 @@ struct XdfStream {
     stamps_secs: Vec<f64>,
     values: Vec<f64>,
     texts: Vec<String>,
+    /// How many samples had stamps that are not times.
+    unplaced: usize,
     /// The measured offsets, each with its time by the recorder's clock.
     offsets: Vec<(f64, f64)>,
 }
@@ -45,9 +47,15 @@ impl Streams {
                 "its format, rate and channels",
             )
         })?;
-        let (stamps_secs, values, texts, offsets) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        self.each.insert(id, XdfStream { header, stamps_secs, values, texts, offsets });
+        let stream = XdfStream {
+            header,
+            stamps_secs: Vec::new(),
+            values: Vec::new(),
+            texts: Vec::new(),
+            unplaced: 0,
+            offsets: Vec::new(),
+        };
+        self.each.insert(id, stream);
         Ok(())
     }
 
@@ -86,6 +94,13 @@ impl Streams {
                 self.unknown
             ));
         }
+        let unplaced = self.each.values().filter(|stream| stream.unplaced > 0);
+        notes.extend(unplaced.map(|XdfStream { header, unplaced, .. }| {
+            format!(
+                "{unplaced} samples of {} have stamps that are not times and were left out",
+                header.name
+            )
+        }));
         let signals = self.each.into_values().map(XdfStream::signal);
         let mut whole = Vec::new();
         for signal in signals {
@@ -127,6 +142,7 @@ impl XdfStream {
         // A stamp that is not a time can't be placed.
         if nanos(stamp_secs).is_none() {
             self.values.truncate(before);
+            self.unplaced += 1;
             return Ok(());
         }
         if self.header.format == Format::Text {
