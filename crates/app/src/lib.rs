@@ -91,6 +91,7 @@ fn taking_negative_numbers(command: clap::Command) -> clap::Command {
 }
 
 /// Sends warnings and errors of the libraries to standard error, unless `RUST_LOG` says otherwise.
+#[expect(clippy::disallowed_methods, reason = "the variable that programs in Rust read for this")]
 fn log_to_stderr() {
     let asked: Option<Targets> = std::env::var("RUST_LOG").ok().and_then(|text| text.parse().ok());
     let filter = asked.unwrap_or_else(|| Targets::new().with_default(LevelFilter::WARN));

@@ -1,4 +1,5 @@
 //! A lock on a device between the sessions of one computer: the end of one would disconnect the device of another.
+#![expect(clippy::disallowed_methods, reason = "where the bus is, as zbus reads it")]
 
 use std::env;
 use std::fs::{File, OpenOptions};
@@ -23,7 +24,7 @@ pub(super) fn of(bus: Option<&str>, device: &str) -> Result<Option<File>, Locked
     options.write(true).create(true).truncate(false).mode(0o600);
     let opened = options.custom_flags(OFlags::NOFOLLOW.bits().cast_signed()).open(path);
     let Ok(file) = opened else { return Ok(None) };
-    flock(&file, FlockOperation::NonBlockingLockExclusive).map_err(|_| Locked)?;
+    flock(&file, FlockOperation::NonBlockingLockExclusive).map_err(|_errno| Locked)?;
     Ok(Some(file))
 }
 
