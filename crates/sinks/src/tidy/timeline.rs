@@ -97,14 +97,14 @@ impl Timeline {
         self.now
     }
 
-    /// The time since the session's start, in full milliseconds [s].
+    /// The time since the session's start [s].
     pub(super) fn secs(&self, at: Time) -> f64 {
-        rounded(at.secs_since(self.began()), 1e3)
+        positive_zero(at.secs_since(self.began()), 1e-3)
     }
 
     /// The same as text, in tenths of a second.
     pub(super) fn tenths(&self, at: Time) -> String {
-        format!("{:.1}", rounded(at.secs_since(self.began()), 10.0))
+        format!("{:.1}", positive_zero(self.secs(at), 0.1))
     }
 
     /// The subject of an event: for a self-report among the session's events the person it names, or the only
@@ -191,9 +191,9 @@ pub(super) fn word_of(subject: &Subject) -> &str {
     }
 }
 
-/// A number rounded to this fraction; never a negative zero.
-fn rounded(secs: f64, fraction: f64) -> f64 {
-    (secs * fraction).round() / fraction + 0.0
+/// A time that is not written as `-0` in steps of this size.
+fn positive_zero(secs: f64, step: f64) -> f64 {
+    if secs < 0.0 && secs >= -step / 2.0 { 0.0 } else { secs }
 }
 
 #[cfg(test)]
@@ -205,6 +205,8 @@ mod tests {
         let mut timeline = Timeline::default();
         let began = Time::from_nanos(1_700_000_000_000_000_000);
         timeline.began = Some(began);
+        let after = Time::from_nanos(began.nanos() + 1_234_567);
+        assert_eq!(format!("{:.9}", timeline.secs(after)), "0.001234567");
         let before = Time::from_nanos(began.nanos() - 400_000);
         assert_eq!(
             format!("{:.3} {}", timeline.secs(before), timeline.tenths(before)),

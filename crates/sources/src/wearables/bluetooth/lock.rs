@@ -2,30 +2,27 @@
 #![expect(clippy::disallowed_methods, reason = "where the bus is, as zbus reads it")]
 
 use std::env;
-use std::fs::{File, OpenOptions};
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::os::unix::fs::OpenOptionsExt;
-use std::path::PathBuf;
+use std::io;
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::net::{SocketAddr, UnixDatagram};
 
-use rustix::fs::{FlockOperation, OFlags, flock};
+/// A lock that is held until it is dropped, or its process ends: the name of a socket, which needs no file.
+#[derive(Debug)]
+pub(super) struct Lock {
+    _socket: UnixDatagram,
+}
 
-/// Another session holds the lock.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Locked;
-
-/// The lock on a device, by its address and that of the bus; `None` where no file can be created.
-pub(super) fn of(bus: Option<&str>, device: &str) -> Result<Option<File>, Locked> {
+/// The lock on a device, by the addresses of its bus and of its radio; fails if another session holds it.
+pub(super) fn of(bus: Option<&str>, device: &str) -> io::Result<Lock> {
     let bus = bus.map(str::to_owned).or_else(|| env::var("DBUS_SYSTEM_BUS_ADDRESS").ok());
+    // An address may or may not name the bus that it is of.
+    let bus = bus.as_deref().and_then(|bus| bus.split(",guid=").next());
     let mut hasher = DefaultHasher::new();
     (bus, device.to_ascii_uppercase()).hash(&mut hasher);
-    let folder = env::var_os("XDG_RUNTIME_DIR").map_or_else(env::temp_dir, PathBuf::from);
-    let path = folder.join(format!("teampulse-device-{:016x}.lock", hasher.finish()));
-    let mut options = OpenOptions::new();
-    options.write(true).create(true).truncate(false).mode(0o600);
-    let opened = options.custom_flags(OFlags::NOFOLLOW.bits().cast_signed()).open(path);
-    let Ok(file) = opened else { return Ok(None) };
-    flock(&file, FlockOperation::NonBlockingLockExclusive).map_err(|_errno| Locked)?;
-    Ok(Some(file))
+    let name = format!("teampulse-device-{:016x}", hasher.finish());
+    let address = SocketAddr::from_abstract_name(name)?;
+    Ok(Lock { _socket: UnixDatagram::bind_addr(&address)? })
 }
 
 #[cfg(test)]

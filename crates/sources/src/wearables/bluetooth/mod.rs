@@ -12,7 +12,6 @@ mod source;
 mod lock;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
@@ -21,6 +20,7 @@ pub use choice::Seen;
 pub(super) use choice::Wanted;
 pub use error::BluetoothError;
 pub(super) use gatt::{Answer, GattLink};
+use lock::Lock;
 pub(crate) use source::check_address;
 pub(super) use source::{Pairing, Wearable, Wireless};
 
@@ -49,7 +49,7 @@ pub(super) struct Hold {
     shared: Arc<Shared>,
     address: String,
     /// The lock that other sessions meet.
-    _lock: Option<File>,
+    _lock: Lock,
 }
 
 impl Bluetooth {
@@ -117,7 +117,7 @@ impl Bluetooth {
             return Err(BluetoothError::Taken(name()));
         }
         let lock = lock::of(self.0.address.as_deref(), &seen.address)
-            .map_err(|_locked| BluetoothError::Elsewhere(name()))?;
+            .map_err(|_in_use| BluetoothError::Elsewhere(name()))?;
         in_use.insert(seen.address.clone());
         Ok(Hold { shared: Arc::clone(&self.0), address: seen.address.clone(), _lock: lock })
     }
