@@ -159,6 +159,14 @@ impl Stream {
         Stream { name, beside: self.name.clone(), ..self.clone() }
     }
 
+    /// Whether it is the state of a person's wearable, its link or battery, reported when it changes: a silence means
+    /// nothing.
+    pub fn is_reported_on_change(&self) -> bool {
+        matches!(self.signal, Signal::Link | Signal::Battery)
+            && self.about == About::Person
+            && self.rate_hz == 0.0
+    }
+
     /// The subject of the stream.
     pub fn subject(&self) -> Subject {
         Subject { about: self.about, id: self.id.clone() }

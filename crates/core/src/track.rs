@@ -94,14 +94,9 @@ struct Joining {
     last: Time,
 }
 
-/// Whether a stream is irregular by nature: events, people's input, and the state of their wearables, which is reported
-/// when it changes.
+/// Whether a stream is irregular by nature: events, people's input, and the state of their wearables.
 fn is_irregular(stream: &Stream) -> bool {
-    match stream.signal {
-        Signal::Input => true,
-        Signal::Link | Signal::Battery => stream.about == About::Person && stream.rate_hz == 0.0,
-        _ => stream.shape == Shape::Event,
-    }
+    stream.shape == Shape::Event || stream.signal == Signal::Input || stream.is_reported_on_change()
 }
 
 impl Track {

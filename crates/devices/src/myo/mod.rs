@@ -19,8 +19,8 @@
 //!
 //! Quirks, each with a test:
 //! - A notification holds two samples, 5 ms apart, and the four characteristics take turns: all four are subscribed to.
-//! - Which of the four sends next acts as a two-bit counter: up to three lost notifications are a gap of known length. After a silence on a link that
-//!   is up the count goes on, since Bluetooth repeats what was not acknowledged.
+//! - Which of the four sends next acts as a two-bit counter: up to three lost notifications are a gap of known length.
+//! - After a silence on a link that is up the count goes on: Bluetooth repeats what was not acknowledged.
 //! - It sleeps after 30 s without movement, even with sleep switched off, unless that command is repeated: every 15 s.
 //! - It may stop sending: its mode is set again after two seconds.
 //! - A user can't see whether it is connected, so it vibrates briefly.

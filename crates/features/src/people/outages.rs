@@ -70,13 +70,10 @@ impl Component<dyn Feature, FeatureContext> for Outages {
 
 impl Feature for Outages {
     fn accepts(&self, stream: &Stream) -> bool {
-        // What a wearable reports when it changes may be silent for hours.
-        let is_state =
-            matches!(stream.signal, Signal::Link | Signal::Battery) && stream.rate_hz == 0.0;
         stream.about == About::Person
             && stream.origin == Origin::Raw
             && stream.signal != Signal::Input
-            && !is_state
+            && !stream.is_reported_on_change()
             && matches!(stream.shape, Shape::Sample | Shape::Wave)
     }
 

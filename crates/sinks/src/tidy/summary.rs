@@ -129,9 +129,9 @@ impl Summary {
         });
         let Some(stream) = judged.and_then(|input| raw(streams, input)) else { return };
         let window = Window::of(record.sample.measured, values);
-        // A wearable reports its link and its battery when they change: windows of them are mostly empty.
-        let is_state = matches!(stream.signal, Signal::Link | Signal::Battery);
-        if !window.is_after(timeline.began()) || is_too_short(values) || is_state {
+        // Windows of what is reported when it changes are mostly empty.
+        let is_judged = window.is_after(timeline.began()) && !stream.is_reported_on_change();
+        if !is_judged || is_too_short(values) {
             return;
         }
         let subject = stream.subject();

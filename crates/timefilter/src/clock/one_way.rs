@@ -93,6 +93,16 @@ pub(super) struct Placed {
     pub train: usize,
 }
 
+/// A packet, with what decides about one that does not fit.
+#[derive(Clone, Copy, Debug)]
+struct Sent {
+    packet: Packet,
+    /// The reading of the clock itself [ns].
+    raw: i64,
+    /// The duration of the batch [ns].
+    span: i64,
+}
+
 impl OneWay {
     /// The most memory that one instance uses, itself included [B]; at the start of an epoch there are
     /// briefly two.
@@ -149,11 +159,12 @@ impl OneWay {
             return self.place(stamps);
         }
         let (vouched, period) = self.trains.vouches(train, stamps);
+        let sent = Sent { packet, raw, span };
         let is_taken = if is_behind {
             let secs = self.epoch.as_ref().map_or(0.0, |epoch| epoch.ahead(packet));
-            self.doubt(packet, raw, secs, span)
+            self.doubt(sent, secs)
         } else {
-            self.take(packet, raw, span, (vouched && !self.counts, period))
+            self.take(sent, vouched && !self.counts, period)
         };
         if !is_taken {
             return None;
@@ -171,8 +182,7 @@ impl OneWay {
 
     /// Restarts the model because the true sampling rate [Hz] is not the declared one.
     pub(super) fn begin_anew(&mut self, declared_hz: f64, hz: f64) {
-        self.end_epoch();
-        self.trains = Trains::default();
+        self.resume();
         self.report(ClockEvent::WrongRate { declared_hz, hz });
     }
 
@@ -284,18 +294,12 @@ impl OneWay {
     }
 
     /// Passes a packet to the epoch, or starts a new one; returns whether the packet is accepted.
-    fn take(
-        &mut self,
-        packet: Packet,
-        raw: i64,
-        span: i64,
-        (vouched, period): (bool, f64),
-    ) -> bool {
+    fn take(&mut self, sent: Sent, vouched: bool, period: f64) -> bool {
         let Some(epoch) = &mut self.epoch else {
-            self.begin(&[packet]);
+            self.begin(&[sent.packet]);
             return true;
         };
-        match epoch.take(packet, vouched, period) {
+        match epoch.take(sent.packet, vouched, period) {
             Verdict::Runs => {
                 let fast = epoch.is_poor() && !self.reported_fast;
                 if fast {
@@ -308,16 +312,17 @@ impl OneWay {
                 let packets = epoch.raised().to_vec();
                 self.begin(&packets);
                 self.report(ClockEvent::Jumped { epoch: self.epochs, secs });
-                return self.take(packet, raw, span, (vouched, period));
+                return self.take(sent, vouched, period);
             }
-            Verdict::Astray(secs) => return self.doubt(packet, raw, secs, span),
+            Verdict::Astray(secs) => return self.doubt(sent, secs),
         }
-        self.run_on(packet)
+        self.run_on(sent.packet)
     }
 
     /// Takes a packet that is early by `secs` [s] according to the epoch, and does not fit it: starts a new
     /// one if enough packets agree. Returns whether the packet is accepted.
-    fn doubt(&mut self, packet: Packet, raw: i64, secs: f64, span: i64) -> bool {
+    fn doubt(&mut self, sent: Sent, secs: f64) -> bool {
+        let Sent { packet, raw, span } = sent;
         if !self.astray.push(packet, span) {
             return false;
         }

@@ -92,14 +92,12 @@ impl Page<'_> {
             }
         }
         if table.is_empty() {
-            let short = of_all.len();
-            return if short == 0 {
-                writeln!(f, "None was recorded.\n")
-            } else {
-                writeln!(
+            return match of_all.len() {
+                0 => writeln!(f, "None was recorded.\n"),
+                short => writeln!(
                     f,
                     "None lasted a second: the {short} shorter ones are in events.tsv only.\n"
-                )
+                ),
             };
         }
         writeln!(f, "{table}")

@@ -13,16 +13,24 @@ pub(super) struct Lock {
     _socket: UnixDatagram,
 }
 
-/// The lock on a device, by the addresses of its bus and of its radio; fails if another session holds it.
-pub(super) fn of(bus: Option<&str>, device: &str) -> io::Result<Lock> {
+/// Another session holds the lock.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Locked;
+
+/// The lock on a device, by the addresses of its bus and of its radio; `None` where such sockets can't be created.
+pub(super) fn of(bus: Option<&str>, device: &str) -> Result<Option<Lock>, Locked> {
     let bus = bus.map(str::to_owned).or_else(|| env::var("DBUS_SYSTEM_BUS_ADDRESS").ok());
     // An address may or may not name the bus that it is of.
     let bus = bus.as_deref().and_then(|bus| bus.split(",guid=").next());
     let mut hasher = DefaultHasher::new();
     (bus, device.to_ascii_uppercase()).hash(&mut hasher);
     let name = format!("teampulse-device-{:016x}", hasher.finish());
-    let address = SocketAddr::from_abstract_name(name)?;
-    Ok(Lock { _socket: UnixDatagram::bind_addr(&address)? })
+    let address = SocketAddr::from_abstract_name(name);
+    match address.and_then(|address| UnixDatagram::bind_addr(&address)) {
+        Ok(socket) => Ok(Some(Lock { _socket: socket })),
+        Err(error) if error.kind() == io::ErrorKind::AddrInUse => Err(Locked),
+        Err(_) => Ok(None),
+    }
 }
 
 #[cfg(test)]

@@ -49,7 +49,7 @@ pub(super) struct Hold {
     shared: Arc<Shared>,
     address: String,
     /// The lock that other sessions meet.
-    _lock: Lock,
+    _lock: Option<Lock>,
 }
 
 impl Bluetooth {
@@ -117,7 +117,7 @@ impl Bluetooth {
             return Err(BluetoothError::Taken(name()));
         }
         let lock = lock::of(self.0.address.as_deref(), &seen.address)
-            .map_err(|_in_use| BluetoothError::Elsewhere(name()))?;
+            .map_err(|_locked| BluetoothError::Elsewhere(name()))?;
         in_use.insert(seen.address.clone());
         Ok(Hold { shared: Arc::clone(&self.0), address: seen.address.clone(), _lock: lock })
     }
