@@ -207,3 +207,23 @@ def test_a_name_that_is_an_option_is_refused(stage):
     answer = stage.ask("run", study)
     assert answer.returncode == 4
     assert "can't be the name of a session's folder" in answer.stderr
+
+
+def test_a_session_whose_devices_never_appeared_says_which_and_ends_with_5(stage):
+    study = stage.study(
+        '[session]\nname = "test"\n'
+        '[[sources]]\ntype = "topics"\nnames = ["/bench*"]\n'
+        '[[sources]]\ntype = "robots"\nnamespace = "/robot*"\nrequired = ["battery"]\n'
+        '[[sinks]]\ntype = "bag"\n'
+    )
+    out = stage.folder / "sessions"
+    nothing = stage.ask("run", study, "--duration", 2, "--out", out)
+    assert nothing.returncode == 5, nothing.stderr
+    assert "missing during the whole session: any topic" in nothing.stderr, nothing.stderr
+    publisher = stage.cyclone("publish", "/bench", "--size", 64, "--rate", 100)
+    recorder = stage.teampulse("run", study, "--out", out)
+    publisher.answer("matched")
+    recorder.wait_for("/bench")
+    assert recorder.interrupt() == 5, recorder.report()
+    missing = re.findall("missing during the whole session: (.*)", recorder.stderr)
+    assert missing == ["no robot matches /robot*"], recorder.report()

@@ -17,7 +17,7 @@ pub enum Exit {
     DataLost = 3,
     /// The study is wrong.
     BadStudy = 4,
-    /// A required device is missing.
+    /// A device, robot or person of the study is missing, or was during the whole session.
     DeviceMissing = 5,
 }
 

@@ -45,22 +45,33 @@ impl Requirements {
     }
 
     /// The sources of robots from which nothing was received.
-    pub fn absent_robots(&self, received: &Received) -> Vec<&Robots> {
+    pub fn absent_robots(&self, received: &[&Stream]) -> Vec<&Robots> {
         self.robots.iter().filter(|wanted| !is_there(wanted, received)).collect()
     }
 
     /// The sources of people from which nothing was received.
-    pub fn absent_people(&self, received: &Received) -> Vec<&RosPeople> {
+    pub fn absent_people(&self, received: &[&Stream]) -> Vec<&RosPeople> {
         self.people.iter().filter(|wanted| !are_there(wanted, received)).collect()
     }
 
     /// What is missing, each with a remedy.
     pub fn missing(&self, received: &Received) -> Vec<Unmet> {
+        let streams: Vec<&Stream> = received.iter().map(|(stream, _)| &**stream).collect();
         let of_robots = received.iter().filter(|(stream, _)| stream.about == About::Robot);
         let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
+        let mut missing = self.absent(&streams);
+        missing.extend(missing_of_robots(&self.robots, &robots));
+        missing.extend(missing_fields(&self.robots, &streams));
+        let twice = second_publishers(streams.into_iter());
+        missing.extend(twice.into_iter().map(|what| lacking(what, TWICE)));
+        missing
+    }
+
+    /// The devices, robots and people of which nothing was received, each with a remedy.
+    pub fn absent(&self, received: &[&Stream]) -> Vec<Unmet> {
         let (absent, away) = (self.absent_robots(received), self.absent_people(received));
         let is_nobody = absent.len() == self.robots.len() && away.len() == self.people.len();
-        let mut missing = missing_of_robots(&self.robots, &robots);
+        let mut missing = missing_robots(&self.robots, received);
         let absent = absent.into_iter().filter(|each| is_nobody || requires(each));
         missing.extend(absent.map(|each| lacking(no_robot(each), ABSENT)));
         let away = away.into_iter().filter(|_| is_nobody);
@@ -69,9 +80,6 @@ impl Requirements {
         missing.extend(unpublished(&self.kinds, received));
         missing.extend(unseen(&self.kinds, received));
         missing.extend(unworn(&self.kinds, received));
-        missing.extend(missing_fields(&self.robots, received));
-        let twice = second_publishers(received.iter().map(|(stream, _)| &**stream));
-        missing.extend(twice.into_iter().map(|what| lacking(what, TWICE)));
         missing
     }
 }
@@ -81,8 +89,8 @@ fn lacking(what: impl Into<String>, fix: impl Into<String>) -> Unmet {
 }
 
 /// Whether any stream of the wanted robots was received.
-fn is_there(wanted: &Robots, received: &Received) -> bool {
-    received.iter().any(|(stream, _)| stream.about == About::Robot && wanted.describe(stream))
+fn is_there(wanted: &Robots, received: &[&Stream]) -> bool {
+    received.iter().any(|stream| stream.about == About::Robot && wanted.describe(stream))
 }
 
 /// The message that none of these robots was received.
@@ -91,8 +99,8 @@ pub fn no_robot(wanted: &Robots) -> String {
 }
 
 /// Whether any stream of the wanted people was received.
-fn are_there(wanted: &RosPeople, received: &Received) -> bool {
-    received.iter().any(|(stream, _)| wanted.describe(stream))
+fn are_there(wanted: &RosPeople, received: &[&Stream]) -> bool {
+    received.iter().any(|stream| wanted.describe(stream))
 }
 
 /// The message that none of these people was received.
@@ -101,7 +109,7 @@ pub fn no_person(wanted: &RosPeople) -> String {
 }
 
 /// The error that no stream was received although the study names topics.
-fn nothing(kinds: &[String], received: &Received) -> Option<Unmet> {
+fn nothing(kinds: &[String], received: &[&Stream]) -> Option<Unmet> {
     let by_name = kinds.iter().any(|kind| kind == "topics");
     let is_nothing = by_name && received.is_empty();
     is_nothing.then(|| {
@@ -111,9 +119,9 @@ fn nothing(kinds: &[String], received: &Received) -> Option<Unmet> {
 }
 
 /// The error that no sensor is published although the study reads those of other nodes.
-fn unpublished(kinds: &[String], received: &Received) -> Option<Unmet> {
+fn unpublished(kinds: &[String], received: &[&Stream]) -> Option<Unmet> {
     let is_wanted = kinds.iter().any(|kind| kind == "biosensors");
-    let is_nobody = !received.iter().any(|(stream, _)| biosensors::is_published(stream));
+    let is_nobody = !received.iter().any(|stream| biosensors::is_published(stream));
     (is_wanted && is_nobody).then(|| {
         let what = "any wearable: no topic /biosensors/<sensor>/<data> is published";
         lacking(what, "Start the nodes that publish them, and check the ROS domain.")
@@ -121,9 +129,9 @@ fn unpublished(kinds: &[String], received: &Received) -> Option<Unmet> {
 }
 
 /// The error that nobody is seen although the study receives what other programs see of people.
-fn unseen(kinds: &[String], received: &Received) -> Option<Unmet> {
+fn unseen(kinds: &[String], received: &[&Stream]) -> Option<Unmet> {
     let is_wanted = kinds.iter().any(|kind| kind == "hri");
-    let is_nobody = !received.iter().any(|(stream, _)| hri::is_seen(stream));
+    let is_nobody = !received.iter().any(|stream| hri::is_seen(stream));
     (is_wanted && is_nobody).then(|| {
         let what = "anybody on camera: no face or body of a person of the study is published below /humans";
         lacking(what, "Start the nodes that publish them, stand before the camera, and check `face`, `body` and `id`.")
@@ -131,18 +139,17 @@ fn unseen(kinds: &[String], received: &Received) -> Option<Unmet> {
 }
 
 /// The devices of the study that send nothing.
-fn unworn(kinds: &[String], received: &Received) -> Vec<Unmet> {
+fn unworn(kinds: &[String], received: &[&Stream]) -> Vec<Unmet> {
     let devices = wearables::kinds().filter_map(|device| {
         let wanted = kinds.iter().filter(|kind| *kind == device).count();
-        let is_of = |stream: &&Arc<Stream>| {
+        let is_of = |stream: &&&Stream| {
             // What is known of its link and its battery says nothing of what it measures.
             let measures = !matches!(stream.signal, Signal::Link | Signal::Battery);
             measures && wearables::kind_of(&stream.device) == Some(device)
         };
-        let streams = received.iter().map(|(stream, _)| stream).filter(is_of);
-        let sensor = |stream: &Arc<Stream>| {
-            (stream.id.clone(), wearables::sensor_of(&stream.device).to_owned())
-        };
+        let streams = received.iter().filter(is_of);
+        let sensor =
+            |stream: &&Stream| (stream.id.clone(), wearables::sensor_of(&stream.device).to_owned());
         let present = streams.map(sensor).collect::<BTreeSet<_>>().len();
         (present < wanted).then(|| {
             let what = format!("{device}: {present} of {wanted} in the study send samples");
@@ -156,13 +163,13 @@ fn unworn(kinds: &[String], received: &Received) -> Vec<Unmet> {
 }
 
 /// The fields that the study reads and its topics lack.
-fn missing_fields(wanted: &[Robots], received: &Received) -> Vec<Unmet> {
+fn missing_fields(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
     let mut missing = Vec::new();
     for field in wanted.iter().flat_map(Robots::fields) {
         let Some(path) = &field.field else { continue };
         let lacks =
-            |stream: &&Arc<Stream>| stream.device == field.topic && stream.place_of(path).is_none();
-        let without = received.iter().map(|(stream, _)| stream).filter(lacks);
+            |stream: &&&Stream| stream.device == field.topic && stream.place_of(path).is_none();
+        let without = received.iter().filter(lacks);
         missing.extend(without.map(|stream| {
             let what = format!("field `{path}` of {}", stream.name);
             lacking(what, "Name a field of its message type.")
@@ -176,17 +183,22 @@ fn requires(wanted: &Robots) -> bool {
     !(wanted.required.is_empty() && wanted.robots.is_empty())
 }
 
+/// The robots that the study names and of which nothing was received.
+fn missing_robots(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
+    let is_present = |id: &String| {
+        received.iter().any(|stream| stream.about == About::Robot && stream.id == *id)
+    };
+    let named = wanted.iter().flat_map(|wanted| &wanted.robots);
+    let missing = named.filter(|id| !is_present(id));
+    missing.map(|id| lacking(format!("robot {id}"), ABSENT)).collect()
+}
+
 /// What the study requires of robots that they do not provide.
 fn missing_of_robots(wanted: &[Robots], robots: &[Robot]) -> Vec<Unmet> {
     const START: &str = "Start the node that publishes it, or take it out of `required`.";
     const SILENT: &str = "Check the robot's power, its network and the node that publishes it.";
     let mut missing = Vec::new();
     for wanted in wanted {
-        for id in &wanted.robots {
-            if robots.iter().all(|robot| robot.id != *id) {
-                missing.push(lacking(format!("robot {id}"), ABSENT));
-            }
-        }
         for robot in robots {
             let absent = wanted.required.iter().filter(|parameter| !robot.offers(parameter));
             missing.extend(

@@ -268,7 +268,7 @@ impl Setup {
             lasts: phase.length_secs(),
         };
         // A mistake in a source is an error before this.
-        let required = Requirements::of(&self.study).ok().map(|required| {
+        let required = self.requirements().ok().map(|required| {
             let find: FindUnmet = Arc::new(move |received| required.missing(received));
             find
         });
@@ -278,6 +278,11 @@ impl Setup {
             required,
             announce: self.dashboard.clone(),
         }
+    }
+
+    /// What the study requires of the received streams.
+    pub fn requirements(&self) -> Result<Requirements, StudyError> {
+        Requirements::of(&self.study)
     }
 
     /// Remarks on the study before it runs.

@@ -329,7 +329,7 @@ impl Pump {
     fn publish_health(&mut self, tick: Time, is_due: fn(&Life) -> bool) {
         let mut statuses = Vec::new();
         for track in self.tracks.iter_mut().flatten() {
-            if track.has_health() {
+            if track.stream.has_health() {
                 track.life.second(tick);
                 if is_due(&track.life) {
                     statuses.push(track.status(tick, &self.clocks));

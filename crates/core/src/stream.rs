@@ -159,6 +159,12 @@ impl Stream {
         Stream { name, beside: self.name.clone(), ..self.clone() }
     }
 
+    /// Whether its health is published: that of every raw stream but the session's own events.
+    pub fn has_health(&self) -> bool {
+        let is_own = self.about == About::Session && self.shape == Shape::Event;
+        self.origin == Origin::Raw && !is_own
+    }
+
     /// Whether it is the state of a person's wearable, its link or battery, reported when it changes: a silence means
     /// nothing.
     pub fn is_reported_on_change(&self) -> bool {

@@ -121,12 +121,6 @@ impl Track {
         }
     }
 
-    /// Whether its health is published: that of every raw stream but the session's own events.
-    pub(crate) fn has_health(&self) -> bool {
-        let own = self.stream.about == About::Session && self.stream.shape == Shape::Event;
-        self.stream.origin == Origin::Raw && !own
-    }
-
     /// Numbers a reading and corrects its time.
     ///
     /// A stamp equal to the log time is ignored; in a bag it can't be distinguished from a missing one.

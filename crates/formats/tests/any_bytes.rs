@@ -40,7 +40,7 @@ proptest! {
         cut in any::<prop::sample::Index>(),
         is_cut in any::<bool>(),
     ) {
-        let back = || files::xdf_with_stamps(&[0.0, 0.25, 9.0, 3.0]);
+        let back = || files::xdf_with_stamps(&[0.0, 0.25, 9.0, 3.0], 4.0);
         let mut file = [files::e4, files::embrace_plus, files::xdf, files::edf, back][which]();
         let at = at.index(file.len());
         file[at] = byte;

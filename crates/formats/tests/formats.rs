@@ -101,14 +101,23 @@ fn streams_of_xdf_are_on_the_clock_of_the_recorder() {
 fn stamps_of_xdf_that_go_back_begin_another_run() {
     let stamps: Vec<f64> = (0..100).map(|k| f64::from(k) / 4.0).collect();
     let back: Vec<f64> = stamps.iter().map(|secs| secs + 5.0).collect();
-    let xdf = recording(&files::xdf_with_stamps(&[&stamps[..], &back].concat()));
+    let xdf = recording(&files::xdf_with_stamps(&[&stamps[..], &back].concat(), 4.0));
     let found = runs(signal(&xdf, "EDA"));
     let starts: Vec<(i64, f64)> = found.iter().map(|run| (run.0, run.1)).collect();
     assert_eq!(starts, [(0, 4.0), (5_000_000_000, 4.0)]);
     // Jitter does not.
     let jitter = (0..100).map(|k| f64::from(k) / 4.0 + 0.4 * f64::from(k % 2));
     let jitter: Vec<f64> = jitter.collect();
-    assert_eq!(runs(signal(&recording(&files::xdf_with_stamps(&jitter)), "EDA")).len(), 1);
+    assert_eq!(runs(signal(&recording(&files::xdf_with_stamps(&jitter, 4.0)), "EDA")).len(), 1);
+}
+
+#[test]
+fn uneven_stamps_of_xdf_that_go_back_are_noted() {
+    let notes = |stamps: &[f64]| recording(&files::xdf_with_stamps(stamps, 0.0)).notes;
+    assert_eq!(notes(&[1.0, 2.5, 2.4, 7.0]), [""; 0]);
+    let back =
+        "the stamps of EDA go back by more than a second once: its samples are sorted by time";
+    assert_eq!(notes(&[1.0, 2.5, 7.0, 2.6, 3.0]), [back]);
 }
 
 #[test]
@@ -122,7 +131,7 @@ fn xdf_that_ends_early_is_read_to_its_last_whole_chunk() {
 
 #[test]
 fn samples_of_xdf_without_a_time_are_counted() {
-    let xdf = recording(&files::xdf_with_stamps(&[1.0, f64::NAN, 1e300, 1.25]));
+    let xdf = recording(&files::xdf_with_stamps(&[1.0, f64::NAN, 1e300, 1.25], 4.0));
     assert_eq!(runs(signal(&xdf, "EDA")), [(1_000_000_000, 4.0, &[3.0, 3.0][..])]);
     assert_eq!(xdf.notes, ["2 samples of EDA have stamps that are not times and were left out"]);
 }

@@ -87,15 +87,15 @@ impl Check {
         let of_robots = heard.iter().filter(|(stream, _)| stream.about == About::Robot);
         let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
         output::lines(robots.iter().map(robot_line));
-        let absent = required.absent_robots(&heard).into_iter();
+        let received: Vec<_> = heard.iter().map(|(stream, _)| &**stream).collect();
+        let absent = required.absent_robots(&received).into_iter();
         output::lines(absent.map(|each| format!("robot    none  {}", no_robot(each))));
         output::lines(person_lines(&heard));
         let absent_lsl = lsl.look().await;
         let worn = worn::found(&worn, worn::planned_secs(&phases));
         output::lines(worn.lines);
-        let away = required.absent_people(&heard).into_iter();
+        let away = required.absent_people(&received).into_iter();
         output::lines(away.map(|each| format!("person   none  {}", no_person(each))));
-        let received: Vec<_> = heard.iter().map(|(stream, _)| &**stream).collect();
         let idle = notes::matching_nothing(&publish, &workers, &alerts, &received);
         let overruled = lacks::overruled(!phases.is_empty(), &own_phases);
         let lacking = lacking(&required, &heard, &buses);

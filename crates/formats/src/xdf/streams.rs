@@ -101,6 +101,12 @@ impl Streams {
                 header.name
             )
         }));
+        let set_back = self.each.values().filter(|stream| stream.steps_back() > 0);
+        notes.extend(set_back.map(|stream| {
+            let (name, steps) = (&stream.header.name, stream.steps_back());
+            let times = if steps == 1 { "once".to_owned() } else { format!("{steps} times") };
+            format!("the stamps of {name} go back by more than a second {times}: its samples are sorted by time")
+        }));
         let signals = self.each.into_values().map(XdfStream::signal);
         let mut whole = Vec::new();
         for signal in signals {
@@ -152,8 +158,22 @@ impl XdfStream {
         Ok(())
     }
 
+    /// Whether each sample keeps the time of its stamp.
+    fn is_uneven(&self) -> bool {
+        let Header { format, rate_hz, quantity, .. } = &self.header;
+        *format == Format::Text || *rate_hz <= 0.0 || *quantity == Quantity::Interval
+    }
+
+    /// How often the stamps go back, as after a clock was set back. The runs of evenly sampled streams are compared
+    /// with each other instead.
+    fn steps_back(&self) -> usize {
+        let steps = self.stamps_secs.windows(2).filter(|pair| pair[1] < pair[0] - BACK_SECS);
+        if self.is_uneven() { steps.count() } else { 0 }
+    }
+
     /// Its samples on the recorder's clock.
     fn signal(mut self) -> Signal {
+        let is_uneven = self.is_uneven();
         let clock = Fit::without_outliers(&self.offsets).unwrap_or(Fit::ZERO);
         for stamp in &mut self.stamps_secs {
             *stamp += clock.at(*stamp);
@@ -165,11 +185,11 @@ impl XdfStream {
             let marks = marks.map(|(secs, label)| Mark { at_ns: at(*secs), label }).collect();
             return Signal::marks(&name, marks);
         }
-        let content = if rate_hz > 0.0 && quantity != Quantity::Interval {
-            Content::Even(runs(&self.stamps_secs, &self.values, channels.len(), rate_hz))
-        } else {
+        let content = if is_uneven {
             let at_ns = self.stamps_secs.iter().map(|secs| at(*secs)).collect();
             Content::Uneven { at_ns, values: self.values }
+        } else {
+            Content::Even(runs(&self.stamps_secs, &self.values, channels.len(), rate_hz))
         };
         Signal { name, quantity, channels, rate_hz, content }
     }

@@ -89,9 +89,9 @@ fn header(id: u32, name: &str, format: &str, rate_hz: f64) -> Vec<u8> {
 }
 
 /// One stream of skin conductance at 4 Hz with these stamps [s].
-pub fn xdf_with_stamps(stamps_secs: &[f64]) -> Vec<u8> {
+pub fn xdf_with_stamps(stamps_secs: &[f64], rate_hz: f64) -> Vec<u8> {
     let mut file = b"XDF:".to_vec();
-    file.extend(header(1, "EDA", "int16", 4.0));
+    file.extend(header(1, "EDA", "int16", rate_hz));
     let mut samples =
         [&1_u32.to_le_bytes()[..], &[4], &(stamps_secs.len() as u32).to_le_bytes()].concat();
     for stamp_secs in stamps_secs {
