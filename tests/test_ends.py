@@ -227,3 +227,6 @@ def test_a_session_whose_devices_never_appeared_says_which_and_ends_with_5(stage
     assert recorder.interrupt() == 5, recorder.report()
     missing = re.findall("missing during the whole session: (.*)", recorder.stderr)
     assert missing == ["no robot matches /robot*"], recorder.report()
+    summaries = [path.read_text() for path in sorted(out.glob("*/summary.md"))]
+    assert all("## Missing during the whole session\n\n" in text for text in summaries)
+    assert summaries[-1].endswith("\n- no robot matches /robot*\n"), summaries[-1]

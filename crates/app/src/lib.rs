@@ -14,6 +14,7 @@ mod setup;
 mod controls;
 mod notes;
 mod required;
+mod absent;
 mod stop;
 mod recorded;
 mod tidied;

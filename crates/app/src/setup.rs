@@ -140,7 +140,13 @@ impl Setup {
             claims: Claims::default(),
             bluetooth: self.bluetooth.clone(),
         };
-        Ok(self.study.build("sources", Components::of_this_program().sources, &context)?)
+        let sources =
+            self.study.build("sources", Components::of_this_program().sources, &context)?;
+        let kinds: Vec<&String> = sources.iter().map(|(kind, _)| kind).collect();
+        let has_several = |kind| kinds.iter().filter(|other| **other == kind).count() > 1;
+        let people = kinds.iter().zip(self.study.texts("sources", "person"));
+        let people = people.map(|(kind, person)| person.filter(|_| has_several(*kind))).collect();
+        Ok(named(sources, people))
     }
 
     /// The sources of an attended session: phases, events and commands from ROS, keys.
@@ -176,12 +182,12 @@ impl Setup {
         let workers =
             self.study.build("workers", Components::of_this_program().workers, &context)?;
         let mut own_names = programs.into_iter().map(|program| program.name);
-        let kinds: Vec<String> = workers.iter().map(|(kind, _)| kind.clone()).collect();
-        let named = workers.into_iter().enumerate().map(|(place, (kind, worker))| {
-            let own = if kind == "program" { own_names.next().flatten() } else { None };
-            (worker_name(&kinds, place, own), worker)
-        });
-        Ok(named.collect())
+        let is_program = |(kind, _): &(String, _)| kind == "program";
+        let own = workers
+            .iter()
+            .map(|worker| if is_program(worker) { own_names.next().flatten() } else { None });
+        let own = own.collect();
+        Ok(named(workers, own))
     }
 
     /// The features of the study.
@@ -442,8 +448,15 @@ pub fn sink_context(study: &Study, bag: &Path, clock: &Clock) -> SinkContext {
     SinkContext { study: study.text().to_owned(), ..context }
 }
 
-/// What a worker is called in messages: its kind, with its own name, or its number among several of its kind.
-fn worker_name(kinds: &[String], place: usize, own: Option<String>) -> String {
+/// Components of these kinds under the names that they have in messages.
+fn named<T>(components: Vec<(String, T)>, own: Vec<Option<String>>) -> Vec<(String, T)> {
+    let kinds: Vec<String> = components.iter().map(|(kind, _)| kind.clone()).collect();
+    let with_name = |(place, ((_, component), own))| (name(&kinds, place, own), component);
+    components.into_iter().zip(own).enumerate().map(with_name).collect()
+}
+
+/// What a component is called in messages: its kind, with its own name, or its number among several of its kind.
+fn name(kinds: &[String], place: usize, own: Option<String>) -> String {
     let kind = &kinds[place];
     let number = kinds[..=place].iter().filter(|other| *other == kind).count();
     let is_alone = kinds.iter().filter(|other| *other == kind).count() == 1;
@@ -517,14 +530,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn workers_of_a_kind_are_told_apart() {
+    fn components_of_a_kind_have_names_of_their_own() {
         let kinds = ["program", "model", "program", "program"].map(str::to_owned);
         let own = [None, None, Some("score".to_owned()), None];
-        let names: Vec<String> = own
-            .into_iter()
-            .enumerate()
-            .map(|(place, own)| worker_name(&kinds, place, own))
-            .collect();
+        let names: Vec<String> =
+            own.into_iter().enumerate().map(|(place, own)| name(&kinds, place, own)).collect();
         assert_eq!(names, ["program 1", "model", "program score", "program 3"]);
     }
 }

@@ -137,13 +137,16 @@ impl Study {
 
     /// The types of all entries in one of the study's arrays.
     pub fn kinds(&self, key: &str) -> Vec<String> {
-        let kind = |value: Spanned<DeValue<'_>>| match value.into_inner() {
-            DeValue::Table(mut table) => {
-                table.remove("type").and_then(|kind| kind.get_ref().as_str().map(str::to_owned))
-            }
+        self.texts(key, "type").into_iter().flatten().collect()
+    }
+
+    /// The text under a name in each entry of one of the study's arrays.
+    pub fn texts(&self, key: &str, name: &str) -> Vec<Option<String>> {
+        let text = |value: Spanned<DeValue<'_>>| match value.into_inner() {
+            DeValue::Table(mut table) => table.remove(name)?.get_ref().as_str().map(str::to_owned),
             _ => None,
         };
-        self.entries(key).unwrap_or_default().into_iter().filter_map(kind).collect()
+        self.entries(key).unwrap_or_default().into_iter().map(text).collect()
     }
 
     /// An error at one of the study's tables, or at a key of it; at the beginning of the study where that

@@ -44,8 +44,6 @@ pub(crate) struct Life {
     /// The number of seconds before the first sample.
     silent_secs: u32,
     received: u64,
-    /// The number of samples of the last reading.
-    run: u32,
     pace: Pace,
     lost_source: Option<u64>,
     lost_queue: u64,
@@ -71,7 +69,6 @@ impl Life {
             deaf_until: None,
             silent_secs: 0,
             received: 0,
-            run: 1,
             pace: Pace::default(),
             lost_source: None,
             lost_queue: 0,
@@ -106,7 +103,6 @@ impl Life {
         self.first.get_or_insert(log_time);
         self.newest = Some(log_time);
         self.received += 1;
-        self.run = samples.max(1);
         self.pace.arrived(samples.into(), log_time);
         self.ahead_secs = source_time.map_or(f64::NAN, |stamp| stamp.secs_since(log_time));
         if measured != log_time {
@@ -224,7 +220,7 @@ impl Life {
         let silent_secs = now.secs_since(self.heard_since(newest));
         if let Some(expected_hz) = self.usual.expected_hz() {
             // Samples arrive in runs.
-            let expected_hz = expected_hz / f64::from(self.run);
+            let expected_hz = expected_hz / self.pace.run() as f64;
             let silent = || format!("silent for {age_secs:.1} s");
             if silent_secs > f64::max(10.0 / expected_hz, 5.0) {
                 return (State::Dead, silent());

@@ -22,6 +22,7 @@ use crate::fault::lasting;
 use crate::outlet::{Outlet, Queue};
 use crate::panics::{Panic, at, strays_after};
 use crate::pump::{Encode, Pump};
+use crate::session_streams::session_events;
 use crate::sink::{Sink, SinkError};
 use crate::source::{Source, SourceError};
 use crate::streams::Streams;
@@ -125,6 +126,10 @@ impl Session {
     ) -> Outcome {
         let queue = Queue::with_commands(self.commands.clone());
         let outlet = || queue.outlet(self.clock.clone(), self.streams.clone());
+        if self.pace == Pace::Live {
+            // The first record: a recording begins when its session does, though its devices appear later.
+            outlet().declare(session_events());
+        }
         let mut sources = Sources::default();
         for (name, source) in self.sources {
             sources.start(name, source, outlet());

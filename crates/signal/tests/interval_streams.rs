@@ -79,6 +79,33 @@ fn lost_intervals_are_a_hole() {
 }
 
 #[test]
+fn times_that_are_earlier_from_some_interval_on_cost_one_difference() {
+    let nn = intervals_ms(200);
+    let rmssd_ms = time_domain(&nn).expect("there are intervals").rmssd_ms;
+    // The first are reported late, or the host's clock is slow.
+    for (early_secs, slow) in [(0.15, 0.0), (0.4, 0.0), (2.0, 0.0), (0.0, 0.002)] {
+        let mut sum_secs = 0.0;
+        let ends = nn.iter().enumerate().map(|(place, interval_ms)| {
+            sum_secs += interval_ms / 1000.0;
+            let early_secs = if place < 3 { 0.0 } else { early_secs };
+            sum_secs * (1.0 - slow) - early_secs
+        });
+        let channels = [nn.clone(), ends.collect()];
+        let recording = Recording { rate_hz: 0.0, begin_ns: 0, channels: &channels };
+        let settings = Settings { most_astray_secs: 0.1, ..Settings::default() };
+        let whole = whole(&settings, &recording).expect("it is a recording");
+        let span = Span { begin_ns: -SEC, end_ns: 200 * SEC };
+        let found = of(whole.windows.as_ref(), span, "HRV_RMSSD").expect("there are intervals");
+        let count = of(whole.windows.as_ref(), span, "HRV_N").expect("a count");
+        eprintln!(
+            "{early_secs} s early, {slow} slow: RMSSD {found:.1} of {rmssd_ms:.1} ms, {count} intervals"
+        );
+        assert!((found / rmssd_ms - 1.0).abs() < 0.1, "{early_secs} {slow}: {found} of {rmssd_ms}");
+        assert!(count >= 190.0);
+    }
+}
+
+#[test]
 fn a_lost_interval_of_a_recording_takes_the_time_of_the_one_before() {
     let channels = [vec![f64::NAN, 800.0, 900.0, f64::INFINITY, 700.0]];
     let recording = Recording { rate_hz: 1.0, begin_ns: 5 * SEC, channels: &channels };

@@ -118,6 +118,10 @@ split_mib   = 4096"#;
             let message = format!("snapshot_secs is {}, expected 0 to 3600", self.snapshot_secs);
             return Err(SettingsError::new(message).at("snapshot_secs"));
         }
+        if let Some(secs) = self.split_secs.filter(|secs| !(secs.is_finite() && *secs >= 0.0)) {
+            let error = SettingsError::new(format!("split_secs is {secs}, expected 0 or more"));
+            return Err(error.at("split_secs").with_hint("0 never splits"));
+        }
         if self.fallback.as_ref().is_some_and(|folder| folder.as_os_str().is_empty()) {
             let error = SettingsError::new("fallback is empty").at("fallback");
             return Err(error.with_hint("give a folder on another disk, or leave it out"));

@@ -73,7 +73,7 @@ impl Info {
             return self.show();
         }
         let (mut bags, mut exit) = (Vec::new(), Exit::Fine);
-        for path in &self.bags {
+        for path in self.bags() {
             let bag = self.opened(path)?;
             exit = self.after(&bag, exit);
             bags.push(describe(&bag));
@@ -88,7 +88,7 @@ impl Info {
     /// Prints each bag as soon as it is opened.
     fn show(&self) -> Result<Exit, Failure> {
         let mut exit = Exit::Fine;
-        for (place, path) in self.bags.iter().enumerate() {
+        for (place, path) in self.bags().into_iter().enumerate() {
             let bag = self.opened(path)?;
             exit = self.after(&bag, exit);
             if place > 0 {
@@ -101,6 +101,19 @@ impl Info {
             }
         }
         Ok(exit)
+    }
+
+    /// The bags among the paths, without folders of exported tables beside them, which a pattern matches, too.
+    fn bags(&self) -> Vec<&PathBuf> {
+        let is_export = |path: &&PathBuf| path.is_dir() && path.extension() == Some("csv".as_ref());
+        let (exports, bags): (Vec<&PathBuf>, Vec<&PathBuf>) = self.bags.iter().partition(is_export);
+        if bags.is_empty() {
+            return exports;
+        }
+        for path in exports {
+            output::note(format!("{} holds exported tables, not a bag", path.display()));
+        }
+        bags
     }
 
     /// The exit code after a bag: checking a damaged bag fails.

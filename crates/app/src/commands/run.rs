@@ -3,17 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use teampulse_core::stream::Stream;
-use teampulse_core::streams::Streams;
-use teampulse_sinks::Unmet;
 
+use crate::absent::Absent;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::folder::holds_something;
 use crate::machine;
 use crate::network;
 use crate::output::{last_line, say};
-use crate::required::Requirements;
 use crate::setup::{Parts, Setup, Sources, conclude};
 use crate::stop::Stop;
 use crate::study::Study;
@@ -90,8 +87,9 @@ pub async fn watch(
     let session = setup.session(parts);
     let streams = session.streams.clone();
     let exit = conclude(stop.run(session, clock, duration_secs).await);
-    let is_complete = say_absent(&required, &streams);
-    let exit = if is_complete || exit != Exit::Fine { exit } else { Exit::DeviceMissing };
+    let absent = Absent::of(&required, &streams);
+    absent.show();
+    let exit = if absent.is_empty() || exit != Exit::Fine { exit } else { Exit::DeviceMissing };
     for later in ended.folders() {
         // They were omitted during the session.
         if let Err(failure) = write_tidy_files(&later).await {
@@ -106,25 +104,10 @@ pub async fn watch(
         say("nothing was recorded: no command started the recording");
     }
     for folder in &folders {
+        absent.write(folder).unwrap_or_else(Failure::show);
         say_where(folder);
     }
     Ok(exit)
-}
-
-/// Prints which devices, robots and people of the study never sent anything; whether there are none.
-fn say_absent(required: &Requirements, streams: &Streams) -> bool {
-    let streams = streams.all();
-    let received: Vec<&Stream> =
-        streams.iter().map(|(_, stream)| &**stream).filter(|stream| stream.has_health()).collect();
-    let absent = required.absent(&received);
-    for Unmet { what, fix } in &absent {
-        Failure::new(format!("missing during the whole session: {what}")).hint(fix).show();
-    }
-    if absent.is_empty() && received.is_empty() {
-        let failure = Failure::new("no source of the study sent anything");
-        failure.hint("`teampulse check` says what is missing").show();
-    }
-    absent.is_empty() && !received.is_empty()
 }
 
 /// Prints where the recording is.

@@ -21,8 +21,9 @@ const BURST_SECS: f64 = 0.02;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pace {
     stretches: VecDeque<Stretch>,
-    /// The number of samples of the last arrival.
+    /// The number of samples of the last arrival, and of the one before it.
     last_samples: u64,
+    before_samples: Option<u64>,
 }
 
 /// The arrivals of about a second.
@@ -45,7 +46,11 @@ impl Pace {
             self.stretches.clear();
         }
         let is_burst = self.last().is_some_and(|last| at.secs_since(last) < BURST_SECS);
-        self.last_samples = if is_burst { self.last_samples } else { 0 }.saturating_add(samples);
+        if !is_burst {
+            self.before_samples = self.last().map(|_| self.last_samples);
+            self.last_samples = 0;
+        }
+        self.last_samples = self.last_samples.saturating_add(samples);
         match self.stretches.back_mut() {
             Some(stretch) if is_burst || at.secs_since(stretch.first) < 1.0 => {
                 stretch.samples = stretch.samples.saturating_add(samples);
@@ -62,6 +67,11 @@ impl Pace {
         {
             self.stretches.pop_front();
         }
+    }
+
+    /// How many samples arrive at a time: the fewer of the last two arrivals, as one after a silence may be a backlog.
+    pub(super) fn run(&self) -> u64 {
+        self.before_samples.unwrap_or(u64::MAX).min(self.last_samples).max(1)
     }
 
     /// The rate at `now` [Hz]; 0 before the second arrival, and for a stream that has ended.

@@ -46,6 +46,26 @@ fn a_standstill_of_the_session_is_no_silence_of_a_stream() {
 }
 
 #[test]
+fn samples_that_arrive_several_at_a_time_are_not_silent_in_between() {
+    let mut life = Life::new(0.0);
+    for second in 1..=120 {
+        // Pulse intervals, as they come from a wrist.
+        if second % 5 == 0 {
+            for k in 0..(6 + second % 2) as u32 {
+                let now = Time::from_stamp(second, k * 1_000_000);
+                life.arrived(1, now, now, None);
+            }
+        }
+        let now = Time::from_stamp(second, 900_000_000);
+        life.second(now);
+        let status = status(&life, now);
+        assert!(second < 5 || status.state == State::Ok, "{second}: {}", status.reason);
+    }
+    let silent = status(&life, Time::from_stamp(140, 0));
+    assert_eq!((silent.state, &*silent.reason), (State::Stale, "silent for 20.0 s"));
+}
+
+#[test]
 fn a_stream_without_samples_is_reported_now_and_then() {
     let mut life = Life::new(0.0);
     let reported = |life: &mut Life, from_secs: i64, secs: i64| {

@@ -45,7 +45,8 @@ impl Default for Settings {
 ///
 /// An interval ends with a beat (event `beat`, detail `interval_ms`), and the next begins there. Host times
 /// only place the first one, and reveal lost intervals by differing from the sum of the intervals since by
-/// more than [`Settings::most_astray_secs`]. An interval that is NaN, not positive or over a minute also
+/// more than [`Settings::most_astray_secs`]. Where the sum is ahead by more, one interval is left out and the next begins
+/// at the host's time. An interval that is NaN, not positive or over a minute also
 /// leaves a hole. The rate is ignored; there are no errors. Limits: a single lost interval that is not
 /// reported as lost remains undetected.
 pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
@@ -170,27 +171,44 @@ impl Chain {
             self.is_broken = true;
             return None;
         };
-        let follows = |last_ns: &i64| {
-            let end_ns = last_ns.saturating_add(interval_ns);
-            let astray_ns = end_ns.saturating_sub(at_ns).saturating_abs();
-            !self.is_broken && astray_ns <= self.most_astray_ns
-        };
         let placed = match self.last_ns {
-            Some(last_ns) if follows(&last_ns) => {
-                Placed { hole: None, begin_ns: None, end_ns: last_ns.saturating_add(interval_ns) }
-            }
-            last_ns => {
-                let earliest_ns = last_ns.map_or(i64::MIN, |ns| ns.saturating_add(LEAST_HOLE_NS));
-                let begin_ns = at_ns.saturating_sub(interval_ns).max(earliest_ns);
-                Placed {
-                    hole: last_ns.map(|last_ns| (last_ns, begin_ns)),
-                    begin_ns: Some(begin_ns),
-                    end_ns: begin_ns.saturating_add(interval_ns),
+            Some(last_ns) if !self.is_broken => {
+                let end_ns = last_ns.saturating_add(interval_ns);
+                let ahead_ns = end_ns.saturating_sub(at_ns);
+                if ahead_ns.saturating_abs() <= self.most_astray_ns {
+                    Placed { hole: None, begin_ns: None, end_ns }
+                } else if ahead_ns > 0 {
+                    return self.go_back_to(at_ns, last_ns);
+                } else {
+                    after_hole(at_ns, interval_ns, Some(last_ns))
                 }
             }
+            last_ns => after_hole(at_ns, interval_ns, last_ns),
         };
         self.last_ns = Some(placed.end_ns);
         self.is_broken = false;
         Some(placed)
+    }
+
+    /// Places a beat where it was reported, since the sum of the intervals is too far ahead of that: an earlier one was
+    /// reported too late, and none was lost. `None` if the last beat was placed later than that.
+    fn go_back_to(&mut self, at_ns: i64, last_ns: i64) -> Option<Placed> {
+        if at_ns < last_ns.saturating_add(LEAST_HOLE_NS) {
+            self.is_broken = true;
+            return None;
+        }
+        self.last_ns = Some(at_ns);
+        Some(Placed { hole: Some((last_ns, at_ns)), begin_ns: None, end_ns: at_ns })
+    }
+}
+
+/// An interval after others that were lost, or the first one.
+fn after_hole(at_ns: i64, interval_ns: i64, last_ns: Option<i64>) -> Placed {
+    let earliest_ns = last_ns.map_or(i64::MIN, |ns| ns.saturating_add(LEAST_HOLE_NS));
+    let begin_ns = at_ns.saturating_sub(interval_ns).max(earliest_ns);
+    Placed {
+        hole: last_ns.map(|last_ns| (last_ns, begin_ns)),
+        begin_ns: Some(begin_ns),
+        end_ns: begin_ns.saturating_add(interval_ns),
     }
 }

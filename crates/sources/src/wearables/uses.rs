@@ -4,7 +4,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// What is in use; clones share it.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Uses(Arc<Mutex<Vec<String>>>);
+pub(crate) struct Uses(Arc<Mutex<Used>>);
+
+#[derive(Debug, Default)]
+struct Used {
+    things: Vec<String>,
+    /// Kinds of devices of which any is taken, each with the person who wears it.
+    kinds: Vec<(&'static str, String)>,
+}
 
 /// The use of something, until it is dropped.
 #[derive(Debug)]
@@ -22,18 +29,26 @@ impl Uses {
         let is_below = |one: &str, other: &str| {
             one.strip_prefix(other).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
         };
-        if used.iter().any(|known| is_below(known, &what) || is_below(&what, known)) {
+        if used.things.iter().any(|known| is_below(known, &what) || is_below(&what, known)) {
             return None;
         }
-        used.push(what.clone());
+        used.things.push(what.clone());
         Some(Use { uses: self.clone(), what })
+    }
+
+    /// Whether nobody else wears any device of a kind, rather than one with an address or a name: it could not be known
+    /// who wears which.
+    pub(crate) fn takes_any(&self, kind: &'static str, person: &str) -> bool {
+        let mut used = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        used.kinds.push((kind, person.to_owned()));
+        used.kinds.iter().all(|(other, wearer)| *other != kind || wearer == person)
     }
 }
 
 impl Drop for Use {
     fn drop(&mut self) {
         let mut used = self.uses.0.lock().unwrap_or_else(PoisonError::into_inner);
-        used.retain(|known| *known != self.what);
+        used.things.retain(|known| *known != self.what);
     }
 }
 
@@ -52,5 +67,12 @@ mod tests {
         drop((one, other));
         let whole = uses.begin("server");
         assert!(whole.is_some() && uses.begin("server/b").is_none());
+    }
+
+    #[test]
+    fn any_device_of_a_kind_is_of_one_person() {
+        let uses = Uses::default();
+        assert!(uses.takes_any("polar", "p001") && uses.takes_any("polar", "p001"));
+        assert!(uses.takes_any("heart_rate", "p002") && !uses.takes_any("polar", "p002"));
     }
 }

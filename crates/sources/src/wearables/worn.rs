@@ -83,9 +83,12 @@ impl Worn {
     /// Fails if a person's id can't be a part of a topic.
     pub(super) fn check(person: &str) -> Result<(), SettingsError> {
         let is_plain = |each: char| each.is_ascii_alphanumeric() || each == '_';
-        if person.is_empty() || !person.chars().all(is_plain) {
+        // ROS refuses topics with parts that begin with a digit.
+        let begins_well = person.starts_with(|first: char| first.is_ascii_alphabetic());
+        if !begins_well || !person.chars().all(is_plain) {
             let error = SettingsError::new(format!("`{person}` can't be the id of a person"));
-            let hint = "give a pseudonym of letters, digits and `_`, such as \"p001\"";
+            let hint =
+                "give a pseudonym of letters, digits and `_`, a letter first, such as \"p001\"";
             return Err(error.at("person").with_hint(hint));
         }
         Ok(())

@@ -167,6 +167,7 @@ impl Remote {
         + 2 * (Envelope::BYTES
             + Bursts::BYTES
             + Shift::BYTES
+            + Backlogs::BYTES
             + MOST_EVENTS * size_of::<ClockEvent>());
 
     /// Advances the model to `now`.

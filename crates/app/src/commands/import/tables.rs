@@ -44,16 +44,23 @@ pub struct Asked {
     #[command(flatten)]
     table: TableArgs,
     /// The pseudonym of the person who was measured
-    #[arg(long, value_name = "ID", default_value = "p001", value_parser = token)]
+    #[arg(long, value_name = "ID", default_value = "p001", value_parser = person)]
     person: String,
     /// The device that measured; by default what its file states, or `table`
     #[arg(long, value_name = "NAME", default_value = TABLE, value_parser = token)]
     device: String,
 }
 
-/// A token of a topic: a letter, then letters, digits and `_`.
+/// The id of a person, as in a study: a letter, then letters, digits and `_`.
+fn person(text: &str) -> Result<String, String> {
+    token(&text.to_ascii_lowercase()).map(|_| text.to_owned()).map_err(|_error| {
+        "expected letters, digits and _, a letter first, and at most 64 of them".into()
+    })
+}
+
+/// A token of a topic: a lower-case letter, then letters, digits and `_`.
 fn token(text: &str) -> Result<String, String> {
-    let is_token = text.starts_with(|each: char| each.is_ascii_lowercase())
+    let is_token = text.starts_with(|first: char| first.is_ascii_lowercase())
         && text.chars().all(|each| matches!(each, 'a'..='z' | '0'..='9' | '_'))
         && text.len() <= 64;
     if is_token {

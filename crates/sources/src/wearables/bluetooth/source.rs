@@ -71,6 +71,8 @@ pub(in crate::wearables) struct Wireless<S: Wearable> {
     settings: S::Settings,
     /// Present once the device is known.
     conversation: Option<Conversation<S>>,
+    /// The use of its address, if the study gives it.
+    _address: Option<Use>,
 }
 
 /// A session with a device that a person wears.
@@ -91,15 +93,30 @@ impl<S: Wearable> Wireless<S> {
     ) -> Result<Box<dyn Source>, SettingsError> {
         let Pairing { person, address, name } = pairing;
         Worn::check(&person)?;
-        if let Some(address) = &address {
-            check_address(address)?;
-            context.bluetooth.reserve(address);
+        let uses = context.claims.uses.clone();
+        let address_use = match &address {
+            Some(address) => {
+                check_address(address)?;
+                context.bluetooth.reserve(address);
+                Some(only_use(&uses, address)?)
+            }
+            None => None,
+        };
+        if address.is_none() && name.is_none() && !uses.takes_any(S::KIND, &person) {
+            return Err(who_wears_which(S::KIND));
         }
         let bluetooth = context.bluetooth.clone();
         let wanted = Wanted { kind: S::KIND, is_kind: S::is_kind, address, name };
         let conversation = None::<Conversation<S>>;
-        let uses = context.claims.uses.clone();
-        Ok(Box::new(Wireless { bluetooth, uses, wanted, person, settings, conversation }))
+        Ok(Box::new(Wireless {
+            bluetooth,
+            uses,
+            wanted,
+            person,
+            settings,
+            conversation,
+            _address: address_use,
+        }))
     }
 }
 
@@ -277,6 +294,21 @@ impl<S: Wearable> Source for Wireless<S> {
 fn gone(error: Error) -> SourceError {
     let hint = "is the device on, worn and in range?".into();
     SourceError::Gone { message: format!("continue: {error}"), hint }
+}
+
+/// The use of a device by one source only.
+fn only_use(uses: &Uses, address: &str) -> Result<Use, SettingsError> {
+    uses.begin(format!("device {}", address.to_ascii_uppercase())).ok_or_else(|| {
+        let error = SettingsError::new(format!("two sources read the device {address}"));
+        error.at("address").with_hint("give each the address of its own device")
+    })
+}
+
+fn who_wears_which(kind: &str) -> SettingsError {
+    let message = format!("several people wear any `{kind}`: it can't be known who wears which");
+    SettingsError::new(message)
+        .at("person")
+        .with_hint("give each source the `address` of its device; `teampulse scan` lists them")
 }
 
 pub(crate) fn check_address(address: &str) -> Result<(), SettingsError> {

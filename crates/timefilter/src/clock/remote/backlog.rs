@@ -1,8 +1,8 @@
 //! Late messages: those delayed in a backlog, which arrive in order, and those held by their receiver until
 //! the clock was known.
 
-/// The most streams of a computer that are followed; further ones share slots.
-const STREAMS: usize = 16;
+/// The most streams of a computer that are followed; late messages of further ones are not accepted.
+const MOST_STREAMS: usize = 1024;
 /// How long messages may be equally late [ns]: a backlog shrinks, a clock that was set back does not.
 const STEADY_NANOS: i64 = 1_000_000_000;
 /// The largest difference at which messages count as equally late [ns].
@@ -13,12 +13,9 @@ const LATEST_NANOS: i64 = 600_000_000_000;
 /// answered.
 const HELD_NANOS: i64 = 5_000_000_000;
 
-/// The state of each stream of a computer.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Backlogs {
-    streams: [Option<LastMessage>; STREAMS],
-    next: usize,
-}
+/// The state of each stream of a computer, ordered by stream.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Backlogs(Vec<LastMessage>);
 
 /// The last message of one stream.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +29,9 @@ struct LastMessage {
 }
 
 impl Backlogs {
+    /// The most memory that they use, themselves excluded [B].
+    pub const BYTES: usize = MOST_STREAMS * size_of::<LastMessage>();
+
     /// Whether a late message continues its stream: in order after an accepted message, and not equally
     /// late for too long.
     pub fn goes_on(&mut self, stream: u32, stamp: i64, arrival: i64, late: i64) -> bool {
@@ -49,7 +49,8 @@ impl Backlogs {
     /// Whether a late message is the first of its stream, and so may have been held until the clock was known.
     /// From then on the stream is followed.
     pub fn begins(&mut self, stream: u32, stamp: i64, arrival: i64, late: i64) -> bool {
-        let begins = late < HELD_NANOS && self.of(stream).is_none();
+        let is_new = self.of(stream).is_none() && self.0.len() < MOST_STREAMS;
+        let begins = late < HELD_NANOS && is_new;
         if begins {
             let late = Some((arrival, late));
             self.follow(LastMessage { stream, stamp, believed: true, late });
@@ -69,11 +70,14 @@ impl Backlogs {
     }
 
     fn follow(&mut self, last: LastMessage) {
-        self.streams[self.next] = Some(last);
-        self.next = (self.next + 1) % STREAMS;
+        let place = self.0.partition_point(|known| known.stream < last.stream);
+        if self.0.len() < MOST_STREAMS {
+            self.0.insert(place, last);
+        }
     }
 
     fn of(&mut self, stream: u32) -> Option<&mut LastMessage> {
-        self.streams.iter_mut().flatten().find(|last| last.stream == stream)
+        let place = self.0.binary_search_by_key(&stream, |known| known.stream).ok()?;
+        self.0.get_mut(place)
     }
 }
