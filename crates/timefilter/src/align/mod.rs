@@ -12,6 +12,8 @@ mod row;
 mod settings;
 mod policy;
 mod source;
+mod cell;
+mod segment;
 mod window;
 mod watermark;
 mod samples;

@@ -27,14 +27,14 @@ impl<'a> Row<'a> {
     /// left, or the last place.
     #[inline]
     pub fn cells(&self) -> impl ExactSizeIterator<Item = (SourceId, Cell<'a>)> + use<'a> {
-        let values = self.values;
-        self.columns.iter().map(move |column| (column.source, column.cell(values)))
+        let Row { at, columns, values } = *self;
+        columns.iter().map(move |column| (column.source, column.cell(at, values)))
     }
 
     /// The cell of one source; `None` if the source has left or does not exist.
     pub fn cell(&self, source: SourceId) -> Option<Cell<'a>> {
         let column = self.columns.iter().find(|column| column.source == source)?;
-        Some(column.cell(self.values))
+        Some(column.cell(self.at, self.values))
     }
 }
 
@@ -130,16 +130,50 @@ pub(super) struct Column {
     pub source: SourceId,
     pub begin: usize,
     pub end: usize,
-    pub age_nanos: i64,
+    pub newest: Option<i64>,
+    pub validity: Validity,
+    /// Whether it is computed only when the row is issued, as samples that arrive until then could change it.
+    pub is_pending: bool,
+}
+
+/// The cells of the next row: a column for each present source, in their order, and all their values.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cells {
+    pub columns: Vec<Column>,
+    pub values: Vec<f64>,
+    /// Whether any column is pending.
+    pub some_pending: bool,
+}
+
+impl Cells {
+    /// Has a column computed only when the row is issued.
+    pub fn postpone(&mut self, column: usize) {
+        self.columns[column].is_pending = true;
+        self.some_pending = true;
+    }
+}
+
+/// Where the values of a cell come from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Origin {
+    /// The time of the newest sample used for them; without values, of the last one at or before the row.
+    pub newest: Option<i64>,
     pub validity: Validity,
 }
 
 impl Column {
+    /// Sets where the values of its cell come from.
     #[inline]
-    fn cell<'a>(&self, values: &'a [f64]) -> Cell<'a> {
+    pub fn set(&mut self, origin: Origin) {
+        (self.newest, self.validity) = (origin.newest, origin.validity);
+        self.is_pending = false;
+    }
+
+    #[inline]
+    fn cell<'a>(&self, row: i64, values: &'a [f64]) -> Cell<'a> {
         Cell {
             values: &values[self.begin..self.end],
-            age_nanos: self.age_nanos,
+            age_nanos: self.newest.map_or(i64::MAX, |newest| row.saturating_sub(newest)),
             validity: self.validity,
         }
     }

@@ -71,6 +71,16 @@ impl Samples {
         &self.values[begin..begin + self.channels]
     }
 
+    /// The times and values of the oldest two samples, if they have one channel.
+    #[inline]
+    pub fn first_two_of_one_channel(&self) -> Option<[(i64, f64); 2]> {
+        if self.channels != 1 || self.len < 2 {
+            return None;
+        }
+        let sample = |slot| (self.times[slot], self.values[slot]);
+        Some([sample(self.slot(0)), sample(self.slot(1))])
+    }
+
     /// Inserts a sample after all that are not newer. There must be room: see [`Samples::is_full`].
     #[inline]
     pub fn insert(&mut self, time: i64, values: &[f64]) {
@@ -83,9 +93,43 @@ impl Samples {
             self.copy(place - 1, place);
             place -= 1;
         }
-        let slot = self.slot(place);
+        self.put(self.slot(place), time, values);
+    }
+
+    /// Appends a sample that is not older than any. There must be room: see [`Samples::has_room`].
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "the call costs more than what it does")]
+    pub fn append(&mut self, time: i64, values: &[f64]) {
+        let slot = self.slot(self.len);
+        if let [value] = values {
+            // Without a loop or a call to copy one number.
+            (self.times[slot], self.values[slot]) = (time, *value);
+        } else {
+            self.put(slot, time, values);
+        }
+        self.len += 1;
+    }
+
+    /// Whether a sample fits without growth.
+    #[inline]
+    pub fn has_room(&self) -> bool {
+        self.len < self.times.len() && self.len < self.capacity
+    }
+
+    fn put(&mut self, slot: usize, time: i64, values: &[f64]) {
         self.times[slot] = time;
         self.values[slot * self.channels..][..self.channels].copy_from_slice(values);
+    }
+
+    /// Drops the samples before the last one at or before a time.
+    #[inline]
+    pub fn forget_before_last_until(&mut self, time: i64) {
+        let Samples { mut head, mut len, .. } = *self;
+        let after = |place| (place + 1) & (self.times.len() - 1);
+        while len >= 2 && self.times[after(head)] <= time {
+            (head, len) = (after(head), len - 1);
+        }
+        (self.head, self.len) = (head, len);
     }
 
     #[inline]

@@ -57,6 +57,12 @@ impl Watermark {
         was_silent
     }
 
+    /// Whether rows wait for a sample of this time: it is newer than all before.
+    #[inline]
+    pub fn expects(&self, measured: i64) -> bool {
+        self.presence == Presence::Awaited && measured > self.newest
+    }
+
     /// Starts the time-out of the source.
     pub fn begin(&mut self, now: i64) {
         self.heard = now;

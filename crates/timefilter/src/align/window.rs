@@ -1,8 +1,9 @@
 //! Aggregates over the samples of a window.
 
+use super::cell::absent;
 use super::policy::Aggregate;
-use super::row::Validity;
-use super::source::{Source, absent};
+use super::row::{Origin, Validity};
+use super::source::Source;
 use super::watermark::Presence;
 
 /// The samples measured in (row − length, row].
@@ -14,12 +15,7 @@ pub(super) struct Window {
 }
 
 impl Source {
-    pub(super) fn window(
-        &self,
-        window: &Window,
-        available: bool,
-        values: &mut [f64],
-    ) -> (i64, Validity) {
+    pub(super) fn window(&self, window: &Window, available: bool, values: &mut [f64]) -> Origin {
         let begin = window.row.saturating_sub(window.length_nanos);
         let time = |place: usize| self.samples.time(place);
         let first = (0..self.samples.len()).find(|&place| time(place) > Some(begin));
@@ -34,13 +30,12 @@ impl Source {
             *value = window.aggregate.of(inside.filter(|value| !value.is_nan()));
         }
         let newest = end.checked_sub(1).and_then(time).filter(|&newest| newest <= window.row);
-        let age_nanos = newest.map_or(i64::MAX, |newest| window.row.saturating_sub(newest));
         let awaited = matches!(self.watermark.presence, Presence::Awaited | Presence::Behind);
         let sure = self.is_complete(window.row) || (available && awaited);
         if newest.is_none() && !sure {
-            return absent(values, age_nanos, self.unawaited());
+            return absent(values, None, self.unawaited());
         }
-        (age_nanos, if sure { Validity::Fresh } else { self.unawaited() })
+        Origin { newest, validity: if sure { Validity::Fresh } else { self.unawaited() } }
     }
 }
 

@@ -6,7 +6,7 @@ mod arrivals;
 mod rows;
 
 use super::error::AlignError;
-use super::row::{Column, Output};
+use super::row::{Cells, Column, Output};
 use super::settings::{
     MOST_SOURCES, Mode, RowTimes, Run, Sample, SourceId, SourceSettings, time as checked,
 };
@@ -39,21 +39,21 @@ pub struct Aligner {
     sources: Vec<Option<Source>>,
     pivot: Option<SourceId>,
     serial: u32,
-    /// A column for each present source, in their order, and all their values.
-    columns: Vec<Column>,
-    values: Vec<f64>,
+    cells: Cells,
     /// The session time; `None` before it starts.
     now: Option<i64>,
-    /// The newest sample of any source; `i64::MIN` without any.
+    /// The newest sample of any source, in available mode the arrival of the last one; `i64::MIN` without any.
     newest: i64,
     /// The next row of a grid.
     next: Option<i64>,
     /// The time of the newest row.
     last: Option<i64>,
-    /// The time until which a grid may issue rows before another sample arrives; `i64::MIN` before the
-    /// first.
-    reach: i64,
-    /// All sources before this index are complete for the next row, or are not waited for.
+    /// The time after which samples may be ordinary: that of the newest row of a reproducible grid.
+    ordinary_after: i64,
+    /// [`ROWS_IN_SILENCE`] periods of a grid [ns].
+    silence_nanos: i64,
+    /// All sources before this index are complete for the next row, and their cells computed, or are not
+    /// waited for.
     settled: usize,
     /// The source that the next row waits for, and the time up to which it must be complete.
     waits_for: Option<(usize, i64)>,
@@ -75,8 +75,10 @@ const NEVER: i64 = i64::MAX;
 impl Aligner {
     /// Creates an aligner without sources. The period of a grid must be 1 ns to a day.
     pub fn new(onto: RowTimes, mode: Mode) -> Result<Aligner, AlignError> {
+        let mut silence_nanos = 0;
         if let RowTimes::Grid { period_nanos } = onto {
             checked("grid's period", 1, period_nanos)?;
+            silence_nanos = period_nanos.saturating_mul(ROWS_IN_SILENCE);
         }
         Ok(Aligner {
             onto,
@@ -84,13 +86,13 @@ impl Aligner {
             sources: Vec::new(),
             pivot: None,
             serial: 0,
-            columns: Vec::new(),
-            values: Vec::new(),
+            cells: Cells::default(),
             now: None,
             newest: i64::MIN,
             next: None,
             last: None,
-            reach: i64::MIN,
+            ordinary_after: NEVER,
+            silence_nanos,
             settled: 0,
             waits_for: None,
             row_due: NEVER,
@@ -174,13 +176,31 @@ impl Aligner {
     where
         F: FnMut(Output<'_>),
     {
+        match self.take_ordinary(source, &sample) {
+            Some(true) => self.settle(&mut out),
+            Some(false) => {}
+            None => self.push_any(source, sample, &mut out)?,
+        }
+        Ok(())
+    }
+
+    /// Takes any sample, and advances time to its arrival before.
+    #[cold]
+    fn push_any<F: FnMut(Output<'_>)>(
+        &mut self,
+        source: SourceId,
+        sample: Sample<'_>,
+        out: &mut F,
+    ) -> Result<(), AlignError> {
         let place = self.place(source)?;
         let expected = self.channels(place);
         if sample.values.len() != expected {
             return Err(AlignError::Channels { expected, got: sample.values.len() });
         }
-        self.advance(sample.arrival, &mut out);
-        self.take(place, sample.measured, sample.values, &mut out);
+        self.advance(sample.arrival, out);
+        if self.take_any(place, sample.measured, sample.values, out) {
+            self.settle(out);
+        }
         Ok(())
     }
 
@@ -203,7 +223,8 @@ impl Aligner {
         self.advance(run.arrival, &mut out);
         for (number, values) in run.values.chunks_exact(expected).enumerate() {
             let since_first = (number as f64 * run.period_nanos).round() as i64;
-            self.take(place, run.measured.saturating_add(since_first), values, &mut out);
+            let measured = run.measured.saturating_add(since_first);
+            self.push(source, Sample { measured, arrival: run.arrival, values }, &mut out)?;
         }
         Ok(())
     }

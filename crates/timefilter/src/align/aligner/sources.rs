@@ -2,6 +2,7 @@
 
 use super::super::error::AlignError;
 use super::super::row::{Column, Validity};
+use super::super::segment::Segment;
 use super::super::settings::SourceId;
 use super::super::source::Source;
 use super::super::watermark::Presence;
@@ -38,17 +39,25 @@ impl Aligner {
 
     /// Assigns columns to the sources after one has joined or left.
     pub(super) fn arrange(&mut self) {
-        self.columns.clear();
+        self.cells.columns.clear();
         let mut begin = 0;
-        for source in self.sources.iter().flatten() {
+        for source in self.sources.iter_mut().flatten() {
             let end = begin + source.channels;
-            let validity = Validity::Missing;
-            self.columns.push(Column { source: source.id, begin, end, age_nanos: 0, validity });
+            source.segment = Segment::NOWHERE;
+            (source.column, source.first_value) = (self.cells.columns.len(), begin);
+            self.cells.columns.push(Column {
+                source: source.id,
+                begin,
+                end,
+                newest: None,
+                validity: Validity::Missing,
+                is_pending: false,
+            });
             begin = end;
         }
-        self.values.clear();
-        self.values.resize(begin, f64::NAN);
-        self.values.shrink_to_fit();
+        self.cells.values.clear();
+        self.cells.values.resize(begin, f64::NAN);
+        self.cells.values.shrink_to_fit();
         let patience = |source: &Source| source.watermark.patience_nanos();
         self.patience_nanos = self.sources.iter().flatten().map(patience).max().unwrap_or(0);
         self.find_silence();

@@ -26,6 +26,7 @@ impl Aligner {
         self.find_silence();
     }
 
+    #[cold]
     pub(super) fn pass_until<F: FnMut(Output<'_>)>(&mut self, now: i64, out: &mut F) {
         loop {
             let due = self.row_due.min(self.silence_due);
