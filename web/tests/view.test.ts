@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
 import { Feed } from "../dev/feed";
+import { NAMES, placeOf } from "../src/draw/lanes";
 import { Model } from "../src/store/model";
 import { alertsOf, waiting } from "../src/view/alerts";
 import { checks } from "../src/view/checks";
@@ -186,4 +187,8 @@ test("whose cameras and microphones are on is said, and of many the first", () =
   }
   expect(watching(model)).toEqual({ cameras: ["p001"], microphones: [] });
   expect(words({ cameras: ["a", "b", "c", "d"], microphones: ["p001"] })).toBe("camera on: a, b and 2 more · microphone on: p001");
+});
+
+test("what happened before a recording began is drawn at its start, not over the names", () => {
+  expect([-5, 0, 55, 110].map((t) => placeOf(t, 110, NAMES + 220))).toEqual([NAMES, NAMES, NAMES + 110, NAMES + 220]);
 });

@@ -30,7 +30,7 @@ export function drawLanes(canvas: HTMLCanvasElement, lanes: readonly Lane[], now
   const { x, w, h } = prepare;
   const colours = ink();
   const height = h / (lanes.length + 1);
-  const at = (t: number) => NAMES + (t / total) * (w - NAMES);
+  const at = (t: number) => placeOf(t, total, w);
   x.fillStyle = colours.of("sunk");
   x.fillRect(0, 0, NAMES, h);
   x.fillRect(at(now), 0, w, h);
@@ -55,6 +55,11 @@ export function drawLanes(canvas: HTMLCanvasElement, lanes: readonly Lane[], now
     });
   });
   axis(x, at, now, total, w, h - height / 2);
+}
+
+/** The place of a time on a timeline of this width [px]; what happened before its start is at its start, not on the names. */
+export function placeOf(t: number, total: number, width: number): number {
+  return NAMES + (Math.max(0, t) / total) * (width - NAMES);
 }
 
 function drawPhase(x: CanvasRenderingContext2D, phase: Phase, at: (t: number) => number, top: number, bottom: number, now: number, total: number): void {
