@@ -5,6 +5,7 @@ import { Model } from "../src/store/model";
 import { alertsOf, waiting } from "../src/view/alerts";
 import { checks } from "../src/view/checks";
 import { age, bytes, clock, decimal, lasts, likeItsSd, listed, meanAndSd, signed, significant } from "../src/view/format";
+import { healthGroups, totals } from "../src/view/health";
 import { log } from "../src/view/log";
 import { knownBy, lostOn } from "../src/view/network";
 import { baselineOf, people } from "../src/view/people";
@@ -191,4 +192,13 @@ test("whose cameras and microphones are on is said, and of many the first", () =
 
 test("what happened before a recording began is drawn at its start, not over the names", () => {
   expect([-5, 0, 55, 110].map((t) => placeOf(t, 110, NAMES + 220))).toEqual([NAMES, NAMES, NAMES + 110, NAMES + 220]);
+});
+
+test("every stream is counted in the state of its row, also one that was never seen and may be silent", () => {
+  const { model } = session();
+  const face = model.byName.get("/p/face");
+  if (face) face.signal = "event";
+  const groups = healthGroups(model);
+  expect(groups.flatMap((each) => each.rows).find((each) => each.stream === face)).toMatchObject({ state: "never", isBad: false });
+  expect(totals(groups)).toMatchObject({ all: 21, ok: 16, words: "1 degraded, 3 dead, 1 never seen" });
 });

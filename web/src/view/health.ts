@@ -69,15 +69,15 @@ function groupOf(key: string, rows: Row[]): Group {
 /** A summary of all streams. */
 export function totals(groups: readonly Group[]) {
   const rows = groups.flatMap((each) => each.rows);
-  const of = (state: State) => rows.filter((each) => each.isBad && each.state === state).length;
-  const bad = STATES.slice(1).flatMap((state) => (of(state) > 0 ? [`${of(state)} ${STATE_WORDS[state]}`] : []));
+  const of = (state: State) => rows.filter((each) => each.state === state).length;
+  const others = STATES.slice(1).flatMap((state) => (of(state) > 0 ? [`${of(state)} ${STATE_WORDS[state]}`] : []));
   const sum = (count: (health: StreamHealth) => number | null) => rows.reduce((all, each) => all + ((each.health && count(each.health)) ?? 0), 0);
   const errors = rows.flatMap((each) => {
     const secs = each.health?.uncertainty_secs;
     return typeof secs === "number" ? [{ secs, name: each.stream.name }] : [];
   });
   return {
-    all: rows.length, ok: rows.filter((each) => !each.isBad).length, words: bad.join(", "), lost: sum((health) => health.lost_source), lostQueue: sum((health) => health.lost_queue),
+    all: rows.length, ok: of("ok"), words: others.join(", "), lost: sum((health) => health.lost_source), lostQueue: sum((health) => health.lost_queue),
     unknown: rows.filter((each) => each.health?.lost_source === null).length,
     worst: errors.sort((a, b) => b.secs - a.secs)[0],
   };
