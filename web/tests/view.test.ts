@@ -4,7 +4,7 @@ import { NAMES, placeOf } from "../src/draw/lanes";
 import { Model } from "../src/store/model";
 import { alertsOf, waiting } from "../src/view/alerts";
 import { checks } from "../src/view/checks";
-import { age, bytes, clock, decimal, lasts, likeItsSd, listed, meanAndSd, signed, significant } from "../src/view/format";
+import { age, bytes, clock, decimal, lasts, likeItsSd, listed, meanAndSd, pieces, signed, significant } from "../src/view/format";
 import { healthGroups, totals } from "../src/view/health";
 import { log } from "../src/view/log";
 import { knownBy, lostOn } from "../src/view/network";
@@ -201,4 +201,9 @@ test("every stream is counted in the state of its row, also one that was never s
   const groups = healthGroups(model);
   expect(groups.flatMap((each) => each.rows).find((each) => each.stream === face)).toMatchObject({ state: "never", isBad: false });
   expect(totals(groups)).toMatchObject({ all: 21, ok: 16, words: "1 degraded, 3 dead, 1 never seen" });
+});
+
+test("a name breaks only after slashes and underscores", () => {
+  expect(pieces("polar_h10/rr_interval")).toEqual(["polar_", "h10/", "rr_", "interval"]);
+  expect([pieces("/robot1/odom").join(""), pieces("heart rate"), pieces("")]).toEqual(["/robot1/odom", ["heart rate"], [""]]);
 });

@@ -117,3 +117,8 @@ export function listed(words: readonly string[]): string {
 
 /** Natural order of names: `robot2` before `robot10`. */
 export const byName = new Intl.Collator("en", { numeric: true }).compare;
+
+/** The pieces between which a name may be broken into lines: after slashes and underscores. */
+export function pieces(name: string): string[] {
+  return name.split(/(?<=[/_])(?=[^/_])/);
+}
