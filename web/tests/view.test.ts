@@ -12,6 +12,7 @@ import { baselineOf, people } from "../src/view/people";
 import { phases, present } from "../src/view/phases";
 import { recordingWords } from "../src/view/recording";
 import { robots } from "../src/view/robots";
+import { bySubject, drawable, signalOf } from "../src/view/signals";
 import { markers, spans } from "../src/view/strips";
 import { timeline } from "../src/view/timeline";
 import { watching, words } from "../src/view/watching";
@@ -206,4 +207,12 @@ test("every stream is counted in the state of its row, also one that was never s
 test("a name breaks only after slashes and underscores", () => {
   expect(pieces("polar_h10/rr_interval")).toEqual(["polar_", "h10/", "rr_", "interval"]);
   expect([pieces("/robot1/odom").join(""), pieces("heart rate"), pieces("")]).toEqual(["/robot1/odom", ["heart rate"], [""]]);
+});
+
+test("signals are listed below whose they are, in their order, by names that are theirs alone", () => {
+  const { model } = session(1);
+  const runs = bySubject(drawable(model).filter((each) => !each.stream.derived));
+  expect(runs.map((each) => each.title)).toEqual(["p001", "robot1"]);
+  const [own = []] = runs.map((each) => each.rows.map(({ stream, choice }) => signalOf(stream, choice.channel)));
+  expect(own).toEqual(["ECG", "EDA fingers", "camera", "PPG", "breath"]);
 });

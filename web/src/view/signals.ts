@@ -30,11 +30,27 @@ export function drawable(model: Model): { choice: Choice; stream: Stream; label:
 
 /** The display name of a channel: `p001 ECG`, `robot4 battery voltage`. */
 export function labelOf(stream: Stream, channel: string): string {
+  return `${stream.subject} ${signalOf(stream, channel)}`.trim();
+}
+
+/** The display name of a channel of a known person or robot: `ECG`, `battery voltage`. */
+export function signalOf(stream: Stream, channel: string): string {
   const figure = FIGURES.find((each) => each.family === stream.family && each.channel === channel);
-  const who = stream.subject ? `${stream.subject} ` : "";
-  if (figure) return `${who}${figure.word.toLowerCase()}${figure.unit === "/min" ? " rate" : ""}`;
+  if (figure) return `${figure.word.toLowerCase()}${figure.unit === "/min" ? " rate" : ""}`;
   const sensor = stream.derived ? stream.family : sensorName(stream);
-  return stream.channels.length > 1 ? `${who}${sensor} ${channel.split(".").slice(-2).join(".")}` : `${who}${sensor}`;
+  return stream.channels.length > 1 ? `${sensor} ${channel.split(".").slice(-2).join(".")}` : sensor;
+}
+
+/** These rows in runs of one person, robot or session, in their order. */
+export function bySubject<T extends { stream: Stream }>(rows: readonly T[]): { title: string; rows: T[] }[] {
+  const runs: { title: string; rows: T[] }[] = [];
+  for (const row of rows) {
+    const title = row.stream.subject || row.stream.about;
+    const last = runs.at(-1);
+    if (last?.title === title) last.rows.push(row);
+    else runs.push({ title, rows: [row] });
+  }
+  return runs;
 }
 
 /** The default lines: an operator's signals above a robot's link and battery. */
