@@ -3,8 +3,9 @@
 use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::Path;
+use std::time::Duration;
 
-use teampulse_core::stream::Stream;
+use teampulse_core::stream::{Origin, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_sinks::Unmet;
 
@@ -12,17 +13,26 @@ use crate::failure::Failure;
 use crate::required::Requirements;
 use crate::tidied::SUMMARY;
 
+/// How long devices may take to appear: a scan and a connection of Bluetooth take several seconds.
+const PATIENCE: Duration = Duration::from_secs(10);
+
 /// The devices, robots and people that never sent anything.
 pub struct Absent(Vec<Unmet>);
 
 impl Absent {
-    /// Those of a session with these streams.
-    pub fn of(required: &Requirements, streams: &Streams) -> Absent {
+    /// Those of a session with these streams that lasted this long; none of a session that was too short for devices
+    /// to appear.
+    pub fn of(required: &Requirements, streams: &Streams, lasted: Duration) -> Absent {
+        if lasted < PATIENCE {
+            return Absent(Vec::new());
+        }
         let streams = streams.all();
-        let streams = streams.iter().map(|(_, stream)| &**stream);
-        let received: Vec<&Stream> = streams.filter(|stream| stream.has_health()).collect();
+        let raw = streams.iter().map(|(_, stream)| &**stream);
+        let raw: Vec<&Stream> = raw.filter(|stream| is_received(stream)).collect();
+        let received: Vec<&Stream> =
+            raw.iter().copied().filter(|stream| stream.has_health()).collect();
         let mut absent = required.absent(&received);
-        if absent.is_empty() && received.is_empty() {
+        if absent.is_empty() && raw.is_empty() {
             let what = "every source of the study".into();
             absent.push(Unmet { what, fix: "`teampulse check` says what is wrong.".into() });
         }
@@ -57,6 +67,11 @@ impl Absent {
             self.0.iter().map(|Unmet { what, .. }| format!("- {what}\n")).collect();
         format!("\n## Missing during the whole session\n\n{}", lines.concat())
     }
+}
+
+/// Whether it comes from a source: features and the session's own events are there without one.
+fn is_received(stream: &Stream) -> bool {
+    stream.origin == Origin::Raw && stream.name != "/session/events"
 }
 
 fn append(path: &Path, text: &str) -> io::Result<()> {

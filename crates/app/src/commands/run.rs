@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use teampulse_core::clock::Stopwatch;
 
 use crate::absent::Absent;
 use crate::exit::Exit;
@@ -86,8 +87,9 @@ pub async fn watch(
     let required = setup.requirements()?;
     let session = setup.session(parts);
     let streams = session.streams.clone();
+    let watch = Stopwatch::start();
     let exit = conclude(stop.run(session, clock, duration_secs).await);
-    let absent = Absent::of(&required, &streams);
+    let absent = Absent::of(&required, &streams, watch.elapsed());
     absent.show();
     let exit = if absent.is_empty() || exit != Exit::Fine { exit } else { Exit::DeviceMissing };
     for later in ended.folders() {
