@@ -2,7 +2,11 @@
 //!
 //! A file is `XDF:` and chunks, each with its length, a tag and its content: 1 the file's header, 2 and 6 the
 //! header and the footer of a stream (XML), 3 samples, 4 the offset of a stream's clock, 5 a boundary. Source:
-//! <https://github.com/sccn/xdf/wiki/Specifications>. A chunk that ends early, as after a crash, ends the file.
+//! <https://github.com/sccn/xdf/wiki/Specifications>.
+//!
+//! After a chunk that can't be read, reading continues with the next chunk if one follows it, or else after the next
+//! boundary, as in `pyxdf`. A sample without a stamp follows the one before it; after a part that can't be read, it is
+//! left out.
 //!
 //! Stamps are by the clock of the computer that sent the stream; the line through the measured offsets converts
 //! them to that of the recorder, which counts from when its computer was started and so has no date; that of the file's
@@ -13,7 +17,9 @@
 mod chunks;
 mod clock;
 mod header;
+mod samples;
 mod streams;
+mod unread;
 
 use crate::date::StatedDate;
 use crate::error::FormatError;
@@ -28,32 +34,55 @@ pub const MAGIC: &[u8] = b"XDF:";
 
 /// Reads a file.
 pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
-    let mut streams = Streams::default();
-    let mut chunks = Chunks::new(bytes)?;
-    let (mut notes, mut began) = (Vec::new(), None);
+    let (mut chunks, mut contents) = (Chunks::new(bytes)?, Contents::default());
+    let mut malformed = None;
     while let Some(chunk) = chunks.next() {
-        let Chunk { tag, mut content } = chunk;
-        match tag {
-            Tag::FileHeader => began = stated(content.rest()),
-            Tag::StreamHeader => streams.declare(&mut content)?,
-            Tag::Samples => streams.samples(&mut content)?,
-            Tag::ClockOffset => streams.offset(&mut content)?,
-            Tag::Other => {}
+        match chunk.and_then(|chunk| contents.take(chunk)) {
+            Ok(()) => {}
+            Err(FormatError::TooLarge) => return Err(FormatError::TooLarge),
+            Err(error) => {
+                malformed = malformed.or(Some(error).filter(is_malformed));
+                chunks.skip();
+                contents.streams.interrupt();
+            }
         }
     }
-    if chunks.is_cut_off() {
-        notes.push("the file ends within a chunk, which was skipped".into());
-    }
+    let Contents { streams, began } = contents;
+    let mut notes = chunks.unread().notes(streams.unstamped());
     let (signals, left_out) = streams.finish();
     notes.extend(left_out);
     if signals.is_empty() {
-        return Err(FormatError::Empty("stream with samples"));
+        return Err(malformed.unwrap_or(FormatError::Empty("stream with samples")));
     }
     let first_ns = signals.iter().filter_map(|signal| signal.content.first_ns()).min();
     let date = began.zip(first_ns).and_then(|(began, first_ns): (StatedDate, i64)| {
         Some(StatedDate { zero_ns: began.zero_ns.checked_sub(first_ns)?, ..began })
     });
     Ok(Recording { date, signals, notes, ..Recording::default() })
+}
+
+/// The contents of the chunks so far.
+#[derive(Default)]
+struct Contents {
+    streams: Streams,
+    began: Option<StatedDate>,
+}
+
+impl Contents {
+    fn take(&mut self, Chunk { tag, mut content }: Chunk<'_>) -> Result<(), FormatError> {
+        match tag {
+            Tag::FileHeader => self.began = stated(content.rest()),
+            Tag::StreamHeader => self.streams.declare(&mut content)?,
+            Tag::Samples => self.streams.samples(&mut content)?,
+            Tag::ClockOffset => self.streams.offset(&mut content)?,
+            Tag::Boundary | Tag::StreamFooter => {}
+        }
+        Ok(())
+    }
+}
+
+fn is_malformed(error: &FormatError) -> bool {
+    matches!(error, FormatError::Malformed { .. })
 }
 
 /// When the recording began, by the header of the file.

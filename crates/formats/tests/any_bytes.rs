@@ -34,14 +34,16 @@ proptest! {
 
     #[test]
     fn damaged_files_are_read_or_refused(
-        which in 0_usize..5,
+        which in 0_usize..6,
         at in any::<prop::sample::Index>(),
         byte in any::<u8>(),
         cut in any::<prop::sample::Index>(),
         is_cut in any::<bool>(),
     ) {
         let back = || files::xdf_with_stamps(&[0.0, 0.25, 9.0, 3.0], 4.0);
-        let mut file = [files::e4, files::embrace_plus, files::xdf, files::edf, back][which]();
+        let bounded = || files::xdf_with_boundaries(2.5).0;
+        let mut file =
+            [files::e4, files::embrace_plus, files::xdf, files::edf, back, bounded][which]();
         let at = at.index(file.len());
         file[at] = byte;
         if is_cut {

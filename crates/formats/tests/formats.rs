@@ -129,6 +129,95 @@ fn xdf_that_ends_early_is_read_to_its_last_whole_chunk() {
     assert!(xdf.notes[0].contains("ends within a chunk"), "{:?}", xdf.notes);
 }
 
+/// The start [s] of each run in an XDF with boundaries that is damaged, and its notes.
+fn damaged(damage: impl Fn(&mut Vec<u8>, &[usize])) -> (Vec<i64>, Vec<String>) {
+    let (mut file, starts) = files::xdf_with_boundaries(1000.0);
+    damage(&mut file, &starts);
+    let xdf = recording(&file);
+    let starts = runs(signal(&xdf, "EDA")).iter().map(|run| run.0 / 1_000_000_000).collect();
+    (starts, xdf.notes)
+}
+
+#[test]
+fn xdf_with_a_damaged_part_is_read_from_the_next_boundary_on() {
+    assert_eq!(damaged(|_, _| {}), (vec![0, 1000, 2000, 3000], vec![]));
+    let missing = |bytes: usize| {
+        vec![format!("{bytes} bytes in one place could not be read: the samples there are missing")]
+    };
+    // A chunk of samples has 51 bytes, and 7 of the boundary precede its fixed ones.
+    let length = damaged(|file, starts| file[starts[1]] = 7);
+    assert_eq!(length, (vec![0, 2000, 3000], missing(58)));
+    let too_long = damaged(|file, starts| file[starts[1] + 4] = 0x7f);
+    assert_eq!(too_long, length);
+    let overwritten = damaged(|file, starts| file[starts[1]..starts[2] - 4].fill(0x55));
+    assert_eq!(overwritten, (vec![0, 3000], missing(132)));
+    let lost = damaged(|file, starts| drop(file.drain(starts[1] + 20..starts[2] + 21)));
+    assert_eq!(lost.0, [0, 3000]);
+    // A chunk that another one follows is skipped alone.
+    let tag = damaged(|file, starts| file[starts[1] + 5] = 9);
+    assert_eq!(tag, (vec![0, 2000, 3000], missing(51)));
+    let count = damaged(|file, starts| file[starts[1] + 12] = 9);
+    assert_eq!(count, tag);
+}
+
+#[test]
+fn samples_of_xdf_that_are_missing_do_not_stretch_those_around_them() {
+    let (mut file, starts) = files::xdf_with_boundaries(2.5);
+    file[starts[1]] = 7;
+    let xdf = recording(&file);
+    let found: Vec<_> = runs(signal(&xdf, "EDA")).iter().map(|run| (run.0, run.1)).collect();
+    assert_eq!(found, [(0, 4.0), (5_000_000_000, 4.0)]);
+    // Without a sample missing, the damage is no gap.
+    let (mut file, starts) = files::xdf_with_boundaries(2.5);
+    file[starts[2] - 1] = 7;
+    assert_eq!(runs(signal(&recording(&file), "EDA")).len(), 1);
+}
+
+#[test]
+fn damaged_places_of_xdf_are_counted() {
+    let (starts, notes) = damaged(|file, starts| {
+        file[starts[0] + 5] = 9;
+        file[starts[2]] = 0;
+    });
+    let note = "109 bytes in 2 places could not be read: the samples there are missing";
+    assert_eq!((starts, notes), (vec![1000, 3000], vec![note.to_owned()]));
+}
+
+#[test]
+fn xdf_whose_end_is_damaged_does_not_end_within_a_chunk() {
+    let (starts, notes) = damaged(|file, starts| file[starts[3]..].fill(0));
+    let note = "the last 74 bytes could not be read";
+    assert_eq!((starts, notes), (vec![0, 1000, 2000], vec![note.to_owned()]));
+    let (_, notes) = damaged(|file, starts| file.truncate(starts[3] + 40));
+    assert_eq!(notes, ["the file ends within a chunk: the last 40 bytes could not be read"]);
+}
+
+#[test]
+fn samples_of_xdf_without_a_stamp_are_not_placed_by_those_before_the_damage() {
+    let unstamped = files::chunk(3, &files::ten_samples(None));
+    let (whole, notes) =
+        damaged(|file, starts| drop(file.splice(starts[2]..starts[2], unstamped.clone())));
+    assert_eq!((whole, notes.len()), (vec![0, 1000, 2000, 3000], 0));
+    let (starts, notes) = damaged(|file, starts| {
+        file.splice(starts[2]..starts[2], unstamped.clone());
+        file[starts[1]] = 7;
+    });
+    let note = "58 bytes in one place could not be read: the samples there are missing, and 10 after \
+                them, which have no stamp of their own, were left out";
+    assert_eq!((starts, notes), (vec![0, 2000, 3000], vec![note.to_owned()]));
+}
+
+#[test]
+fn a_damaged_header_of_xdf_costs_only_its_stream() {
+    let mut file = files::xdf();
+    let place = file.windows(5).position(|text| text == b"int16").expect("the format of the ECG");
+    file[place] = 0;
+    let xdf = recording(&file);
+    assert_eq!((xdf.signals.len(), marks(signal(&xdf, "Markers")).len()), (1, 1));
+    assert_eq!(xdf.notes.len(), 2, "{:?}", xdf.notes);
+    assert_eq!(xdf.notes[1], "1 chunks of samples have no stream and were skipped");
+}
+
 #[test]
 fn samples_of_xdf_without_a_time_are_counted() {
     let xdf = recording(&files::xdf_with_stamps(&[1.0, f64::NAN, 1e300, 1.25], 4.0));

@@ -47,6 +47,11 @@ impl Header {
         let quantity = quantity(&text("type").unwrap_or_default(), format);
         Some(Header { name, quantity, channels, format, rate_hz })
     }
+
+    /// The time from one sample to the next [s]; 0 if it is not constant.
+    pub(super) fn period_secs(&self) -> f64 {
+        if self.rate_hz > 0.0 { 1.0 / self.rate_hz } else { 0.0 }
+    }
 }
 
 impl Format {

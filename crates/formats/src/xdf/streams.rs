@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::chunks::length;
 use super::clock::Fit;
 use super::header::{Format, Header};
+use super::samples::Samples;
 use crate::cursor::Cursor;
 use crate::error::FormatError;
 use crate::recording::{Content, Mark, Quantity, Run, Signal, bounded, nanos};
@@ -14,8 +14,8 @@ const GAP_SECS: f64 = 1.0;
 const GAP_SAMPLES: f64 = 500.0;
 /// So does one that lies further before the last one than jitter explains.
 const BACK_SECS: f64 = 1.0;
-/// The longest text of a mark [bytes].
-const MOST_TEXT: usize = 4096;
+/// And, where a part of the file could not be read, one from which on a sample is missing.
+const MISSING_SAMPLES: f64 = 1.5;
 
 /// The streams so far, by their id.
 #[derive(Default)]
@@ -27,11 +27,7 @@ pub(super) struct Streams {
 
 struct XdfStream {
     header: Header,
-    stamps_secs: Vec<f64>,
-    values: Vec<f64>,
-    texts: Vec<String>,
-    /// How many samples had stamps that are not times.
-    unplaced: usize,
+    samples: Samples,
     /// The measured offsets, each with its time by the recorder's clock.
     offsets: Vec<(f64, f64)>,
 }
@@ -47,14 +43,7 @@ impl Streams {
                 "its format, rate and channels",
             )
         })?;
-        let stream = XdfStream {
-            header,
-            stamps_secs: Vec::new(),
-            values: Vec::new(),
-            texts: Vec::new(),
-            unplaced: 0,
-            offsets: Vec::new(),
-        };
+        let stream = XdfStream { header, samples: Samples::none(Some(0.0)), offsets: Vec::new() };
         self.each.insert(id, stream);
         Ok(())
     }
@@ -62,6 +51,10 @@ impl Streams {
     pub(super) fn offset(&mut self, content: &mut Cursor<'_>) -> Result<(), FormatError> {
         let id = content.u32()?;
         let (collected_secs, offset_secs) = (content.f64()?, content.f64()?);
+        if !content.is_empty() {
+            let found = format!("{} bytes more", content.rest().len());
+            return Err(FormatError::malformed("the offset of a clock", &found, "its end"));
+        }
         if let Some(stream) = self.each.get_mut(&id)
             && collected_secs.is_finite()
             && offset_secs.is_finite()
@@ -77,12 +70,20 @@ impl Streams {
             self.unknown += 1;
             return Ok(());
         };
-        for _ in 0..length(content)? {
-            stream.sample(content)?;
-            self.values += stream.header.channels.len();
-            bounded(self.values)?;
-        }
-        Ok(())
+        let samples = stream.samples.read(&stream.header, content)?;
+        self.values += samples.stamps_secs.len() * stream.header.channels.len();
+        stream.samples.append(samples);
+        bounded(self.values)
+    }
+
+    /// Samples of every stream may be missing here.
+    pub(super) fn interrupt(&mut self) {
+        self.each.values_mut().for_each(|stream| stream.samples.interrupt());
+    }
+
+    /// The number of samples that were left out because they have no stamp, and what they follow could not be read.
+    pub(super) fn unstamped(&self) -> usize {
+        self.each.values().map(|stream| stream.samples.unstamped).sum()
     }
 
     /// The signals, and notes on what was skipped.
@@ -94,8 +95,9 @@ impl Streams {
                 self.unknown
             ));
         }
-        let unplaced = self.each.values().filter(|stream| stream.unplaced > 0);
-        notes.extend(unplaced.map(|XdfStream { header, unplaced, .. }| {
+        let unplaced = self.each.values().filter(|stream| stream.samples.unplaced > 0);
+        notes.extend(unplaced.map(|XdfStream { header, samples, .. }| {
+            let unplaced = samples.unplaced;
             format!(
                 "{unplaced} samples of {} have stamps that are not times and were left out",
                 header.name
@@ -121,43 +123,6 @@ impl Streams {
 }
 
 impl XdfStream {
-    fn sample(&mut self, content: &mut Cursor<'_>) -> Result<(), FormatError> {
-        let rate_hz = self.header.rate_hz;
-        let after_secs = if rate_hz > 0.0 { 1.0 / rate_hz } else { 0.0 };
-        let deduced_secs = self.stamps_secs.last().map_or(0.0, |last| last + after_secs);
-        let stamp_secs = match content.u8()? {
-            0 => deduced_secs,
-            8 => content.f64()?,
-            other => {
-                let found = other.to_string();
-                return Err(FormatError::malformed("the size of a stamp", &found, "0 or 8 bytes"));
-            }
-        };
-        let mut texts = Vec::new();
-        let before = self.values.len();
-        for _ in 0..self.header.channels.len() {
-            if self.header.format == Format::Text {
-                let length = length(content)?;
-                let text = content.length(length)?;
-                texts
-                    .push(String::from_utf8_lossy(&text[..text.len().min(MOST_TEXT)]).into_owned());
-            } else {
-                self.values.push(number(content, self.header.format)?);
-            }
-        }
-        // A stamp that is not a time can't be placed.
-        if nanos(stamp_secs).is_none() {
-            self.values.truncate(before);
-            self.unplaced += 1;
-            return Ok(());
-        }
-        if self.header.format == Format::Text {
-            self.texts.push(texts.join(" "));
-        }
-        self.stamps_secs.push(stamp_secs);
-        Ok(())
-    }
-
     /// Whether each sample keeps the time of its stamp.
     fn is_uneven(&self) -> bool {
         let Header { format, rate_hz, quantity, .. } = &self.header;
@@ -167,7 +132,8 @@ impl XdfStream {
     /// How often the stamps go back, as after a clock was set back. The runs of evenly sampled streams are compared
     /// with each other instead.
     fn steps_back(&self) -> usize {
-        let steps = self.stamps_secs.windows(2).filter(|pair| pair[1] < pair[0] - BACK_SECS);
+        let steps =
+            self.samples.stamps_secs.windows(2).filter(|pair| pair[1] < pair[0] - BACK_SECS);
         if self.is_uneven() { steps.count() } else { 0 }
     }
 
@@ -175,28 +141,29 @@ impl XdfStream {
     fn signal(mut self) -> Signal {
         let is_uneven = self.is_uneven();
         let clock = Fit::without_outliers(&self.offsets).unwrap_or(Fit::ZERO);
-        for stamp in &mut self.stamps_secs {
+        for stamp in &mut self.samples.stamps_secs {
             *stamp += clock.at(*stamp);
         }
         let at = |secs: f64| nanos(secs).unwrap_or_default();
         let Header { name, quantity, channels, rate_hz, format } = self.header;
+        let samples = self.samples;
         if format == Format::Text {
-            let marks = self.stamps_secs.iter().zip(self.texts);
+            let marks = samples.stamps_secs.iter().zip(samples.texts);
             let marks = marks.map(|(secs, label)| Mark { at_ns: at(*secs), label }).collect();
             return Signal::marks(&name, marks);
         }
         let content = if is_uneven {
-            let at_ns = self.stamps_secs.iter().map(|secs| at(*secs)).collect();
-            Content::Uneven { at_ns, values: self.values }
+            let at_ns = samples.stamps_secs.iter().map(|secs| at(*secs)).collect();
+            Content::Uneven { at_ns, values: samples.values }
         } else {
-            Content::Even(runs(&self.stamps_secs, &self.values, channels.len(), rate_hz))
+            Content::Even(runs(&samples, channels.len(), rate_hz))
         };
         Signal { name, quantity, channels, rate_hz, content }
     }
 }
 
 /// The runs between gaps, each with the line through its stamps.
-fn runs(stamps_secs: &[f64], values: &[f64], width: usize, rate_hz: f64) -> Vec<Run> {
+fn runs(samples: &Samples, width: usize, rate_hz: f64) -> Vec<Run> {
     let gap_secs = GAP_SECS.max(GAP_SAMPLES / rate_hz);
     let follows = |a: &f64, b: &f64| (-BACK_SECS..=gap_secs).contains(&(b - a));
     let mut at = 0;
@@ -204,22 +171,25 @@ fn runs(stamps_secs: &[f64], values: &[f64], width: usize, rate_hz: f64) -> Vec<
         let points: Vec<(f64, f64)> =
             stretch.iter().enumerate().map(|(place, secs)| (place as f64, *secs)).collect();
         let line = Fit::of(&points)?;
-        let samples = values[at * width..(at + stretch.len()) * width].to_vec();
+        let values = samples.values[at * width..(at + stretch.len()) * width].to_vec();
         at += stretch.len();
         let is_forward = stretch.len() > 1 && line.slope() > 0.0;
         let period_secs = if is_forward { line.slope() } else { 1.0 / rate_hz };
-        Some(Run { start_ns: nanos(line.at(0.0))?, period_ns: period_secs * 1e9, samples })
+        Some(Run { start_ns: nanos(line.at(0.0))?, period_ns: period_secs * 1e9, samples: values })
     };
-    stamps_secs.chunk_by(follows).filter_map(run).collect()
+    let parts = parts(samples, MISSING_SAMPLES / rate_hz);
+    parts.into_iter().flat_map(|part| part.chunk_by(follows)).filter_map(run).collect()
 }
 
-fn number(content: &mut Cursor<'_>, format: Format) -> Result<f64, FormatError> {
-    Ok(match format {
-        Format::Float32 => f32::from_le_bytes(content.array()?).into(),
-        Format::Double64 => content.f64()?,
-        Format::Int8 => i8::from_le_bytes(content.array()?).into(),
-        Format::Int16 => i16::from_le_bytes(content.array()?).into(),
-        Format::Int32 => i32::from_le_bytes(content.array()?).into(),
-        Format::Int64 | Format::Text => i64::from_le_bytes(content.array()?) as f64,
-    })
+/// The stamps between interruptions by more than a duration.
+fn parts(samples: &Samples, missing_secs: f64) -> Vec<&[f64]> {
+    let stamps_secs = &samples.stamps_secs[..];
+    let is_gap = |at: &usize| {
+        let before = at.checked_sub(1).and_then(|before| stamps_secs.get(before));
+        let after = stamps_secs.get(*at);
+        before.zip(after).is_some_and(|(before, after)| after - before > missing_secs)
+    };
+    let mut start = 0;
+    let ends = samples.interruptions.iter().copied().filter(is_gap).chain([stamps_secs.len()]);
+    ends.map(|end| &stamps_secs[std::mem::replace(&mut start, end)..end]).collect()
 }

@@ -74,7 +74,8 @@ pub fn embrace_plus_at(rate_hz: f32) -> Vec<u8> {
     [header.concat(), block.concat()].concat()
 }
 
-fn chunk(tag: u16, content: &[u8]) -> Vec<u8> {
+/// A chunk of an XDF.
+pub fn chunk(tag: u16, content: &[u8]) -> Vec<u8> {
     let length = (content.len() + 2) as u32;
     [&[4][..], &length.to_le_bytes(), &tag.to_le_bytes(), content].concat()
 }
@@ -99,6 +100,32 @@ pub fn xdf_with_stamps(stamps_secs: &[f64], rate_hz: f64) -> Vec<u8> {
     }
     file.extend(chunk(3, &samples));
     file
+}
+
+/// The boundary after which readers continue.
+fn boundary() -> Vec<u8> {
+    let fixed = *b"\x43\xA5\x46\xDC\xCB\xF5\x41\x0F\xB3\x0E\xD5\x46\x73\x83\xCB\xE4";
+    chunk(5, &fixed)
+}
+
+/// Four chunks of ten samples at 4 Hz, which begin this far apart [s] and have one stamp each, with a boundary after each;
+/// returns the offset of each chunk, too.
+pub fn xdf_with_boundaries(step_secs: f64) -> (Vec<u8>, Vec<usize>) {
+    let mut file = [b"XDF:".to_vec(), header(1, "EDA", "int16", 4.0)].concat();
+    let mut starts = Vec::new();
+    for number in 0..4 {
+        starts.push(file.len());
+        file.extend(chunk(3, &ten_samples(Some(f64::from(number) * step_secs))));
+        file.extend(boundary());
+    }
+    (file, starts)
+}
+
+/// The content of a chunk of ten samples, of which only the first may have a stamp [s].
+pub fn ten_samples(stamp_secs: Option<f64>) -> Vec<u8> {
+    let stamp = stamp_secs.map_or(vec![0], |secs| [&[8][..], &secs.to_le_bytes()].concat());
+    let following = [&[0][..], &3_i16.to_le_bytes()].concat().repeat(9);
+    [&1_u32.to_le_bytes()[..], &[1, 10], &stamp, &3_i16.to_le_bytes(), &following].concat()
 }
 
 /// An ECG of 100 Hz and a marker, both by a clock that is 10 s behind that of the recorder.
