@@ -36,7 +36,8 @@ pub struct RecoveredFile {
     pub path: PathBuf,
     /// The number of messages that it contains now.
     pub messages: u64,
-    /// The number of original messages that are missing now; `None` if that was not recorded.
+    /// The number of original messages that are missing now; `None` if that is unknown, as bytes could not be read and
+    /// nothing states how many messages there were.
     pub lost_messages: Option<u64>,
     /// The parts cut from it; empty for an intact file, which is not changed.
     pub damage: Vec<Damage>,
@@ -113,9 +114,15 @@ fn recover_file(
     if !recovered.damage.is_empty() {
         replace(index, &mut recovered)?;
     }
-    recovered.lost_messages =
-        stated_messages.map(|stated| stated.saturating_sub(recovered.messages));
+    recovered.lost_messages = lost_messages(&recovered, stated_messages);
     Ok(recovered)
+}
+
+/// The number of missing messages. A file with more messages than stated was not described when it was complete.
+fn lost_messages(file: &RecoveredFile, stated_messages: Option<u64>) -> Option<u64> {
+    let lost = stated_messages.and_then(|stated| stated.checked_sub(file.messages));
+    let is_read = file.damage.iter().all(|damage| damage.lost_bytes == 0);
+    lost.or(is_read.then_some(0))
 }
 
 /// Replaces a damaged file by its repaired version.

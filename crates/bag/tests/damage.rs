@@ -23,10 +23,14 @@ fn write_and_die(folder: &Path, compression: Compression, records: &[Record]) {
         }
     }
     std::mem::forget(writer);
-    // The file of a process that ended is no longer locked.
-    let (part, copy) = (folder.join("bag_0.mcap"), folder.join("copy"));
-    fs::copy(&part, &copy).unwrap();
-    fs::rename(&copy, &part).unwrap();
+    unlock(&folder.join("bag_0.mcap"));
+}
+
+/// Makes a file one of a process that ended, which is no longer locked.
+fn unlock(part: &Path) {
+    let copy = part.with_extension("copy");
+    fs::copy(part, &copy).unwrap();
+    fs::rename(&copy, part).unwrap();
 }
 
 /// Writes a whole bag of one file; returns the length of the file after each flush.
@@ -241,6 +245,50 @@ fn an_unfinished_bag_cut_in_the_middle_keeps_every_whole_chunk() {
     let report = recover(&path).unwrap();
     assert_eq!((report.files[0].messages, report.files[0].lost_messages), (160, None));
     assert!(file.with_extension("mcap.orig").exists());
+}
+
+#[test]
+fn an_unfinished_bag_with_a_damaged_middle_has_lost_an_unknown_number() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    write_and_die(&path, Compression::None, &session(157));
+    let file = path.join("bag_0.mcap");
+    let mut bytes = fs::read(&file).unwrap();
+    let place = bytes.windows(10).position(|text| text == b"message 63").unwrap();
+    bytes[place..place + 200].fill(0);
+    fs::write(&file, &bytes).unwrap();
+    let report = recover(&path).unwrap();
+    assert_eq!((report.files[0].messages, report.files[0].lost_messages), (120, None));
+    assert!(report.files[0].is_lossy());
+    let noted = "bag_0.mcap: an unknown number of messages were lost to damage";
+    assert_eq!(Bag::open(&path).unwrap().lost_to_damage().as_deref(), Some(noted));
+}
+
+#[test]
+fn an_unfinished_bag_of_which_all_bytes_are_read_has_lost_nothing() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    write_and_die(&path, Compression::Zstd, &session(157));
+    let report = recover(&path).unwrap();
+    assert_eq!((report.files[0].messages, report.files[0].lost_messages), (160, Some(0)));
+    assert!(!report.files[0].is_lossy());
+}
+
+#[test]
+fn metadata_of_an_unfinished_file_does_not_state_its_messages() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    let options = Options { split_secs: Some(0.5), ..Options::default() };
+    let mut writer = BagWriter::create(&path, &options).unwrap();
+    session(700).iter().for_each(|record| writer.write(record).unwrap());
+    writer.flush().unwrap();
+    std::mem::forget(writer);
+    let last = path.join("bag_1.mcap");
+    unlock(&last);
+    fs::OpenOptions::new().write(true).open(&last).unwrap().set_len(300).unwrap();
+    let report = recover(&path).unwrap();
+    let lost: Vec<_> = report.files.iter().map(|file| file.lost_messages).collect();
+    assert_eq!((lost, report.files[1].messages), (vec![Some(0), None], 0));
 }
 
 #[test]

@@ -66,7 +66,6 @@ fn print_file(file: &RecoveredFile) {
     let lost = match file.lost_messages {
         Some(0) => ", none lost".to_owned(),
         Some(lost) => format!(", {lost} lost"),
-        None if file.damage.is_empty() => String::new(),
         None => ", an unknown number lost".to_owned(),
     };
     if file.damage.is_empty() {

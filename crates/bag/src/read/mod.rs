@@ -198,11 +198,13 @@ impl Bag {
         &mut self.parts
     }
 
-    /// The number of messages written to each part, according to its statistics or else `metadata.yaml`.
+    /// The number of messages written to each part, according to its statistics or else `metadata.yaml`. The latter
+    /// states 0 for a file that was not finished, as it is written when the file begins.
     pub(crate) fn stated_messages(&self) -> Vec<Option<u64>> {
         let stated = |part: &Index| {
             let name = part.path.file_name()?.to_str()?;
-            part.stated_messages.max(self.metadata.messages.get(name).copied())
+            let described = self.metadata.messages.get(name).copied();
+            part.stated_messages.max(described.filter(|messages| *messages > 0))
         };
         self.parts.iter().map(stated).collect()
     }

@@ -230,10 +230,12 @@ impl BagWriter {
         if ended.is_full {
             return Err(self.disk_full());
         }
+        // Before the first message: a count other than 0 is that of a finished file.
+        self.save_metadata()?;
         for description in self.descriptions.clone() {
             self.append(&description, now)?;
         }
-        self.save_metadata()
+        Ok(())
     }
 
     fn keep_description(&mut self, described: &Arc<Stream>, record: &Record) {
