@@ -17,7 +17,7 @@ const REACH_SIGMAS: f64 = 2.5;
 /// The duration of a broad QRS complex, over which the envelope is smoothed [s].
 const QRS_SECS: f64 = 0.12;
 /// The time before a beat that must be partly quiet [s], and that part.
-const QUIET_SECS: f64 = 0.9;
+pub(super) const QUIET_SECS: f64 = 0.9;
 const QUIET_SHARE: f64 = 0.25;
 /// The stride of the envelope values used to estimate the quiet level.
 const QUIET_STEP: usize = 4;
@@ -36,6 +36,16 @@ pub(super) struct Candidate {
     pub(super) shape: Shape,
     /// Whether a long gap separates it from the candidate before.
     pub(super) after_gap: bool,
+}
+
+#[cfg(test)]
+impl Candidate {
+    /// A candidate of no shape, in silence.
+    pub(super) fn at(secs: f64, strength: f64) -> Candidate {
+        let deflection = Deflection { sample: secs, upright: true };
+        let (restlessness, shape, after_gap) = (0.0, Shape::NONE, false);
+        Candidate { secs, strength, restlessness, deflection, shape, after_gap }
+    }
 }
 
 #[derive(Clone, Debug)]

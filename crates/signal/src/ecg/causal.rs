@@ -3,11 +3,12 @@
 use std::collections::VecDeque;
 
 use super::beat::{Beat, Found};
+use super::both_sides;
 use super::candidates::{Candidate, Candidates};
 use super::deflections::Deflections;
 use super::judge::{
-    FIRST_CYCLE_SECS, LEARNING_SECS, Usual, is_alike, is_artefact, is_t_wave, share_when_alike,
-    stands_out, stands_out_at_first,
+    FIRST_CYCLE_SECS, LEARNING_SECS, Usual, is_alike, is_artefact, is_t_wave, share_at_first,
+    share_when_alike, stands_out, stands_out_at_first,
 };
 use super::recent::{MEMORY, Recent};
 use super::shape::{Shape, alike};
@@ -21,12 +22,14 @@ const LATENCY_SECS: f64 = 0.213;
 const REFRACTORY_SECS: f64 = 0.16;
 /// Of two candidates closer than this [s], the first was a P wave if the second is higher.
 const P_WAVE_SECS: f64 = 0.25;
-/// A beat is missing after this many cycles (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532); it is
-/// searched among candidates after this share of a cycle.
-const MISSED_CYCLES: f64 = 1.66;
+/// A beat is missing after this many cycles; it is searched among candidates after this share of a cycle (as Pan &
+/// Tompkins 1985, doi:10.1109/TBME.1985.325532, do after 1.66 cycles).
+const MISSED_CYCLES: f64 = 1.45;
 const EARLIEST_CYCLES: f64 = 0.3;
 /// The share of the threshold that a missed beat must exceed.
-const SEARCH_BACK_SHARE: f64 = 0.9;
+const SEARCH_BACK_SHARE: f64 = 0.8;
+/// The most restlessness before a missed beat, however quiet it is after it.
+const MOST_RESTLESS: f64 = 0.5;
 /// The time without a beat after which the height of beats is relearnt [s].
 const SILENCE_SECS: f64 = 8.0;
 /// The shorter time [s] that applies while it was learnt from fewer beats than these.
@@ -126,7 +129,7 @@ impl BeatDetector {
             self.learn(candidate);
             return;
         }
-        while self.search_back(candidate.secs) {}
+        while self.search_back(&candidate) {}
         self.judge(candidate, Found::InTime);
     }
 
@@ -179,21 +182,23 @@ impl BeatDetector {
         }
     }
 
-    /// Whether a missed beat before this time is found by searching back.
-    fn search_back(&mut self, until_secs: f64) -> bool {
-        let usual = self.usual(until_secs);
+    /// Whether a missed beat before this candidate is found by searching back.
+    fn search_back(&mut self, until: &Candidate) -> bool {
+        let usual = self.usual(until.secs);
         let Some(last) = self.last else { return false };
-        if until_secs - last.secs <= MISSED_CYCLES * usual.cycle_secs {
+        if until.secs - last.secs <= MISSED_CYCLES * usual.cycle_secs {
             return false;
         }
         let earliest = last.secs + REFRACTORY_SECS.max(EARLIEST_CYCLES * usual.cycle_secs);
         let late = self.passed.iter().filter(|passed| passed.secs >= earliest);
+        let late = late.filter(|passed| !is_t_wave(passed, &last));
         let best = late.max_by(|a, b| a.strength.total_cmp(&b.strength)).copied();
         let beat = best.filter(|best| {
             let least = SEARCH_BACK_SHARE * usual.threshold(usual.cycle_secs, best.restlessness);
             let alike = self.alike(best);
+            let quiet = Candidate { restlessness: both_sides::restlessness(best, until), ..*best };
             let least = least.max(usual.other) * share_when_alike(best, alike);
-            best.strength > least && stands_out(best, alike)
+            best.strength > least && best.restlessness < MOST_RESTLESS && stands_out(&quiet, alike)
         });
         beat.inspect(|beat| self.accept(*beat, Found::Later)).is_some()
     }
@@ -212,7 +217,8 @@ impl BeatDetector {
             return;
         }
         let alike = self.alike(&candidate);
-        let share = share_when_alike(&candidate, alike);
+        let share = share_when_alike(&candidate, alike)
+            * share_at_first(&candidate, alike, secs / usual.cycle_secs);
         let is_fast = usual.cycle_secs < FAST_SECS && is_alike(alike);
         let is_t_wave = !is_fast && self.last.is_some_and(|last| is_t_wave(&candidate, &last));
         let surpasses = candidate.strength > share * usual.threshold(secs, candidate.restlessness);

@@ -9,7 +9,7 @@ pub(super) const FIRST_CYCLE_SECS: f64 = 0.8;
 /// A candidate is rejected unless a quarter of the time before it is below this share of its height.
 const RESTLESS: f64 = 0.4;
 /// The same before it is known what follows: fibrillation of the ventricles has less quiet than beats.
-const RESTLESS_AT_FIRST: f64 = 0.36;
+const RESTLESS_AT_FIRST: f64 = 0.27;
 /// The same for candidates similar to beats: at high rates there is little quiet between beats.
 const RESTLESS_ALIKE: f64 = 0.6;
 /// A T wave follows its beat within this time [s] (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532), and is
@@ -41,6 +41,12 @@ const ALIKE: (f64, f64) = (0.93, 0.985);
 const ALIKE_SHARE: f64 = 0.35;
 /// … only where it is quiet: noise resembles a beat now and then.
 const ALIKE_RESTLESS: (f64, f64) = (0.15, 0.3);
+/// The threshold of an early candidate unlike beats is higher by up to this share: in full below the first similarity
+/// and the first number of cycles after the last beat, and above the second restlessness.
+const UNLIKE_SHARE: f64 = 0.8;
+const UNLIKE: (f64, f64) = (0.83, 0.93);
+const EARLY_CYCLES: (f64, f64) = (0.6, 0.8);
+const UNLIKE_RESTLESS: (f64, f64) = (0.2, 0.3);
 /// A candidate higher than this many usual beats is an electrode movement.
 const HIGHEST_BEATS: f64 = 8.0;
 
@@ -82,8 +88,12 @@ impl Usual {
 
 /// Whether a candidate with this similarity to beats is preceded by quiet.
 pub(super) fn stands_out(candidate: &Candidate, alike: f64) -> bool {
-    let most = if is_alike(alike) { RESTLESS_ALIKE } else { RESTLESS };
-    candidate.restlessness < most
+    unrest(candidate, alike) < 1.0
+}
+
+/// The restlessness of a candidate with this similarity to beats, as a multiple of the highest that beats have.
+pub(super) fn unrest(candidate: &Candidate, alike: f64) -> f64 {
+    candidate.restlessness / if is_alike(alike) { RESTLESS_ALIKE } else { RESTLESS }
 }
 
 /// The same for a candidate of which nothing is known yet that follows it.
@@ -95,6 +105,14 @@ pub(super) fn stands_out_at_first(candidate: &Candidate, alike: f64) -> bool {
 pub(super) fn share_when_alike(candidate: &Candidate, alike: f64) -> f64 {
     let likeness = ((alike - ALIKE.0) / (ALIKE.1 - ALIKE.0)).clamp(0.0, 1.0);
     1.0 - (1.0 - ALIKE_SHARE) * likeness * quiet(candidate.restlessness, ALIKE_RESTLESS)
+}
+
+/// The multiple of its threshold that a candidate must exceed before it is known what follows: noise is unlike beats,
+/// early, and not in quiet.
+pub(super) fn share_at_first(candidate: &Candidate, alike: f64, cycles: f64) -> f64 {
+    let unlike = quiet(alike, UNLIKE);
+    let early = quiet(cycles, EARLY_CYCLES);
+    1.0 + UNLIKE_SHARE * unlike * early * (1.0 - quiet(candidate.restlessness, UNLIKE_RESTLESS))
 }
 
 /// From 1 at or below the first level to 0 at or above the second.
@@ -140,6 +158,18 @@ mod tests {
         assert!(due(0.05, 0.08, 0.1) < 0.3);
         assert!(due(0.05, 0.08, 0.3) > 0.35);
         assert!(due(0.05, 0.5, 0.1) > 0.7);
+    }
+
+    #[test]
+    fn an_early_deflection_unlike_beats_must_be_higher_unless_it_stands_in_quiet() {
+        let share = |restlessness: f64, alike: f64, cycles: f64| {
+            share_at_first(&Candidate { restlessness, ..Candidate::at(0.0, 1.0) }, alike, cycles)
+        };
+        assert!(share(0.35, 0.5, 0.4) > 1.7);
+        for (restlessness, alike, cycles) in [(0.1, 0.5, 0.4), (0.35, 0.95, 0.4), (0.35, 0.5, 1.0)]
+        {
+            assert!((share(restlessness, alike, cycles) - 1.0).abs() < 1e-9);
+        }
     }
 
     #[test]

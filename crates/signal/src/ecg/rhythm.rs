@@ -1,19 +1,23 @@
 //! Selection of beats among many candidates by height and rhythm.
 
 use super::candidates::Candidate;
-use super::judge::{DUE, Usual, is_artefact, share_when_alike, stands_out};
+use super::judge::{Usual, is_artefact, share_when_alike, unrest};
 
 /// The refractory period [s]: 240 beats a minute, or 270 where the usual cycle is not much longer [s].
 const REFRACTORY_SECS: f64 = 0.25;
 const FAST_REFRACTORY_SECS: f64 = 0.22;
 const FAST_CYCLE_SECS: f64 = 0.3;
-/// The score per factor of e that a candidate's height exceeds the threshold of a due beat; capped at that of
-/// a beat of the usual height in silence.
+/// The score per factor of e that a candidate's height exceeds the threshold of a due beat, and the highest: that of
+/// twice the threshold.
 const HEIGHT_WEIGHT: f64 = 2.0;
+const MOST_HEIGHT: f64 = 1.5;
+/// The score lost per factor of e that its restlessness exceeds that of beats; above this multiple it is none.
+const UNREST_WEIGHT: f64 = 4.0;
+const MOST_UNREST: f64 = 1.5;
 /// The weight of an interval's cost, the squared log deviation from the usual cycle. It grows in noise, where
 /// heights carry little information: with the square of the usual height of other deflections relative to
 /// beats.
-const RHYTHM_WEIGHT: f64 = 1.0;
+const RHYTHM_WEIGHT: f64 = 0.8;
 const NOISE_WEIGHT: f64 = 8.0;
 /// Longer intervals cost as much as this one [cycles].
 const LONGEST_CYCLES: f64 = 4.0;
@@ -50,7 +54,7 @@ pub(super) fn chain(
     // The best chain that ended beyond the longest interval, and the first link within it.
     let (mut best, mut recent): (Option<usize>, usize) = (None, 0);
     let can_be = |&place: &usize| {
-        stands_out(&candidates[place], usual[place].alike)
+        unrest(&candidates[place], usual[place].alike) < MOST_UNREST
             && !is_artefact(&candidates[place], &usual[place].usual)
     };
     for place in (0..candidates.len()).filter(can_be) {
@@ -76,7 +80,7 @@ pub(super) fn chain(
             let score = links[before].score - weight * cycles.ln().powi(2);
             top = if score > top.0 { (score, Some(before)) } else { top };
         }
-        let score = top.0 + height_score(&candidates[place], usual, alike);
+        let score = top.0 + own_score(&candidates[place], usual, alike);
         links.push(Link { place, score, before: top.1 });
     }
     follow_back(&links, begin, beats);
@@ -93,15 +97,16 @@ fn follow_back(links: &[Link], begin: usize, beats: &mut Vec<usize>) {
     beats[first..].reverse();
 }
 
-fn height_score(candidate: &Candidate, usual: &Usual, alike: f64) -> f64 {
-    let most = -HEIGHT_WEIGHT * DUE.ln();
+/// The score of a candidate by its height and by the quiet around it.
+fn own_score(candidate: &Candidate, usual: &Usual, alike: f64) -> f64 {
     let threshold = share_when_alike(candidate, alike)
         * usual.threshold(usual.cycle_secs, candidate.restlessness);
     let score = HEIGHT_WEIGHT * (candidate.strength / threshold).ln();
-    score.clamp(-4.0 * most, most)
+    let score = score.clamp(-4.0 * MOST_HEIGHT, MOST_HEIGHT);
+    score - UNREST_WEIGHT * unrest(candidate, alike).max(1.0).ln()
 }
 
 fn rhythm_weight(usual: &Usual) -> f64 {
     let noise = (usual.other / usual.beat).min(1.0);
-    RHYTHM_WEIGHT * (1.0 + NOISE_WEIGHT * noise * noise)
+    RHYTHM_WEIGHT + NOISE_WEIGHT * noise * noise
 }

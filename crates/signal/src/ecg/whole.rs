@@ -1,6 +1,7 @@
 //! Beats of a whole recording.
 
 use super::beat::{Beat, Found};
+use super::both_sides::consider_both_sides;
 use super::candidates::{Candidate, Candidates};
 use super::causal::BeatDetector;
 use super::deflections::is_near;
@@ -33,8 +34,9 @@ pub fn find_beats(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, SignalError
     // The end of the recording counts as a gap.
     let beyond = std::iter::repeat_n(f64::NAN, candidates.latency());
     let samples = signal.iter().copied().chain(beyond);
-    let found: Vec<Candidate> = samples.filter_map(|sample| candidates.push(sample)).collect();
+    let mut found: Vec<Candidate> = samples.filter_map(|sample| candidates.push(sample)).collect();
     let mut places = first_pass(&mut detector, &found);
+    consider_both_sides(&mut found);
     for _ in 0..PASSES {
         if !places.is_empty() {
             places = next_pass(&found, &places);
