@@ -52,6 +52,14 @@ pub(super) struct Packet {
     pub arrival: i64,
 }
 
+impl Packet {
+    /// The session time `since` after this packet by the device's clock; `offset` is session time minus device time,
+    /// both since this packet [ns].
+    pub fn session(self, since: i64, offset: f64) -> i64 {
+        self.arrival.saturating_add(since).saturating_add(offset.round() as i64)
+    }
+}
+
 /// What a packet implies about the clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
@@ -153,8 +161,13 @@ impl Epoch {
         self.beat.interval()
     }
 
+    /// The packet with which the epoch began.
+    pub fn origin(&self) -> Packet {
+        self.origin
+    }
+
     /// Device time since the epoch began [ns].
-    pub fn since(&self, device: i64) -> i64 {
+    fn since(&self, device: i64) -> i64 {
         device.saturating_sub(self.origin.device)
     }
 
@@ -166,13 +179,7 @@ impl Epoch {
     /// The session time of a device time since the epoch began, before the fixed latency is subtracted
     /// [ns].
     pub fn at(&self, since: i64) -> i64 {
-        self.session(since, self.line.at(since))
-    }
-
-    /// The session time by another map; `offset` is session time minus device time, both since the epoch
-    /// began [ns].
-    pub fn session(&self, since: i64, offset: f64) -> i64 {
-        self.origin.arrival.saturating_add(since).saturating_add(offset.round() as i64)
+        self.origin.session(since, self.line.at(since))
     }
 
     /// The offset of device time from arrivals, positive when ahead, as far as delays show it [s].

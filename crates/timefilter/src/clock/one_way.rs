@@ -1,6 +1,6 @@
 //! The clock model of a device that timestamps its data and cannot be probed.
 
-mod astray;
+pub(super) mod astray;
 
 use std::collections::VecDeque;
 
@@ -70,6 +70,8 @@ pub struct OneWay {
     /// The number of clock resets of unknown size.
     courses: u32,
     astray: Astray,
+    /// The last reading, by the device's clock, if it does not fit the epoch.
+    unfit: Option<Placed>,
     last_arrival: i64,
     /// The duration of the last batch by the device's clock [s].
     span_secs: f64,
@@ -91,6 +93,19 @@ pub(super) struct Placed {
     pub count: u32,
     /// The slot of its stream among the device's.
     pub train: usize,
+}
+
+impl Placed {
+    /// The position in an epoch that began at this device time [ns].
+    pub fn since(self, began: i64) -> Placed {
+        let since = |device: i64| device.saturating_sub(began);
+        Placed { first: since(self.first), last: since(self.last), ..self }
+    }
+
+    /// The duration of the batch [ns].
+    pub fn span(&self) -> i64 {
+        self.last.saturating_sub(self.first)
+    }
 }
 
 /// A packet, with what decides about one that does not fit.
@@ -120,6 +135,7 @@ impl OneWay {
             epochs: 0,
             courses: 0,
             astray: Astray::default(),
+            unfit: None,
             last_arrival: 0,
             span_secs: 0.0,
             reported_fast: false,
@@ -135,6 +151,7 @@ impl OneWay {
 
     /// Locates a reading; `None` if it has no device time or one that is rejected.
     pub(super) fn place(&mut self, stamps: &Stamps) -> Option<Placed> {
+        self.unfit = None;
         let (device, wrapped) = self.unwrap.follow(stamps.device?, stamps.arrival);
         let raw = self.unwrap.within_a_turn(device);
         let train = self.trains.of(stamps, device);
@@ -166,7 +183,10 @@ impl OneWay {
         } else {
             self.take(sent, vouched && !self.counts, period)
         };
+        let (course, count) = (self.courses, stamps.count.max(1));
+        let read = Placed { course, first: device, last, packet, count, train };
         if !is_taken {
+            self.unfit = Some(read);
             return None;
         }
         if wrapped {
@@ -174,10 +194,15 @@ impl OneWay {
         }
         self.span_secs = span as f64 / 1e9;
         let epoch = self.epoch.as_mut()?;
-        let (first, last) = (epoch.since(device), epoch.since(last));
-        epoch.settle(last);
-        let (course, count) = (self.courses, stamps.count.max(1));
-        Some(Placed { course, first, last, packet, count, train })
+        let placed = read.since(epoch.origin().device);
+        epoch.settle(placed.last);
+        Some(placed)
+    }
+
+    /// The last reading, by the device's clock since it started, if it was rejected as it does not fit the epoch:
+    /// the clock may have been set.
+    pub(super) fn unfit(&self) -> Option<Placed> {
+        self.unfit
     }
 
     /// Restarts the model because the true sampling rate [Hz] is not the declared one.

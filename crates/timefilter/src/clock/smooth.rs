@@ -1,10 +1,13 @@
 //! Offline smoothing: the clock models with knowledge of later timestamps too.
 
+mod held;
+
+use self::held::Held;
 use super::beat::Teeth;
 use super::envelope::{BIN_NANOS, INCREDIBLE, POOR_SKEW, memory_secs};
-use super::epoch::RAISED_LONG;
+use super::epoch::{Packet, RAISED_LONG};
 use super::fit::{Fit, Point, line_around};
-use super::one_way::{OneWay, OneWaySettings};
+use super::one_way::{OneWay, OneWaySettings, Placed};
 use super::sample_index::{self, SampleIndex};
 use super::straight::Straight;
 use super::{ClockEvent, ClockKind, ClockModel, ClockState, Corrected, Latency, Stamps};
@@ -100,6 +103,7 @@ pub struct Smoother {
     clock: OneWay,
     /// The lowest point of each bin, by course of the clock.
     courses: Vec<History>,
+    held: Held,
 }
 
 impl Smoother {
@@ -110,6 +114,7 @@ impl Smoother {
             source: Source::Stamped(settings),
             clock: OneWay::new(settings),
             courses: Vec::new(),
+            held: Held::default(),
         }
     }
 
@@ -117,15 +122,19 @@ impl Smoother {
     pub fn of_samples(rate_hz: f64, latency: Latency) -> Smoother {
         let source = Source::Numbered(Box::new(SampleIndex::new(rate_hz, latency)));
         let clock = OneWay::counting(sample_index::settings(latency));
-        Smoother { source, clock, courses: Vec::new() }
+        Smoother { source, clock, courses: Vec::new(), held: Held::default() }
     }
 
     /// Takes the stamps of the next reading. Uses 16 bytes for every two seconds.
     pub fn push(&mut self, stamps: &Stamps) {
         let stamps = self.source.stamps(stamps, &mut self.clock);
-        let Some(placed) = self.clock.place(&stamps) else { return };
-        let Some(epoch) = self.clock.epoch() else { return };
+        let (placed, epoch) = (self.clock.place(&stamps), self.clock.epoch());
+        let (Some(placed), Some(epoch)) = (placed, epoch) else {
+            return self.held.unfit(self.clock.unfit());
+        };
         let point = epoch.point(placed.packet);
+        let is_new = placed.course as usize >= self.courses.len();
+        self.held.fit(placed.course, epoch.origin(), is_new);
         self.courses.resize_with(placed.course as usize + 1, History::default);
         let Some(history) = self.courses.last_mut() else { return };
         history.heights(epoch.raised_secs());
@@ -150,33 +159,38 @@ impl Smoother {
             Source::Stamped(_) => OneWay::new(settings),
             Source::Numbered(_) => OneWay::counting(settings),
         };
-        Smoothed { source: self.source.again(), clock, maps, error_secs: f64::NAN }
+        let (source, held) = (self.source.again(), self.held.again());
+        Smoothed { source, clock, maps, held, error_secs: f64::NAN }
     }
 }
 
 /// A clock whose complete history is known.
 ///
 /// A `ClockModel` that also knows later timestamps: its error is about half that of the causal model, and
-/// there is no warm-up. Epochs are those of the causal model.
+/// there is no warm-up. Epochs are those of the causal model, but readings that came before it was clear that their
+/// clock had been set are placed by what came after.
 #[derive(Clone, Debug)]
 pub struct Smoothed {
     source: Source,
     clock: OneWay,
     maps: Vec<Map>,
+    held: Held,
     error_secs: f64,
 }
 
 impl ClockModel for Smoothed {
     fn correct(&mut self, stamps: &Stamps) -> Corrected {
         let stamps = self.source.stamps(stamps, &mut self.clock);
-        let Some(placed) = self.clock.place(&stamps) else { return self.clock.arrived(&stamps) };
-        let map = self.maps.get(placed.course as usize);
-        let (Some(map), Some(epoch)) = (map, self.clock.epoch()) else {
+        let placed = self.clock.place(&stamps);
+        let Some((placed, origin)) = self.located(placed) else {
+            return self.clock.arrived(&stamps);
+        };
+        let Some(map) = self.maps.get(placed.course as usize) else {
             return self.clock.arrived(&stamps);
         };
         let error = |since: i64| map.error_at(since as f64 / 1e9);
         self.error_secs = error(placed.first).max(error(placed.last));
-        let session = |since: i64| epoch.session(since, map.at(since as f64 / 1e9) * 1e9);
+        let session = |since: i64| origin.session(since, map.at(since as f64 / 1e9) * 1e9);
         let (first, last) = (session(placed.first), session(placed.last));
         self.clock.between(placed, first, last)
     }
@@ -189,6 +203,20 @@ impl ClockModel for Smoothed {
 
     fn next_event(&mut self) -> Option<ClockEvent> {
         self.clock.next_event()
+    }
+}
+
+impl Smoothed {
+    /// The place of the next reading in its course, and the packet with which that begins; `None` if its time is
+    /// not known.
+    fn located(&mut self, placed: Option<Placed>) -> Option<(Placed, Packet)> {
+        match self.held.next() {
+            Some((course, origin)) => {
+                let unfit = self.clock.unfit()?.since(origin.device);
+                Some((Placed { course, ..unfit }, origin))
+            }
+            None => Some((placed?, self.clock.epoch()?.origin())),
+        }
     }
 }
 

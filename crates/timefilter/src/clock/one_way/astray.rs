@@ -26,10 +26,8 @@ impl Astray {
     /// Takes a packet whose batch lasts `span` [ns]; returns whether enough packets agree. Of several streams
     /// with the same device times one packet counts.
     pub fn push(&mut self, packet: Packet, span: i64) -> bool {
-        let delay = |packet: Packet| packet.arrival.saturating_sub(packet.device);
         let newest = self.packets[self.count.clamp(1, AGREEING) - 1];
-        let most = AGREE_NANOS.saturating_add(span.unsigned_abs());
-        let agrees = |other: Packet| delay(packet).abs_diff(delay(other)) <= most;
+        let agrees = |other: Packet| agree(packet, other, span);
         if self.count == 0 || !agrees(newest) || !agrees(self.packets[0]) {
             *self = Astray { count: 1, packets: [packet; AGREEING] };
             return false;
@@ -42,4 +40,11 @@ impl Astray {
         let lasted = packet.arrival.saturating_sub(self.packets[0].arrival);
         self.count >= AGREEING && lasted >= AGREEING_NANOS
     }
+}
+
+/// Whether two packets may be from one epoch; a batch lasts `span` [ns].
+pub fn agree(packet: Packet, other: Packet, span: i64) -> bool {
+    let delay = |packet: Packet| packet.arrival.saturating_sub(packet.device);
+    let most = AGREE_NANOS.saturating_add(span.unsigned_abs());
+    delay(packet).abs_diff(delay(other)) <= most
 }

@@ -42,6 +42,33 @@ fn a_device_that_was_set_has_an_epoch_before_and_one_after() {
 }
 
 #[test]
+fn the_first_readings_after_a_restart_are_placed_by_those_after_them() {
+    let mut device = Device::new(55.0);
+    (device.batch, device.tail) = (21, 0.005);
+    let mut sent = Vec::new();
+    for number in 0..120 {
+        if number == 60 || number == 90 {
+            (device.now, device.clock) = (device.now + 8 * SECOND, 0);
+        }
+        // Batches arrive in pairs, those of two streams at the same device times.
+        let ((truth, first), second) = (device.send(), device.send());
+        for (truth, stamps) in [(truth, Stamps { arrival: second.1.arrival, ..first }), second] {
+            sent.extend([1, 2].map(|stream| (truth, Stamps { stream, ..stamps })));
+        }
+    }
+    let mut smoother = Smoother::new(OneWaySettings::new(Latency::new(0.0, 0.0)));
+    for (_, stamps) in &sent {
+        smoother.push(stamps);
+    }
+    let mut smoothed = smoother.finish();
+    for (number, (truth, stamps)) in sent.iter().enumerate() {
+        let error = (smoothed.correct(stamps).measured - truth) as f64 / 1e9;
+        assert!(error.abs() < 0.05, "reading {number}: {error} s");
+    }
+    assert_eq!(smoothed.state().epoch, 2);
+}
+
+#[test]
 fn a_last_packet_that_was_held_up_is_smoothed_with_the_others() {
     let mut device = Device::new(10.0);
     let mut sent: Vec<(i64, Stamps)> = (0..600).map(|_| device.send()).collect();
