@@ -217,6 +217,20 @@ def test_a_page_of_another_site_sets_no_marker(stage):
     assert [label for _, label in events(harness.the_bag(out), "marker")] == ["good"]
 
 
+def test_a_time_outside_of_the_last_minute_and_a_label_of_nothing_are_answered_with_what_is_expected(stage):
+    monitor, address, out = started(stage)
+    for at in (-5, -1e300, 3600, 1e300):
+        status, answer = post(address, {"label": "never", "at": at})
+        assert status == 422 and "expected seconds of the session from 0.0 to" in answer["hint"], answer
+    status, answer = post(address, {"label": "never", "unix": time.time() + 3600})
+    assert status == 422 and "not within the last minute" in answer["error"], answer
+    status, answer = post(address, {"label": ""})
+    assert (status, answer) == (422, {"error": "its text is empty", "hint": "write 1 to 1000 bytes"})
+    assert post(address, {"label": "now", "at": post(address, {"note": "begun"})[1]["t"]})[0] == 200
+    assert monitor.interrupt() == 0, monitor.report()
+    assert [label for _, label in events(harness.the_bag(out), "marker")] == ["now"]
+
+
 def test_a_session_without_a_dashboard_listens_nowhere(stage):
     out = stage.folder / "sessions"
     study = stage.study("dashboard = false\n" + STUDY)

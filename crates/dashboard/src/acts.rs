@@ -28,15 +28,31 @@ const AGES_SECS: (f64, f64) = (60.0, 1.0);
 /// Why an action was refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
+    /// Whether it was wrong in itself, or not allowed.
+    pub cause: Cause,
     /// Why.
     pub reason: String,
     /// What the user can do; may be empty.
     pub hint: String,
 }
 
+/// What an action was refused for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// It has a value that can't be recorded.
+    Invalid,
+    /// This viewer, or this session, does not allow it.
+    NotAllowed,
+}
+
 impl Refusal {
-    fn new(reason: impl Into<String>, hint: &str) -> Refusal {
-        Refusal { reason: reason.into(), hint: hint.to_owned() }
+    /// A refusal of an action that has an invalid value.
+    pub fn new(reason: impl Into<String>, hint: &str) -> Refusal {
+        Refusal { cause: Cause::Invalid, reason: reason.into(), hint: hint.to_owned() }
+    }
+
+    fn not_allowed(reason: impl Into<String>, hint: &str) -> Refusal {
+        Refusal { cause: Cause::NotAllowed, ..Refusal::new(reason, hint) }
     }
 }
 
@@ -124,14 +140,14 @@ fn play(
     paused: Option<bool>,
 ) -> Result<(), Refusal> {
     let Some(playhead) = &hub.context.playhead else {
-        return Err(Refusal::new(
+        return Err(Refusal::not_allowed(
             "this is a live session",
             "`teampulse play BAG` shows a recording",
         ));
     };
     if client.grant.right < Right::Control {
         let hint = "open the dashboard with a token for `control`";
-        return Err(Refusal::new("this viewer may only watch", hint));
+        return Err(Refusal::not_allowed("this viewer may only watch", hint));
     }
     if [t, rate].into_iter().flatten().any(|number| !number.is_finite()) {
         return Err(Refusal::new("it is not a number", ""));
@@ -157,7 +173,7 @@ fn history(hub: &Hub, client: &Client, asked: HistoryRequest) -> Result<HistoryR
     }
     let known = hub.known();
     if !known.shows(stream, client.is_blind()) {
-        return Err(Refusal::new(
+        return Err(Refusal::not_allowed(
             "it is hidden from this viewer",
             "estimates can be shown, which is recorded",
         ));
@@ -184,8 +200,16 @@ pub struct Doer<'a> {
 impl Doer<'_> {
     /// Sends a command, in its text form.
     pub fn command(&self, text: &str, at: Option<f64>, reference: String) -> Result<(), Refusal> {
-        let command: Command =
-            text.parse().map_err(|error| Refusal::new(format!("failed to {error}"), ""))?;
+        let command = text.parse().map_err(|error| Refusal::new(format!("failed to {error}"), ""));
+        self.send(command?, at, reference)
+    }
+
+    /// Sets a marker.
+    pub fn mark(&self, label: &str, at: Option<f64>, reference: String) -> Result<(), Refusal> {
+        self.send(Command::Mark(recordable(label)?.to_owned()), at, reference)
+    }
+
+    fn send(&self, command: Command, at: Option<f64>, reference: String) -> Result<(), Refusal> {
         let kind = match &command {
             Command::Mark(_) => EventKind::Marker,
             _ => EventKind::Command,
@@ -193,10 +217,10 @@ impl Doer<'_> {
         let right = if kind == EventKind::Marker { Right::Mark } else { Right::Control };
         let outlet = self.allowed(right)?;
         let at = self.expect(kind, at, reference)?;
+        let verb = command.verb();
         outlet.command_at(&self.sender, command, Some(at)).map_err(|refused| {
             self.hub.forget_awaited(at);
-            let verb = text.split_whitespace().next().unwrap_or_default();
-            Refusal::new(format!("`{verb}` was refused: {refused}"), "")
+            Refusal::not_allowed(format!("`{verb}` was refused: {refused}"), "")
         })
     }
 
@@ -228,7 +252,7 @@ impl Doer<'_> {
         self.await_echo(EventKind::Marker, begin, true, reference);
         outlet.annotate(&self.sender, text.to_owned(), begin, duration_secs).map_err(|refused| {
             self.hub.forget_awaited(begin);
-            Refusal::new(format!("the label was refused: {refused}"), "")
+            Refusal::not_allowed(format!("the label was refused: {refused}"), "")
         })
     }
 
@@ -301,10 +325,10 @@ impl Doer<'_> {
         if self.right < right {
             let right = if right == Right::Mark { "mark" } else { "control" };
             let hint = format!("open the dashboard with a token for `{right}`");
-            return Err(Refusal::new("this viewer may not do that", &hint));
+            return Err(Refusal::not_allowed("this viewer may not do that", &hint));
         }
         self.hub.outlet.as_ref().ok_or_else(|| {
-            Refusal::new(
+            Refusal::not_allowed(
                 "this is a recording: nothing is added to it",
                 "`teampulse run` records events",
             )
@@ -313,12 +337,7 @@ impl Doer<'_> {
 
     /// Returns when the action was done, and waits for its event.
     fn expect(&self, kind: EventKind, at: Option<f64>, reference: String) -> Result<Time, Refusal> {
-        let now = self.hub.now();
-        let (old, ahead) = AGES_SECS;
-        if at.is_some_and(|at| !(now - old..=now + ahead).contains(&at)) {
-            let hint = "probe the clock with `ping`, or leave the time out for now";
-            return Err(Refusal::new("its time is not within the last minute", hint));
-        }
+        at.map_or(Ok(()), |at| check_time(at, self.hub.now()))?;
         let (is_timed, at) = (at.is_some(), self.hub.moment(at));
         self.await_echo(kind, at, is_timed, reference);
         Ok(at)
@@ -331,12 +350,59 @@ impl Doer<'_> {
     }
 }
 
+/// Fails where an action can't have happened: before the session, more than a minute ago, or in the future [s].
+fn check_time(at: f64, now: f64) -> Result<(), Refusal> {
+    let (old, ahead) = AGES_SECS;
+    let (first, last) = ((now - old).max(0.0), now + ahead);
+    if (first..=last).contains(&at) {
+        return Ok(());
+    }
+    let at = if at.abs() < 1e9 { format!("{at:.1}") } else { format!("{at:e}") };
+    let reason = if at.starts_with('-') {
+        format!("a time of {at} s is before the session began")
+    } else {
+        format!("a time of {at} s is not within the last minute of the session")
+    };
+    let hint = format!(
+        "expected seconds of the session from {first:.1} to {now:.1}; without a time it is now"
+    );
+    Err(Refusal::new(reason, &hint))
+}
+
 /// The trimmed text, if it is short enough to be recorded.
 fn recordable(text: &str) -> Result<&str, Refusal> {
     let text = text.trim();
-    if text.is_empty() || text.len() > LONGEST_TEXT {
-        let reason = format!("a text of {} bytes can't be recorded", text.len());
-        return Err(Refusal::new(reason, "write 1 to 1000 bytes"));
+    match text.len() {
+        0 => Err(Refusal::new("its text is empty", "write 1 to 1000 bytes")),
+        1..=LONGEST_TEXT => Ok(text),
+        bytes => {
+            let reason = format!("a text of {bytes} bytes can't be recorded");
+            Err(Refusal::new(reason, "write 1 to 1000 bytes"))
+        }
     }
-    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_action_happened_during_the_session_and_within_the_last_minute() {
+        for (at, now) in [(0.0, 5.0), (5.9, 5.0), (40.0, 100.0), (100.0, 100.0)] {
+            assert_eq!(check_time(at, now), Ok(()), "{at} at {now}");
+        }
+        for (at, now, reason) in [
+            (-5.0, 20.0, "a time of -5.0 s is before the session began"),
+            (-1e300, 20.0, "a time of -1e300 s is before"),
+            (39.0, 100.0, "a time of 39.0 s is not within the last minute"),
+            (102.0, 100.0, "a time of 102.0 s is not within the last minute"),
+            (1e300, 100.0, "a time of 1e300 s is not within"),
+        ] {
+            let refusal = check_time(at, now).expect_err("no such time");
+            assert!(refusal.reason.starts_with(reason), "{}", refusal.reason);
+            assert_eq!(refusal.cause, Cause::Invalid);
+        }
+        let hint = check_time(-5.0, 20.0).expect_err("before the session").hint;
+        assert!(hint.starts_with("expected seconds of the session from 0.0 to 20.0"), "{hint}");
+    }
 }

@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use crate::access::Grant;
-use crate::acts::{Doer, Refusal};
+use crate::acts::{Cause, Doer, Refusal};
 use crate::hub::Known;
 use crate::server::Shared;
 use crate::wire::Stream;
@@ -196,7 +196,7 @@ async fn post_event(
     let (done, t) = match posted {
         Posted::Marker { label, at, unix } => {
             let (at, t) = time(at, unix);
-            (doer.command(&format!("mark {label}"), at, String::new()), t)
+            (doer.mark(&label, at, String::new()), t)
         }
         Posted::Note { note, at, unix } => {
             let (at, t) = time(at, unix);
@@ -209,7 +209,14 @@ async fn post_event(
     };
     match done {
         Ok(()) => answer(StatusCode::OK, json!({ "t": t })),
-        Err(Refusal { reason, hint }) => refused(StatusCode::FORBIDDEN, &reason, &hint),
+        Err(Refusal { cause, reason, hint }) => refused(status_of(cause), &reason, &hint),
+    }
+}
+
+fn status_of(cause: Cause) -> StatusCode {
+    match cause {
+        Cause::Invalid => StatusCode::UNPROCESSABLE_ENTITY,
+        Cause::NotAllowed => StatusCode::FORBIDDEN,
     }
 }
 

@@ -269,10 +269,11 @@ pub fn receive(hub: &Hub, client: &Arc<Client>, text: &str) {
         }
         Err(error) => {
             let reason = format!("failed to read a message: {error}");
-            Err((None, Refusal { reason, hint: "reload the page".to_owned() }))
+            Err((None, Refusal::new(reason, "reload the page")))
         }
     };
-    let answer = answer.unwrap_or_else(|(reference, Refusal { reason, hint })| {
+    let answer = answer.unwrap_or_else(|(reference, refusal)| {
+        let Refusal { reason, hint, .. } = refusal;
         Some(FromServer::Refused(Refused { reference, reason, hint }))
     });
     if let Some(answer) = answer {

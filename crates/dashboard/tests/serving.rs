@@ -118,6 +118,10 @@ async fn other_sites_other_names_and_other_kinds_of_posts_are_refused() {
         (&[post, "Host: HOST", "Content-Type: text/plain"], marker, "415"),
         (&[post, "Host: HOST", json], "{", "400"),
         (&[post, "Host: HOST", json], r#"{"label": 5}"#, "422"),
+        (&[post, "Host: HOST", json], r#"{"label": " "}"#, "422"),
+        (&[post, "Host: HOST", json], r#"{"note": ""}"#, "422"),
+        (&[post, "Host: HOST", json], r#"{"scale": "two words", "value": 1}"#, "422"),
+        (&[post, "Host: HOST", json], marker, "403"),
         (&["GET / HTTP/1.1", "Host: evil.example:80"], "", "403"),
         (&["GET /nowhere HTTP/1.1", "Host: HOST"], "", "404"),
         (&[&upgrade[..], &["Host: HOST", "Origin: http://evil.example"]].concat(), "", "403"),
@@ -132,6 +136,9 @@ async fn other_sites_other_names_and_other_kinds_of_posts_are_refused() {
     assert!(answer.contains("{\"error\":\"the query is wrong: from: not a number\""), "{answer}");
     let answer = stage.request(&[post, "Host: HOST", json], "{\"x\": 1}").await;
     assert!(answer.contains("neither a marker, nor a note, nor a self-report"), "{answer}");
+    let answer = stage.request(&[post, "Host: HOST", json], r#"{"label": ""}"#).await;
+    let empty = r#"{"error":"its text is empty","hint":"write 1 to 1000 bytes"}"#;
+    assert!(answer.contains(empty), "{answer}");
     let large = format!(r#"{{"label": "{}"}}"#, "x".repeat(100_000));
     let answer = stage.request(&[post, "Host: HOST", json], &large).await;
     assert!(answer.starts_with("HTTP/1.1 413"), "{answer}");
