@@ -280,7 +280,9 @@ fn metadata_of_an_unfinished_file_does_not_state_its_messages() {
     let path = folder.path().join("bag");
     let options = Options { split_secs: Some(0.5), ..Options::default() };
     let mut writer = BagWriter::create(&path, &options).unwrap();
-    session(700).iter().for_each(|record| writer.write(record).unwrap());
+    for record in &session(700) {
+        writer.write(record).unwrap();
+    }
     writer.flush().unwrap();
     std::mem::forget(writer);
     let last = path.join("bag_1.mcap");
