@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
 
+use teampulse_core::session_streams::SESSION_EVENTS;
 use teampulse_core::stream::{Origin, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_sinks::Unmet;
@@ -71,7 +72,7 @@ impl Absent {
 
 /// Whether it comes from a source: features and the session's own events are there without one.
 fn is_received(stream: &Stream) -> bool {
-    stream.origin == Origin::Raw && stream.name != "/session/events"
+    stream.origin == Origin::Raw && stream.name != SESSION_EVENTS
 }
 
 fn append(path: &Path, text: &str) -> io::Result<()> {

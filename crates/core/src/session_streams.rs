@@ -9,7 +9,7 @@ use crate::stream::{About, Origin, Shape, Signal, Stream, Subject};
 pub const END: &str = "end";
 
 /// The topic of the events of a session.
-pub(crate) const SESSION_EVENTS: &str = "/session/events";
+pub const SESSION_EVENTS: &str = "/session/events";
 
 /// The stream of the events of a session: phases, markers, its end.
 pub fn session_events() -> Stream {

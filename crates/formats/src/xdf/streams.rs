@@ -90,10 +90,11 @@ impl Streams {
     pub(super) fn finish(self) -> (Vec<Signal>, Vec<String>) {
         let mut notes = Vec::new();
         if self.unknown > 0 {
-            notes.push(format!(
-                "{} chunks of samples have no stream and were skipped",
-                self.unknown
-            ));
+            let chunks = match self.unknown {
+                1 => "one chunk of samples has no stream and was skipped".to_owned(),
+                several => format!("{several} chunks of samples have no stream and were skipped"),
+            };
+            notes.push(chunks);
         }
         let unplaced = self.each.values().filter(|stream| stream.samples.unplaced > 0);
         notes.extend(unplaced.map(|XdfStream { header, samples, .. }| {

@@ -30,12 +30,13 @@ impl Held {
     /// Takes the next reading, which is in the course that begins with this packet. If `is_new`, readings that
     /// agree with the packet and came after it are in that course, too.
     pub fn fit(&mut self, course: u32, origin: Packet, is_new: bool) {
-        for (number, reading) in self.waiting.drain(..).filter(|_| is_new) {
-            let packet = reading.packet;
-            if packet.arrival >= origin.arrival && astray::agree(packet, origin, reading.span()) {
-                self.later.insert(number, (course, origin));
-            }
-        }
+        let waiting = self.waiting.drain(..);
+        let is_later = |(_, reading): &(u64, Placed)| {
+            is_new
+                && reading.packet.arrival >= origin.arrival
+                && astray::agree(reading.packet, origin, reading.span())
+        };
+        self.later.extend(waiting.filter(is_later).map(|(number, _)| (number, (course, origin))));
         self.readings += 1;
     }
 

@@ -144,8 +144,7 @@ impl Envelope {
         let theirs = part.start + skipped..part.start + skipped + length;
         let ours = there..there + length;
         let both = (self.energy(ours.clone()) * recording.energy(theirs.clone())).sqrt();
-        let product = dot(&self.values[ours], &recording.values[theirs]);
-        (both > 0.0).then(|| product / both)
+        (both > 0.0).then(|| dot(&self.values[ours], &recording.values[theirs]) / both)
     }
 }
 
