@@ -47,8 +47,8 @@ def polar(tmp_path_factory):
     stage.close()
 
 
-def r_waves_secs(frames: list) -> list:
-    """The times of R waves: the highest samples of what is above half of the highest."""
+def r_waves(frames: list) -> list:
+    """The times (s) and heights (µV) of R waves: the highest samples of what is above half of the highest."""
     samples = [value for _, values in frames for value in values]
     half = max(samples) / 2
     tops, above = [], []
@@ -56,7 +56,8 @@ def r_waves_secs(frames: list) -> list:
         if value > half:
             above.append((value, at))
         elif above:
-            tops.append(max(above)[1] / 130)
+            height, at = max(above)
+            tops.append((at / 130, height))
             above = []
     return tops
 
@@ -93,7 +94,7 @@ def test_the_ecg_has_the_amplitude_and_the_beats_of_the_heart_rate(polar):
     assert 500 < max(samples) < 4000 and -2000 < min(samples) < 0  # microvolts
     between = statistics.mean(b - a for (a, _), (b, _) in zip(frames, frames[1:]))
     assert abs(between / 1e9 - 73 / 130) < 1e-3
-    tops = r_waves_secs(frames)
+    tops = [secs for secs, _ in r_waves(frames)]
     seen_ms = [1000 * (b - a) for a, b in zip(tops, tops[1:])]
     reported_ms = [interval for _, (_, found) in polar["bleakheart"]["HR"] for interval in found]
     # Each that was seen whole is among those that were reported, to two samples.
@@ -112,9 +113,10 @@ def test_polar_python_reads_the_same_heart(polar):
     heard = polar["polar_python"]
     assert heard["features"] == ["ECG", "ACC"]
     assert all(len(values) == 73 for _, values in heard["ECG"])
-    both = [max(v for _, values in polar[peer]["ECG"] for v in values)
+    # The usual height: an ectopic beat, which only one of them may see, is half as high again.
+    both = [statistics.median(height for _, height in r_waves(polar[peer]["ECG"]))
             for peer in ("bleakheart", "polar_python")]
-    assert 0.7 < both[0] / both[1] < 1.4
+    assert 0.9 < both[0] / both[1] < 1.1
     assert all(30 < rate < 200 for rate, intervals in heard["HR"] if intervals)
 
 
