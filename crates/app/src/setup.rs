@@ -22,8 +22,8 @@ use teampulse_ros::BusId;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::sink::Publish;
 use teampulse_sinks::{
-    ALLOWED, Announce, Bag, Colours, DashboardContext, Ended, Estimates, FindUnmet, Kept,
-    PhasePlan, RosContext, SHOWN, SinkContext, TerminalContext, Tidy, View,
+    ALLOWED, Addresses, Announce, Bag, Colours, DashboardContext, Ended, Estimates, FindUnmet,
+    Kept, PhasePlan, RosContext, SHOWN, SinkContext, TerminalContext, Tidy, View,
 };
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
@@ -72,7 +72,7 @@ pub struct Setup {
     /// What to do with the dashboard's address; `None` without a dashboard.
     pub dashboard: Option<Announce>,
     /// The address of the dashboard, for the terminal.
-    address: Arc<OnceLock<String>>,
+    addresses: Arc<OnceLock<Addresses>>,
 }
 
 impl Setup {
@@ -93,7 +93,7 @@ impl Setup {
             buses,
             bag_ended,
             dashboard: study.general.dashboard.0.then_some(announce),
-            address: Arc::default(),
+            addresses: Arc::default(),
             study,
             growth,
             view,
@@ -261,7 +261,7 @@ impl Setup {
             plain: term.is_none_or(|term| term == "dumb"),
             notes: self.notes(),
             next: Some(Arc::new(move || phases.next())),
-            address: Arc::clone(&self.address),
+            addresses: Arc::clone(&self.addresses),
         }
     }
 

@@ -9,6 +9,7 @@ use teampulse_core::clock::Clock;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::Stream;
 
+use crate::addresses::Addresses;
 use crate::playhead::Playhead;
 use crate::tls::Tls;
 use crate::tokens::Tokens;
@@ -30,11 +31,24 @@ pub struct Settings {
     pub tls: Option<Tls>,
     /// Names of this computer that a browser may use besides its addresses.
     pub names: Vec<String>,
+    /// The addresses of this computer, which are listed where it listens on all of them.
+    pub local: Vec<IpAddr>,
     /// The markers of the study.
     pub markers: Vec<Marker>,
 }
 
 impl Settings {
+    /// How it is served: as `http`, or as `https`.
+    pub(crate) fn scheme(&self) -> &'static str {
+        if self.tls.is_some() { "https" } else { "http" }
+    }
+
+    /// The addresses of this computer at which others reach it, where it listens on all of them.
+    pub(crate) fn reached_at(&self) -> impl Iterator<Item = IpAddr> {
+        let local = if self.listen.is_unspecified() { &*self.local } else { &[] };
+        local.iter().copied().filter(|address| !address.is_loopback())
+    }
+
     /// Whether it listens at the default address: if that fails, the session goes on without it.
     pub fn is_default(&self) -> bool {
         let is_here = self.listen == IpAddr::V4(Ipv4Addr::LOCALHOST);
@@ -45,8 +59,8 @@ impl Settings {
 impl Default for Settings {
     fn default() -> Settings {
         let listen = IpAddr::V4(Ipv4Addr::LOCALHOST);
-        let (names, markers) = (Vec::new(), Vec::new());
-        Settings { listen, port: None, tokens: Tokens::default(), tls: None, names, markers }
+        let (names, local, markers) = (Vec::new(), Vec::new(), Vec::new());
+        Settings { listen, port: None, tokens: Tokens::default(), tls: None, names, local, markers }
     }
 }
 
@@ -110,8 +124,8 @@ pub struct Context {
     pub is_blinding: bool,
     /// Returns whether a stream is hidden from viewers who must stay blind.
     pub hides: Arc<dyn Fn(&Stream) -> bool + Send + Sync>,
-    /// Called with the address once it is known.
-    pub announce: Arc<dyn Fn(&str) + Send + Sync>,
+    /// Called with the addresses once they are known.
+    pub announce: Arc<dyn Fn(&Addresses) + Send + Sync>,
 }
 
 impl Context {

@@ -18,6 +18,7 @@ mod echo;
 mod hub;
 mod server;
 mod listener;
+mod addresses;
 mod tls;
 mod access;
 mod tokens;
@@ -30,6 +31,7 @@ mod acts;
 mod api;
 mod metrics;
 
+pub use addresses::Addresses;
 pub use client::receive_any;
 pub use context::{BusView, Context, Disk, FindUnmet, PORT, Settings};
 pub use playhead::Playhead;

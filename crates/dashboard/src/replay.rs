@@ -18,6 +18,7 @@ use teampulse_core::stream::{Stream, StreamId};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
+use crate::addresses::Addresses;
 use crate::context::{Context, Settings};
 use crate::convert::is_minor;
 use crate::hub::{Hub, message};
@@ -59,19 +60,19 @@ pub struct Shown {
     hub: Arc<Hub>,
     is_over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
-    address: String,
+    addresses: Addresses,
 }
 
 impl fmt::Debug for Shown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Shown").field("address", &self.address).finish_non_exhaustive()
+        f.debug_struct("Shown").field("addresses", &self.addresses).finish_non_exhaustive()
     }
 }
 
 impl Shown {
-    /// The address for browsers.
-    pub fn address(&self) -> &str {
-        &self.address
+    /// The addresses for browsers.
+    pub fn addresses(&self) -> &Addresses {
+        &self.addresses
     }
 
     /// The number of viewers.
@@ -108,8 +109,8 @@ pub fn show(
         let (hub, playhead, is_over) = (Arc::clone(&hub), playhead.clone(), Arc::clone(&is_over));
         move || {
             let runtime = match start(&hub) {
-                Ok((runtime, address)) => {
-                    drop(send_started.send(Ok(address)));
+                Ok((runtime, addresses)) => {
+                    drop(send_started.send(Ok(addresses)));
                     runtime
                 }
                 Err(error) => return drop(send_started.send(Err(error))),
@@ -129,8 +130,8 @@ pub fn show(
     let thread = std::thread::Builder::new().name("replay".into()).spawn(serving);
     let thread = thread.map_err(|error| failed(format!("start a thread: {error}")))?;
     let gone = |_gone| failed("start its thread".to_owned());
-    let address = started.recv().map_err(gone)??;
-    Ok(Shown { hub, is_over, thread: Some(thread), address })
+    let addresses = started.recv().map_err(gone)??;
+    Ok(Shown { hub, is_over, thread: Some(thread), addresses })
 }
 
 /// The records from a position on.

@@ -7,6 +7,7 @@ use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use tokio::runtime::{Builder, Runtime};
 
 use crate::access::Access;
+use crate::addresses::Addresses;
 use crate::context::{Context, Settings};
 use crate::hub::Hub;
 use crate::relay::{Relay, is_wanted};
@@ -54,7 +55,7 @@ impl Sink for Dashboard {
         let Dashboard { context, settings } = *self;
         let announce = Arc::clone(&context.announce);
         let hub = Arc::new(Hub::new(context, settings, inbox.outlet().cloned()));
-        let (runtime, address) = match start(&hub) {
+        let (runtime, addresses) = match start(&hub) {
             Ok(started) => started,
             Err(error) if hub.settings.is_default() => {
                 inbox.report(format!("dashboard: failed to {error}"));
@@ -63,7 +64,7 @@ impl Sink for Dashboard {
             }
             Err(error) => return Err(error),
         };
-        announce(&address);
+        announce(&addresses);
         let mut relay = Relay::new(Arc::clone(&hub), inbox.streams().clone());
         loop {
             let gather = if hub.viewers() > 0 { Duration::ZERO } else { GATHER };
@@ -82,8 +83,8 @@ impl Sink for Dashboard {
     }
 }
 
-/// Listens, and serves on threads of its own; returns the address for browsers.
-pub(crate) fn start(hub: &Arc<Hub>) -> Result<(Runtime, String), SinkError> {
+/// Listens, and serves on threads of its own; returns the addresses for browsers.
+pub(crate) fn start(hub: &Arc<Hub>) -> Result<(Runtime, Addresses), SinkError> {
     let failed = |message: String, hint: &str| SinkError::Failed { message, hint: hint.to_owned() };
     let settings = &hub.settings;
     let access = Access::new(settings.listen, &settings.names, &settings.tokens);
@@ -103,6 +104,5 @@ pub(crate) fn start(hub: &Arc<Hub>) -> Result<(Runtime, String), SinkError> {
             outlet.happen(teampulse_core::fault::lasting(label));
         }
     });
-    let scheme = if settings.tls.is_some() { "https" } else { "http" };
-    Ok((runtime, format!("{scheme}://{address}/")))
+    Ok((runtime, Addresses::of(settings, address.port())))
 }

@@ -13,7 +13,10 @@ const SHORTEST: usize = 16;
 
 /// Tokens, each with the right that it grants.
 #[derive(Clone, Default)]
-pub struct Tokens(Vec<(Right, String)>);
+pub struct Tokens {
+    file: Option<PathBuf>,
+    granted: Vec<(Right, String)>,
+}
 
 /// A file of tokens that can't be used. The message fits after "failed to".
 #[derive(Debug, Error)]
@@ -74,25 +77,31 @@ impl Tokens {
         if tokens.is_empty() {
             return Err(TokensError::None { path: path.to_owned() });
         }
-        Ok(Tokens(tokens))
+        Ok(Tokens { file: Some(path.to_owned()), granted: tokens })
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.granted.is_empty()
+    }
+
+    /// Their file.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
     }
 
     /// The right that a token grants.
     pub fn right_of(&self, token: &str) -> Option<Right> {
         // All of them are compared, so that the time does not depend on which one it is.
-        let rights = self.0.iter().map(|(right, each)| is_equal(each, token).then_some(*right));
+        let rights =
+            self.granted.iter().map(|(right, each)| is_equal(each, token).then_some(*right));
         rights.fold(None, Ord::max)
     }
 }
 
 impl fmt::Debug for Tokens {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Tokens({})", self.0.len())
+        write!(f, "Tokens({})", self.granted.len())
     }
 }
 

@@ -12,11 +12,12 @@ use teampulse_bag::Stage;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::Sink;
 use teampulse_dashboard::wire::{Marker, PhasePlan, RecordingStage};
-use teampulse_dashboard::{BusView, Context, Disk, FindUnmet, Settings, Tls, Tokens};
+use teampulse_dashboard::{Addresses, BusView, Context, Disk, FindUnmet, Settings, Tls, Tokens};
 use teampulse_ros::bus::Bus;
 use teampulse_ros::graph::EndpointKind;
 
 use crate::SinkContext;
+use crate::local_addresses::local_addresses;
 use crate::terminal::{Estimates, Kept};
 
 /// The commands that a dashboard may send unless `[commands]` says otherwise: on loopback everyone who can reach it has
@@ -74,12 +75,12 @@ pub struct DashboardContext {
     pub commands: Vec<&'static str>,
     /// Returns the requirements of the study that the received streams do not meet.
     pub required: Option<FindUnmet>,
-    /// Called with the address.
+    /// Called with the addresses.
     pub announce: Option<Announce>,
 }
 
-/// Called with the address of a dashboard.
-pub type Announce = Arc<dyn Fn(&str) + Send + Sync>;
+/// Called with the addresses of a dashboard.
+pub type Announce = Arc<dyn Fn(&Addresses) + Send + Sync>;
 
 impl fmt::Debug for DashboardContext {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -121,6 +122,7 @@ impl Component<dyn Sink, SinkContext> for Dashboard {
             tokens,
             tls,
             names: self.names,
+            local: local_addresses().into_iter().map(IpAddr::V4).collect(),
             markers: self.markers.into_iter().map(marker).collect(),
         };
         Ok(Box::new(teampulse_dashboard::Dashboard::new(session(context), settings)))
@@ -156,7 +158,7 @@ fn session(context: &SinkContext) -> Context {
     let next = context.terminal.next.clone();
     let announce = context.dashboard.announce.clone();
     let buses = Arc::clone(&context.ros.buses);
-    let shown = Arc::clone(&context.terminal.address);
+    let shown = Arc::clone(&context.terminal.addresses);
     let path = matches!(kept, Kept::Bag(_)).then(|| context.bag.display().to_string());
     Context {
         path: path.unwrap_or_default(),
@@ -168,11 +170,11 @@ fn session(context: &SinkContext) -> Context {
         next_phase: Arc::new(move || next.as_ref().and_then(|next| next())),
         is_blinding: estimates == Estimates::Hidden,
         hides: Arc::new(move |stream| estimates.hide(stream)),
-        announce: Arc::new(move |address| {
+        announce: Arc::new(move |addresses| {
             // There is one dashboard in a session; of several the terminal shows the first.
-            shown.set(address.to_owned()).ok();
+            shown.set(addresses.clone()).ok();
             if let Some(announce) = &announce {
-                announce(address);
+                announce(addresses);
             }
         }),
         ..Context::new(context.session.clone(), context.clock.clone())

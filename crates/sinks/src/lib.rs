@@ -8,6 +8,7 @@ mod diagnostics;
 mod foxglove;
 mod hri;
 mod lsl;
+mod local_addresses;
 mod ros;
 mod tidy;
 mod terminal;
@@ -26,8 +27,8 @@ pub use bag::{Bag, Continuation, ContinuingBag};
 pub use csv::{Csv, tables_beside};
 pub use dashboard::{ALLOWED, Announce, DashboardContext};
 pub use ros::RosContext;
-pub use teampulse_dashboard::FindUnmet;
 pub use teampulse_dashboard::wire::{PhasePlan, Unmet};
+pub use teampulse_dashboard::{Addresses, FindUnmet};
 pub use terminal::{
     Board, Colours, Estimates, Kept, NextPhase, Scroll, Terminal, TerminalContext, View,
     WarningOutput, leave_screen,

@@ -13,7 +13,7 @@ use async_trait::async_trait;
 use clap::Args;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::{Source, SourceError};
-use teampulse_sinks::Announce;
+use teampulse_sinks::{Addresses, Announce};
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::process::{Child, Command};
 use tokio::sync::Mutex;
@@ -109,7 +109,7 @@ impl Demo {
 }
 
 /// Opens the dashboard where there is a desktop; without one its address is on the terminal.
-fn open_in_browser(address: &str) {
+fn open_in_browser(addresses: &Addresses) {
     let has_desktop = ["DISPLAY", "WAYLAND_DISPLAY"]
         .iter()
         .any(|name| std::env::var_os(name).is_some_and(|display| !display.is_empty()));
@@ -117,8 +117,11 @@ fn open_in_browser(address: &str) {
         return;
     }
     let mut opener = std::process::Command::new("xdg-open");
-    let opener =
-        opener.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let opener = opener
+        .arg(&addresses.here)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
     match opener.spawn() {
         // It ends at once or lives as long as the browser: nothing depends on it.
         Ok(mut opener) => drop(std::thread::spawn(move || drop(opener.wait()))),

@@ -92,7 +92,9 @@ impl Play {
         let on = bus.as_ref().map_or_else(String::new, |bus| format!(" on {}", bus.name()));
         say(format!("playing {}{on}; Ctrl-C ends it", self.bag.display()));
         if let Some(shown) = &shown {
-            say(format!("the dashboard is at {}", shown.address()));
+            for line in shown.addresses().lines() {
+                say(line);
+            }
         }
         let unread = Arc::default();
         let (has_clock, is_endless) = (self.clock, self.again);

@@ -15,7 +15,7 @@ use teampulse_core::sink::{Batch, Delivery, Post, Sink, SinkError, queue};
 use teampulse_core::stream::Stream;
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
-use teampulse_dashboard::{Context, Dashboard, Settings};
+use teampulse_dashboard::{Addresses, Context, Dashboard, Settings};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::{Error, Message};
@@ -42,8 +42,8 @@ impl Stage {
     pub fn of(context: Context, settings: Settings) -> Stage {
         let clock = context.clock.clone();
         let (announces, announced) = std::sync::mpsc::sync_channel(1);
-        let announce = Arc::new(move |address: &str| {
-            announces.send(address.to_owned()).expect("a running dashboard");
+        let announce = Arc::new(move |addresses: &Addresses| {
+            announces.send(addresses.here.clone()).expect("a running dashboard");
         });
         let context = Context { announce, ..context };
         let settings = Settings { port: Some(0), ..settings };
@@ -52,7 +52,8 @@ impl Stage {
         let dashboard = Box::new(Dashboard::new(context, settings));
         let running = std::thread::spawn(move || dashboard.run(inbox));
         let address = announced.recv().expect("a running dashboard");
-        let host = address.trim_start_matches("http://").trim_end_matches('/').to_owned();
+        let host =
+            address.trim_start_matches("http://").split('/').next().expect("a host").to_owned();
         Stage { post: Some(post), running: Some(running), streams, clock, host }
     }
 

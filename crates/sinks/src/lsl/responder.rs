@@ -13,6 +13,8 @@ use teampulse_devices::lsl::{
 use tokio::net::UdpSocket;
 use tokio::time::sleep;
 
+use crate::local_addresses::local_addresses;
+
 /// The largest request [bytes].
 const LARGEST_BYTES: usize = 8192;
 
@@ -42,16 +44,12 @@ pub(super) fn open() -> io::Result<UdpSocket> {
     socket.set_nonblocking(true)?;
     socket.bind(&SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, MULTICAST_PORT).into())?;
     for group in GROUPS.map(Ipv4Addr::from).into_iter().filter(Ipv4Addr::is_multicast) {
-        for address in teampulse_devices::lsl::addresses(&table_of_routes()) {
+        for address in local_addresses() {
             // An interface without multicast is skipped.
             socket.join_multicast_v4(&group, &address).ok();
         }
     }
     UdpSocket::from_std(socket.into())
-}
-
-fn table_of_routes() -> String {
-    std::fs::read_to_string("/proc/net/fib_trie").unwrap_or_default()
 }
 
 /// Replies to discovery, for all streams.

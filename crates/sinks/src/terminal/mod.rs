@@ -28,6 +28,7 @@ use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_core::time::Time;
+use teampulse_dashboard::Addresses;
 
 use crate::SinkContext;
 
@@ -84,8 +85,8 @@ pub struct TerminalContext {
     pub notes: Vec<String>,
     /// The source of the next phase.
     pub next: Option<NextPhase>,
-    /// The address of the dashboard, once it is known.
-    pub address: Arc<OnceLock<String>>,
+    /// The addresses of the dashboard, once they are known.
+    pub addresses: Arc<OnceLock<Addresses>>,
 }
 
 /// Returns the name of the next phase.
@@ -115,8 +116,8 @@ struct Display {
     settings: TerminalContext,
     clock: Clock,
     drawn: Option<(Time, Size)>,
-    /// Whether the address of the dashboard was shown.
-    has_address: bool,
+    /// Whether the addresses of the dashboard were shown.
+    has_addresses: bool,
 }
 
 impl Sink for Display {
@@ -151,10 +152,12 @@ impl Sink for Display {
                 Received::Silence => {}
                 Received::Closed => break,
             }
-            if let Some(line) = self.address() {
-                self.board.note(&line);
+            if let Some(lines) = self.addresses() {
+                for line in &lines {
+                    self.board.note(line);
+                }
                 if !is_screen {
-                    say(&[line]);
+                    say(&lines);
                 }
             }
             self.board.watch(self.clock.now().secs_since(began));
@@ -181,15 +184,15 @@ impl Display {
             settings,
             clock: Clock::host(),
             drawn: None,
-            has_address: false,
+            has_addresses: false,
         }
     }
 
-    /// The line about the dashboard, once.
-    fn address(&mut self) -> Option<String> {
-        let address = self.settings.address.get().filter(|_| !self.has_address)?;
-        self.has_address = true;
-        Some(format!("the dashboard is at {address}"))
+    /// The lines about the dashboard, once.
+    fn addresses(&mut self) -> Option<Vec<String>> {
+        let addresses = self.settings.addresses.get().filter(|_| !self.has_addresses)?;
+        self.has_addresses = true;
+        Some(addresses.lines())
     }
 
     /// Redraws the screen when a second has passed, a key was pressed, or its size changed.
