@@ -22,7 +22,7 @@ help: ## this list
 # Compiled without optimisation in a third of the time, unless the optimised binary exists.
 demo_profile := $(if $(wildcard $(TEAMPULSE)),release,demo)
 
-demo: $(ready)-build ## a simulated operator and five robots on ROS 2, watched and recorded, until Ctrl-C (ARGS="--duration 60")
+demo: $(ready)-build ## a simulated operator and five robots on ROS 2, watched and recorded, until q, then y (ARGS="--duration 60")
 	cargo build --profile $(demo_profile) --locked --package teampulse
 	$(CARGO_TARGET_DIR)/$(demo_profile)/teampulse demo $(ARGS)
 

@@ -49,7 +49,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// that no other demo on this machine uses).
 #[derive(Debug, Args)]
 pub struct Demo {
-    /// Ends by itself after this many seconds; by default on Ctrl-C or `q`
+    /// Ends by itself after this many seconds; by default on Ctrl-C, or on `q`, then `y`
     #[arg(long, value_name = "SECS", value_parser = seconds)]
     duration: Option<f64>,
     /// Where to create the bag's folder
@@ -89,7 +89,7 @@ impl Demo {
             "a simulated operator and five robots publish on ROS 2 domain {domain} of this machine;\n\
              {}\n\
              from the second minute on the robots need attention;\n\
-             a letter sets a marker, q ends;\n\
+             a letter sets a marker; q, then y ends;\n\
              its topics, from another terminal with ROS 2:\n  {}\n",
             worn.words(),
             topics_command(domain)
