@@ -159,7 +159,12 @@ def test_a_wristband_is_joined_by_presses_of_its_button(stage, heart, figure):
     figure(f"import: an E4 joined by three presses, {off_ms:+.1f} ms off")
     assert abs(off_ms) <= 5
     other = joined(stage, "e4.zip", session, "--at", "clap")
-    assert other.returncode != 0 and "no mark" in other.stderr
+    assert other.returncode != 0 and 'the session has no marker "clap"' in other.stderr, other.stderr
+    assert 'its markers are `tap`: write --at "tap"' in other.stderr, other.stderr
+    other = joined(stage, "e4.zip", session, "--at", "tap=nope")
+    assert other.returncode != 0 and 'its markers are `tag`: write --at "tap=tag"' in other.stderr, other.stderr
+    other = joined(stage, "e4.zip", session, "--at", "=")
+    assert other.returncode != 0 and "expected the label of markers in the session" in other.stderr, other.stderr
 
 
 def movements() -> list[tuple[float, float, float]]:

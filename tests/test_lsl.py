@@ -392,7 +392,7 @@ def test_events_are_offered_before_the_first_and_another_session_reads_them_by_n
     listener.wait_for("^open", "stdout", within_secs=60)
     by_type, by_name = ('[[sources]]\ntype = "lsl"\n' + line for line in ('stream_type = "Markers"\n', 'name = "/session/events"\n'))
     checked = stage.ask("check", stage.study('[session]\nname = "a"\n' + by_type), "--seconds", 2)
-    assert "1 streams with type='Markers' are from teampulse itself" in checked.stdout, checked.stdout
+    assert "1 stream with type='Markers' from teampulse itself" in checked.stdout, checked.stdout
     assert checked.returncode == 5, checked.stdout
     checked = stage.ask("check", stage.study('[session]\nname = "a"\n' + by_name), "--seconds", 2)
     assert "lsl      ok    /session/events (Markers)" in checked.stdout and checked.returncode == 0, checked.stdout

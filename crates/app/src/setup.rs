@@ -9,6 +9,7 @@ use teampulse_bag::Growth;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
+use teampulse_core::counted::counted;
 use teampulse_core::panics::at;
 use teampulse_core::registry::{Component, Settings};
 use teampulse_core::session::{NamedFeature, Outcome, Pace, Session, WorkerEnd};
@@ -486,7 +487,8 @@ pub fn conclude(outcome: Outcome) -> Exit {
         exit = if exit == Exit::Failed { exit } else { code };
     };
     if outcome.dropped > 0 {
-        let message = format!("{} samples were dropped in our own queue", outcome.dropped);
+        let dropped = counted(outcome.dropped, "sample was", "samples were");
+        let message = format!("{dropped} dropped in our own queue");
         blame(Failure::new(message), Exit::DataLost);
     }
     for (name, error) in outcome.sinks {
@@ -500,7 +502,8 @@ pub fn conclude(outcome: Outcome) -> Exit {
         if taken + skipped == 0 {
             say(format!("{name}: no samples arrived on its streams"));
         } else if skipped > 0 {
-            say(format!("{name}: processed {taken} of {} samples", taken + skipped));
+            let all = counted(taken + skipped, "sample", "samples");
+            say(format!("{name}: processed {taken} of {all}"));
         }
         if let Some(error) = error {
             let failure = Failure::new(format!("{name}: failed to {error}"));

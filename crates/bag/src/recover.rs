@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use mcap::records::{MessageHeader, op};
+use teampulse_core::counted::counted;
 use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
 
@@ -88,9 +89,11 @@ fn note_losses(files: &[RecoveredFile], metadata: &mut Metadata) {
     let lossy = files.iter().filter(|file| !file.damage.is_empty() && file.is_lossy());
     let lost = lossy.map(|file| {
         let name = file.path.file_name().unwrap_or_default().to_string_lossy();
-        let lost =
-            file.lost_messages.map_or("an unknown number of".into(), |lost| lost.to_string());
-        format!("{name}: {lost} messages were lost to damage")
+        let lost = file.lost_messages.map_or_else(
+            || "an unknown number of messages were".into(),
+            |lost| counted(lost, "message was", "messages were"),
+        );
+        format!("{name}: {lost} lost to damage")
     });
     let before = metadata.custom.remove(DAMAGE_NOTE);
     let notes: Vec<String> = before.into_iter().chain(lost).collect();

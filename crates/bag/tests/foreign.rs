@@ -234,7 +234,7 @@ fn a_message_that_cannot_be_unpacked_is_damage_and_the_others_are_read() {
     let bag = Bag::open(&path).unwrap();
     assert_eq!(bag.messages(None).flatten().count(), COUNT as usize - 1);
     let reasons: Vec<&str> = bag.damage().map(|(_, damage)| &*damage.reason).collect();
-    assert_eq!(reasons, ["1 messages can't be unpacked"]);
+    assert_eq!(reasons, ["1 message can't be unpacked"]);
 }
 
 /// The writer was killed within a transaction: the file contains its incomplete changes, and a file beside it the

@@ -178,9 +178,9 @@ fn messages_that_do_not_fit_their_definition_are_counted() {
         opened(&[b"#ROSBAG V2.0\n", &bag_header(0)[..], &chunk(&plain, Packing::None)].concat())
             .unwrap();
     assert_eq!(bag.messages_count(), 1);
-    let expected = "1 messages of /a can't be converted: failed to read 9 bytes at byte 4 of a \
-        message: 2 are left; 1 messages of /b can't be converted: failed to read the definition of \
-        own/msg/C: it is not known; 1 messages belong to no known connection";
+    let expected = "1 message of /a can't be converted: failed to read 9 bytes at byte 4 of a \
+        message: 2 are left; 1 message of /b can't be converted: failed to read the definition of \
+        own/msg/C: it is not known; 1 message belongs to no known connection";
     assert_eq!(damage(&bag), expected);
 }
 

@@ -4,6 +4,7 @@
 //! excess is recorded like everything else, but not passed to features, and counted. All of it is a function of log
 //! times, so that a replay skips the same samples.
 
+use crate::counted::counted;
 use crate::data::Data;
 use crate::stream::Stream;
 use crate::time::Time;
@@ -97,8 +98,8 @@ impl Intake {
     pub(crate) fn complaint(&self, now: Time) -> Option<String> {
         let is_new = self.newest.is_some_and(|newest| now.secs_since(newest) <= COMPLAINT_SECS);
         let left_out = self.left_out;
-        is_new
-            .then(|| format!("faster than its rate: {left_out} samples were not used for features"))
+        let left_out = counted(left_out, "sample was", "samples were");
+        is_new.then(|| format!("faster than its rate: {left_out} not used for features"))
     }
 }
 

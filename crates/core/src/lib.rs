@@ -2,6 +2,7 @@
 
 pub mod time;
 pub mod text;
+pub mod counted;
 mod words;
 pub mod clock;
 pub mod qos;

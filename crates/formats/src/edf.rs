@@ -38,7 +38,9 @@ pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
     let mut recording = Recording { date: header.date, ..Recording::default() };
     recording.notes.extend(header.notes());
     if stated != whole {
-        recording.notes.push(format!("the header states {stated} records; {whole} are present"));
+        recording.notes.push(format!(
+            "the number of records is {stated} in the header and {whole} in the file"
+        ));
     }
     bounded(whole.saturating_mul(header.samples_a_record()))?;
     let mut signals = Groups::new(&header);

@@ -215,7 +215,7 @@ fn a_damaged_header_of_xdf_costs_only_its_stream() {
     let xdf = recording(&file);
     assert_eq!((xdf.signals.len(), marks(signal(&xdf, "Markers")).len()), (1, 1));
     assert_eq!(xdf.notes.len(), 2, "{:?}", xdf.notes);
-    assert_eq!(xdf.notes[1], "one chunk of samples has no stream and was skipped");
+    assert_eq!(xdf.notes[1], "a chunk of samples has no stream and was skipped");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_core::clock;
+use teampulse_core::counted::counted;
 use teampulse_core::fault::FAULTS;
 use teampulse_core::pattern::Pattern;
 use teampulse_core::qos::Qos;
@@ -201,7 +202,11 @@ impl<'a> Publishers<'a> {
         }
         let topics: Vec<_> = self.refused.keys().map(String::as_str).collect();
         Err(SinkError::Lost {
-            message: format!("publish {lost} messages on {}", topics.join(", ")),
+            message: format!(
+                "publish {} on {}",
+                counted(lost, "message", "messages"),
+                topics.join(", ")
+            ),
             hint: "a subscriber is too slow for the retransmissions that it requests".into(),
         })
     }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use teampulse_bag::private;
+use teampulse_core::counted::counted;
 use teampulse_core::data::Data;
 use teampulse_core::pump::TICK;
 use teampulse_core::sample::{Record, Sample, Turn};
@@ -212,10 +213,10 @@ impl AlignedTable {
             let counts = self.aligner.counts(member.source).unwrap_or_default();
             if counts.late + counts.ahead + counts.crowded > 0 {
                 tracing::warn!(
-                    "{}: of {} samples, {} arrived too late for their row, {} are stamped after \
+                    "{}: of {}, {} arrived too late for their row, {} are stamped after \
                      their arrival, {} had no room while rows waited",
                     member.stream.name,
-                    counts.received,
+                    counted(counts.received, "sample", "samples"),
                     counts.late,
                     counts.ahead,
                     counts.crowded
@@ -224,8 +225,12 @@ impl AlignedTable {
         }
         if self.aligner.skipped() > 0 {
             tracing::warn!(
-                "{} rows without data in any stream were skipped",
-                self.aligner.skipped()
+                "{}",
+                counted(
+                    self.aligner.skipped(),
+                    "row without data in any stream was skipped",
+                    "rows without data in any stream were skipped"
+                )
             );
         }
         let table = &mut self.table;

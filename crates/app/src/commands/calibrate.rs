@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 use teampulse_bag::{Bag, STUDY_NAME, Unread};
+use teampulse_core::counted::counted;
 use teampulse_timefilter::calibrate::{Calibration, LONGEST_LAG_SECS, calibrate};
 use teampulse_timefilter::clock::{KnownDevice, Latency};
 
@@ -179,8 +180,8 @@ fn show(report: &CalibrationReport) {
     let CalibrationReport { reference, stream, events, .. } = report;
     let (lag_ms, uncertainty_ms) = (1e3 * report.lag_secs, 1e3 * report.uncertainty_secs);
     output::line(format!(
-        "{stream} shows {events} {} of {reference} {:.1} ms {} (± {uncertainty_ms:.1} ms, 95 %)",
-        if *events == 1 { "event" } else { "events" },
+        "{stream} shows {} of {reference} {:.1} ms {} (± {uncertainty_ms:.1} ms, 95 %)",
+        counted(*events, "event", "events"),
         lag_ms.abs(),
         if lag_ms < 0.0 { "earlier" } else { "later" },
     ));

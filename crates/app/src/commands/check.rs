@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use teampulse_core::counted::counted;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Shape, Stream};
 use teampulse_ros::buses::Buses;
@@ -199,5 +200,7 @@ fn person_lines(heard: &[(Arc<Stream>, StreamStatus)]) -> impl Iterator<Item = S
     for (stream, _) in heard.iter().filter(|(stream, _)| stream.about == About::Person) {
         *people.entry(&stream.id).or_default() += 1;
     }
-    people.into_iter().map(|(id, count)| format!("person   {id}  {count} streams"))
+    people
+        .into_iter()
+        .map(|(id, count)| format!("person   {id}  {}", counted(count, "stream", "streams")))
 }

@@ -3,6 +3,7 @@
 mod biosensors;
 mod imported;
 mod joining;
+mod markers;
 mod hearts;
 mod found_beats;
 mod delay;

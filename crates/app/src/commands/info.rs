@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 use teampulse_bag::{Bag, BagStream, CONTINUES_NOTE, DAMAGE_NOTE, Damage, ENDED_NOTE, Unread};
+use teampulse_core::counted::counted;
 use teampulse_core::stream::Origin;
 use teampulse_core::time::Time;
 use teampulse_messages::convert::schema_of;
@@ -97,7 +98,11 @@ impl Info {
             show(&describe(&bag));
             if self.check && damage(&bag).is_empty() {
                 let count = bag.messages_count();
-                output::line(format!("checked: all {count} messages are intact"));
+                let intact = match count {
+                    1 => "its message is intact".to_owned(),
+                    _ => format!("all {count} messages are intact"),
+                };
+                output::line(format!("checked: {intact}"));
             }
         }
         Ok(exit)
@@ -158,7 +163,8 @@ pub fn damage(bag: &Bag) -> Vec<String> {
         bag.damage().map(|(path, each)| format!("{}: {}", path.display(), damage_text(each)));
     let missing = (bag.missing() > 0).then(|| {
         let (path, missing) = (bag.path().display(), bag.missing());
-        format!("{path}: {missing} of {} messages are missing", bag.messages_count() + missing)
+        let of = bag.messages_count() + missing;
+        format!("{path}: {missing} of {} missing", counted(of, "message is", "messages are"))
     });
     places.chain(missing).collect()
 }
@@ -168,7 +174,10 @@ pub fn damage_text(damage: &Damage) -> String {
     let Damage { offset, lost_bytes, reason, .. } = damage;
     match lost_bytes {
         0 => format!("at byte {offset}: {reason}"),
-        _ => format!("at byte {offset}: {reason}; {lost_bytes} bytes can't be read"),
+        _ => format!(
+            "at byte {offset}: {reason}; {} can't be read",
+            counted(*lost_bytes, "byte", "bytes")
+        ),
     }
 }
 
@@ -226,7 +235,7 @@ fn how_it_ended(notes: &BTreeMap<String, String>) -> impl Iterator<Item = String
 }
 
 fn show(info: &BagInfo) {
-    output::line(format!("{}  {} messages", info.path, info.messages));
+    output::line(format!("{}  {}", info.path, counted(info.messages, "message", "messages")));
     if let Some(start_secs) = info.start_secs {
         let start = Time::from_nanos((start_secs * 1e9) as i64);
         output::line(format!("from {start} for {:.1} s", info.duration_secs));

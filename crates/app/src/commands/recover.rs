@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use teampulse_bag::{BagError, Found, RecoveredFile};
+use teampulse_core::counted::counted;
 
 use crate::commands::info::damage_text;
 use crate::exit::Exit;
@@ -68,12 +69,13 @@ fn print_file(file: &RecoveredFile) {
         Some(lost) => format!(", {lost} lost"),
         None => ", an unknown number lost".to_owned(),
     };
+    let messages = counted(file.messages, "message", "messages");
     if file.damage.is_empty() {
         let lost = if file.is_lossy() { lost.as_str() } else { "" };
-        output::line(format!("{path}: whole, {} messages{lost}", file.messages));
+        output::line(format!("{path}: whole, {messages}{lost}"));
         return;
     }
-    output::line(format!("{path}: repaired, {} messages kept{lost}", file.messages));
+    output::line(format!("{path}: repaired, {messages} kept{lost}"));
     output::lines(file.damage.iter().map(|each| format!("  {}", damage_text(each))));
     if let Some(original) = &file.original {
         output::line(format!("  the damaged file is kept as {}", original.display()));

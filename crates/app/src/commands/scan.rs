@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use clap::Args;
 use serde::Serialize;
+use teampulse_core::counted::counted;
 use teampulse_ros::BusId;
 use teampulse_ros::bus::{Asked, Bus, Subscription};
 use teampulse_ros::buses::Buses;
@@ -220,14 +221,10 @@ fn count(bus: &dyn Bus, topic: &str, type_name: &str) -> (Arc<Count>, Option<Sub
     (count, subscribed.ok())
 }
 
-/// A number of things: `1 node`, `2 nodes`.
-fn counted(number: usize, what: &str) -> String {
-    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
-}
-
 fn show(found: &Domain) {
     let (nodes, topics) = (found.nodes.len(), found.topics.len());
-    output::line(format!("{}: {}, {}", found.id, counted(nodes, "node"), counted(topics, "topic")));
+    let nodes = counted(nodes, "node", "nodes");
+    output::line(format!("{}: {nodes}, {}", found.id, counted(topics, "topic", "topics")));
     for topic in &found.topics {
         output::line(format!(
             "  {:<38} {:<36} {:>7.1} Hz {:>9.1} kB/s",

@@ -9,6 +9,7 @@ use rustix::process::Signal;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
+use teampulse_core::counted::counted;
 use teampulse_core::pattern::Pattern;
 use teampulse_core::session::{Pace, Session};
 use teampulse_core::sink::Sink;
@@ -179,7 +180,10 @@ impl Simulate {
             1 => " and a person".into(),
             _ => format!(" and {people} people"),
         };
-        say(format!("simulating {robots} robots{and_people} on {domain}; Ctrl-C ends it"));
+        say(format!(
+            "simulating {}{and_people} on {domain}; Ctrl-C ends it",
+            counted(robots, "robot", "robots")
+        ));
         let session = Session {
             clock: clock.clone(),
             pace: Pace::Live,

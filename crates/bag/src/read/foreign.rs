@@ -8,6 +8,7 @@ use std::path::Path;
 
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
+use teampulse_core::counted::counted;
 
 use crate::error::{BagError, Found};
 use crate::read::block::Entry;
@@ -49,7 +50,7 @@ pub(crate) fn most_unpacked(file: &File) -> io::Result<u64> {
 
 /// The note about messages that can't be decompressed.
 pub(crate) fn unreadable(count: u64) -> Option<String> {
-    (count > 0).then(|| format!("{count} messages can't be unpacked"))
+    (count > 0).then(|| format!("{} can't be unpacked", counted(count, "message", "messages")))
 }
 
 /// Converts a file with individually compressed messages into one with plain messages.

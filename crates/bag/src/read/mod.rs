@@ -21,6 +21,7 @@ use std::sync::Arc;
 
 use mcap::McapError;
 use mcap::records::op;
+use teampulse_core::counted::counted;
 use teampulse_core::stream::{Origin, Schema, Shape, Stream};
 use teampulse_core::time::Time;
 use teampulse_messages::convert::description;
@@ -149,10 +150,12 @@ impl Bag {
         let torn: Vec<&Damage> =
             self.damage().map(|(_, damage)| damage).filter(|damage| !damage.is_tail).collect();
         let bytes: u64 = torn.iter().map(|damage| damage.lost_bytes).sum();
-        let unread = (!torn.is_empty())
-            .then(|| format!("{bytes} bytes can't be read (parts: {})", torn.len()));
+        let unread = (!torn.is_empty()).then(|| {
+            format!("{} can't be read (parts: {})", counted(bytes, "byte", "bytes"), torn.len())
+        });
         let missing = Some(self.missing()).filter(|missing| *missing > 0);
-        let missing = missing.map(|missing| format!("{missing} messages are missing"));
+        let missing =
+            missing.map(|missing| counted(missing, "message is missing", "messages are missing"));
         let before = self.notes().get(DAMAGE_NOTE).cloned();
         let damage: Vec<String> = before.into_iter().chain(unread).chain(missing).collect();
         (!damage.is_empty()).then(|| damage.join("; "))

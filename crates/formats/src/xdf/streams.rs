@@ -90,19 +90,20 @@ impl Streams {
     pub(super) fn finish(self) -> (Vec<Signal>, Vec<String>) {
         let mut notes = Vec::new();
         if self.unknown > 0 {
-            let chunks = match self.unknown {
-                1 => "one chunk of samples has no stream and was skipped".to_owned(),
-                several => format!("{several} chunks of samples have no stream and were skipped"),
-            };
-            notes.push(chunks);
+            notes.push(match self.unknown {
+                1 => "a chunk of samples has no stream and was skipped".to_owned(),
+                count => format!("{count} chunks of samples have no stream and were skipped"),
+            });
         }
         let unplaced = self.each.values().filter(|stream| stream.samples.unplaced > 0);
         notes.extend(unplaced.map(|XdfStream { header, samples, .. }| {
-            let unplaced = samples.unplaced;
-            format!(
-                "{unplaced} samples of {} have stamps that are not times and were left out",
-                header.name
-            )
+            let name = &header.name;
+            match samples.unplaced {
+                1 => format!("a sample of {name} has a stamp that is not a time and was left out"),
+                count => format!(
+                    "{count} samples of {name} have stamps that are not times and were left out"
+                ),
+            }
         }));
         let set_back = self.each.values().filter(|stream| stream.steps_back() > 0);
         notes.extend(set_back.map(|stream| {

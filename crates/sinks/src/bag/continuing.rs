@@ -7,6 +7,7 @@ use teampulse_bag::disk::free_bytes;
 use teampulse_bag::{BagSink, Broken, Complete, Options, Place, Recording};
 use teampulse_core::clock::Clock;
 use teampulse_core::command::{Accepted, Command};
+use teampulse_core::counted::counted;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 
@@ -127,7 +128,8 @@ fn goes_on(
     while let Some(skipped) = inbox.resume() {
         missed += skipped;
         if bags == most_bags {
-            let given_up = format!("the recording ends after {most_bags} bags");
+            let given_up =
+                format!("the recording ends after {}", counted(most_bags, "bag", "bags"));
             inbox.report(format!("bag: {given_up}"));
             failed = and(failed, &given_up);
             bags += 1;
@@ -143,7 +145,7 @@ fn goes_on(
             continue;
         };
         let summary =
-            format!("recording continues in {}; {missed} messages are in no bag", folder.display());
+            format!("recording continues in {}; {}", folder.display(), are_in_no_bag(missed));
         inbox.report(format!("bag: {summary}"));
         sink.ended.goes_on_in(folder.clone());
         failed = and(failed, &summary);
@@ -168,7 +170,11 @@ fn goes_on(
 
 /// The same failure, with the number of messages lost to it.
 fn in_no_bag(failed: SinkError, missed: u64) -> SinkError {
-    if missed > 0 { and(failed, &format!("{missed} messages are in no bag")) } else { failed }
+    if missed > 0 { and(failed, &are_in_no_bag(missed)) } else { failed }
+}
+
+fn are_in_no_bag(missed: u64) -> String {
+    format!("{} in no bag", counted(missed, "message is", "messages are"))
 }
 
 /// The free space with which a recording continues on a disk that was full [bytes].

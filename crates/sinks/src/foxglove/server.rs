@@ -15,6 +15,7 @@ use axum::routing::any;
 use futures_util::stream::SplitStream;
 use futures_util::{SinkExt, StreamExt};
 use teampulse_core::command::{Command, Sender};
+use teampulse_core::counted::counted;
 use teampulse_core::outlet::Outlet;
 use tokio::net::TcpListener;
 use tokio::time::timeout;
@@ -90,12 +91,13 @@ impl Shared {
         for client in &*self.clients() {
             if before > 0 {
                 client.text(&warning(format!(
-                    "{before} samples were skipped: this computer is busy"
+                    "{} skipped: this computer is busy",
+                    counted(before, "sample was", "samples were")
                 )));
             }
             if let Some(skipped) = client.skipped() {
-                let message =
-                    format!("{skipped} messages were skipped: this connection is too slow");
+                let skipped = counted(skipped, "message was", "messages were");
+                let message = format!("{skipped} skipped: this connection is too slow");
                 client.text(&warning(message));
             }
         }

@@ -7,6 +7,7 @@ mod troubles;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
+use teampulse_core::counted::counted;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
 use teampulse_core::phases::Phases;
 use teampulse_core::sample::{Record, Sample};
@@ -296,12 +297,16 @@ impl Board {
         let total = |count: fn(&StreamStatus) -> u64| self.statuses().map(count).sum::<u64>();
         let unknown = self.statuses().filter(|each| each.lost_source.is_none()).count();
         let mut lines = vec![format!(
-            "{:.0} s, {} streams, {} messages; lost on the way {}{}, in our queue {}; late {}, twice {}",
+            "{:.0} s, {}, {}; lost on the way {}{}, in our queue {}; late {}, twice {}",
             self.elapsed_secs(),
-            self.streams.len(),
-            total(|each| each.received),
+            counted(self.streams.len(), "stream", "streams"),
+            counted(total(|each| each.received), "message", "messages"),
             total(|each| each.lost_source.unwrap_or(0)),
-            if unknown > 0 { format!(" (unknown for {unknown} streams)") } else { String::new() },
+            if unknown > 0 {
+                format!(" (unknown for {})", counted(unknown, "stream", "streams"))
+            } else {
+                String::new()
+            },
             total(|each| each.lost_queue),
             total(|each| each.late),
             total(|each| each.duplicates),

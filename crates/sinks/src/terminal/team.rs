@@ -3,11 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use teampulse_core::alerts::{Alert, Stage, Tier, Why, holds_alerts};
+use teampulse_core::counted::counted;
 use teampulse_core::data::{Event, EventKind, FeatureValues};
 use teampulse_core::stream::{About, Stream};
 use teampulse_core::time::Time;
-
-use super::format::counted;
 
 /// The text between the person and the alert in an acknowledgement.
 const ACKNOWLEDGE: &str = " acknowledge ";

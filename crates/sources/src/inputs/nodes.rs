@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
 use evdev::raw_stream::{EventStream, RawDevice};
+use teampulse_core::counted::counted;
 use teampulse_core::source::SourceError;
 use teampulse_devices::inputs::Kind;
 use teampulse_devices::inputs::evdev::{Abilities, Translator};
@@ -81,7 +82,8 @@ impl Nodes {
             },
             denied => SourceError::Gone {
                 message: format!(
-                    "read inputs: {denied} devices in /dev/input may not be read, and failed to {display}"
+                    "read inputs: {} in /dev/input may not be read, and failed to {display}",
+                    counted(denied, "device", "devices")
                 ),
                 hint: "run `sudo usermod -aG input $USER`, then log out and in again".into(),
             },

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use teampulse_core::clock::Stopwatch;
+use teampulse_core::counted::counted;
 use teampulse_core::data::{Data, Event, EventKind, Wave};
 use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
@@ -283,7 +284,10 @@ impl Worn {
             }
             Discarded { source, bytes } if self.reported.insert(source) => {
                 self.fault(
-                    &format!("{bytes} bytes of its {source} are invalid and were skipped"),
+                    &format!(
+                        "skipped {} of its {source}",
+                        counted(bytes, "invalid byte", "invalid bytes")
+                    ),
                     outlet,
                 );
             }

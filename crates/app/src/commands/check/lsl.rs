@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use teampulse_core::counted::counted;
 use teampulse_sources::lsl::{FoundStream, Lsl, MulticastError, comes_back, resolve};
 
 use crate::failure::Failure;
@@ -73,8 +74,8 @@ fn take(findings: &mut Findings, lsl: &Lsl, query: &str, found: &[FoundStream]) 
     findings.lines.extend(read.iter().copied().map(line));
     findings.lines.extend(own.first().map(|found| {
         format!(
-            "note     LSL: {} streams with {query} are from teampulse itself, which are read only by name or source_id, such as name = \"{}\"",
-            own.len(),
+            "note     LSL: {} with {query} from teampulse itself, whose streams are read only by name or source_id, such as name = \"{}\"",
+            counted(own.len(), "stream", "streams"),
             found.info.name
         )
     }));

@@ -24,15 +24,16 @@ impl OddIntervals {
 
     /// The note on each kind.
     pub fn notes(self, rows: usize) -> impl Iterator<Item = String> {
-        let long = format!("intervals are longer than {} s", INTERVALS_MS.1 / 1e3);
+        let long = |verb| format!("{verb} longer than {} s", INTERVALS_MS.1 / 1e3);
+        let (is_long, are_long) = (long("interval is"), long("intervals are"));
+        let left_out = self.left_out.words("interval is not above 0", "intervals are not above 0");
+        let long = self.long.words(&is_long, &are_long);
         [
-            (self.left_out, "intervals are not above 0".to_owned(), "they were left out"),
+            (self.left_out, left_out, "left out"),
             (self.long, long, "by the sum of all intervals, what follows is that much later"),
         ]
         .into_iter()
         .filter(|(oddity, ..)| oddity.count > 0)
-        .map(move |(Oddity { count, first_line }, what, so)| {
-            format!("{count} {what}, the first in line {first_line}: {so} (of all {rows} rows)")
-        })
+        .map(move |(_, what, so)| format!("{what}: {so} (of all {rows} rows)"))
     }
 }

@@ -1,5 +1,7 @@
 //! The values that options of `extract` may have, and the messages about unreadable tables.
 
+use teampulse_core::counted::counted;
+
 use super::found::Found;
 use super::rows::Rows;
 use super::table::TableError;
@@ -33,14 +35,19 @@ pub fn warn(read: &Rows, found: &mut Found) {
     let (rows, missing, left_out) = (read.table().rows(), found.missing, found.left_out);
     read.oddities().for_each(|note| found.note(note));
     if missing > 0 {
+        let lacking = counted(missing, "row is", "rows are");
+        let besides = counted(rows, "row", "rows");
         found.note(format!(
-            "{missing} rows are missing according to their times: their samples count as missing (besides {rows} rows)"
+            "{lacking} missing according to the times: their samples count as missing (besides {besides})"
         ));
     }
     if left_out.count > 0 {
         found.note(format!(
-            "{} rows are not later than the row before them, the first in line {}: they were skipped (of {rows} rows)",
-            left_out.count, left_out.first_line
+            "{}: skipped (of {rows} rows)",
+            left_out.words(
+                "row is not later than the row before",
+                "rows are not later than the row before them"
+            )
         ));
     }
 }

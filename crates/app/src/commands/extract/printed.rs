@@ -1,5 +1,6 @@
 //! Results of `extract` as text.
 
+use teampulse_core::counted::counted;
 use teampulse_core::units;
 use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
@@ -89,7 +90,7 @@ pub fn recipes(values: &[Value], method: &str) {
 
 /// The number of events, in words.
 pub fn counts(counts: &[(&'static str, usize)]) -> String {
-    let words = counts.iter().map(|(kind, count)| format!("{count} {kind}s"));
+    let words = counts.iter().map(|(kind, count)| counted(*count, kind, &format!("{kind}s")));
     let words: Vec<String> = words.collect();
     if words.is_empty() { "0 events".to_owned() } else { words.join(", ") }
 }

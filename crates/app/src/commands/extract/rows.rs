@@ -215,7 +215,7 @@ mod tests {
         assert_eq!(
             rows.oddities().collect::<Vec<_>>(),
             [
-                "8 intervals are not above 0, the first in line 2: they were left out (of all 28 rows)",
+                "8 intervals are not above 0, the first in line 2: left out (of all 28 rows)",
                 "4 intervals are longer than 3 s, the first in line 6: by the sum of all intervals, what follows is that much later (of all 28 rows)",
             ]
         );

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use teampulse_core::counted::counted;
 use teampulse_core::stream::{About, Channel, Shape, Signal as Measured, Stream, Subject};
 use teampulse_core::text::on_one_line;
 use teampulse_core::units::{spelt, worked_in};
@@ -146,7 +147,8 @@ fn add(known: &mut Recording, more: Recording, path: &Path) {
 fn note_repeated(file: &str, signal: &str, count: usize) {
     if count > 0 {
         output::note(format!(
-            "note: {file}: {count} samples of {signal} are at times that other samples have already: they were left out"
+            "note: {file}: left out {} of {signal} with times that other samples have already",
+            counted(count, "sample", "samples")
         ));
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use teampulse_bag::Bag;
-use teampulse_formats::Content;
+use teampulse_core::counted::counted;
 use teampulse_timefilter::clock::Latency;
 use teampulse_timefilter::join::{
     JoinError, Movement, Placement, Search, by_beats, by_marks, by_motion,
@@ -14,6 +14,7 @@ use super::delay::{Kind, SAME_DEVICE, Seen, delay};
 use super::found_beats::FoundBeats;
 use super::hearts::{of_heart, shown_by};
 use super::imported::DeviceRecording;
+use super::markers::Labels;
 use super::movement::{self, Magnitudes};
 use super::written::SessionFromDevice;
 use crate::commands::calibrate::signals::{Span, Wanted, record};
@@ -36,7 +37,7 @@ pub struct Into {
     /// Joins by an event that both recorded: the label of markers in the session, and after `=` that of those
     /// in the file (by default all in the file). Without this, heartbeats are matched, or else movement
     #[arg(long, value_name = "LABEL[=LABEL]", requires = "into", conflicts_with = "against")]
-    at: Option<String>,
+    at: Option<Labels>,
     /// The stream of the session whose heartbeats, or whose acceleration, is matched; by default the pulses of the
     /// same kind of device, where it was streamed live, else the person's beats from an ECG, else from intervals, else
     /// pulses; else, or where the file has none, the person's acceleration
@@ -247,36 +248,17 @@ fn times(bag: &Bag, stream: &str) -> Result<Vec<i64>, Failure> {
 /// Markers of the session and marks of the file.
 fn of_marks(
     bag: &Bag,
-    labels: &str,
+    labels: &Labels,
     device: &DeviceRecording,
 ) -> Result<(Happened, Happened), Failure> {
-    let (ours, theirs) = match labels.split_once('=') {
-        Some((ours, theirs)) => (ours, Some(theirs)),
-        None => (labels, None),
-    };
-    let kind = Kind::Marks;
-    let name = format!("/session/events:{ours}");
-    let session = Happened::events(name.clone(), times(bag, &name)?, kind);
-    let marks = device.signals.iter().filter_map(|signal| match &signal.content {
-        Content::Marks(marks) => Some(marks),
-        _ => None,
-    });
-    let is_meant = |label: &str| theirs.is_none_or(|wanted| wanted == label);
-    let at_ns: Vec<i64> =
-        marks.flatten().filter(|mark| is_meant(&mark.label)).map(|mark| mark.at_ns).collect();
-    let missing = |which: &str, label: Option<&str>| {
-        let what = label.map_or("markers".to_owned(), |label| format!("marker {label:?}"));
-        Failure::new(format!("{which} has no {what}"))
-            .hint("`teampulse export` lists the events of a session; without --at heartbeats or movement are matched")
-            .exit(Exit::BadArguments)
-    };
-    if session.at_ns.is_empty() {
-        return Err(missing("the session", Some(ours)));
+    let (name, kind) = (labels.in_session(), Kind::Marks);
+    let ours = times(bag, &name)?;
+    if ours.is_empty() {
+        return Err(labels.none_in_session(bag));
     }
-    if at_ns.is_empty() {
-        return Err(missing(&device.name, theirs));
-    }
-    Ok((session, Happened::events(device.name.clone(), at_ns, kind)))
+    let theirs = labels.in_file(device)?;
+    let recording = Happened::events(device.name.clone(), theirs, kind);
+    Ok((Happened::events(name, ours, kind), recording))
 }
 
 /// A description of a placement.
@@ -287,10 +269,12 @@ fn words(
     delay: Latency,
     is_dated: bool,
 ) -> String {
-    let (what, name) = match session.kind {
-        Kind::Marks => ("events", &session.name),
-        Kind::Movement => ("stretches of 30 s with the same movement", &session.name),
-        _ => ("heartbeats", &session.name),
+    let (one, several) = match session.kind {
+        Kind::Marks => ("event", "events"),
+        Kind::Movement => {
+            ("stretch of 30 s with the same movement", "stretches of 30 s with the same movement")
+        }
+        _ => ("heartbeat", "heartbeats"),
     };
     let share = 100.0 * found.share;
     let slow = (found.skew_ppm != 0.0)
@@ -313,9 +297,10 @@ fn words(
         )
     };
     format!(
-        "placed by {} {what} in common with {name} ({share:.0} % of the file's): {clock}; \
+        "placed by {} in common with {} ({share:.0} % of the file's): {clock}; \
          times are within {ms:.0} ms (95 %) of those of that stream{of_delay}",
-        found.pairs
+        counted(found.pairs, one, several),
+        session.name
     )
 }
 

@@ -1,6 +1,7 @@
 //! The imported data, on one screen.
 
 use teampulse_bag::{Bag, BagStream};
+use teampulse_core::counted::counted;
 use teampulse_core::stream::{About, Shape, Signal};
 use teampulse_messages::convert::type_name;
 
@@ -14,15 +15,20 @@ pub fn of_bag(bag: &Bag) -> Vec<String> {
     let (first, last) = bag.bounds().unwrap_or_default();
     let (messages, topics) = (bag.messages_count(), bag.streams().len());
     let mut lines = vec![format!(
-        "{}: {messages} messages on {topics} topics, {:.1} s from {first}",
+        "{}: {} on {}, {:.1} s from {first}",
         bag.path().display(),
+        counted(messages, "message", "messages"),
+        counted(topics, "topic", "topics"),
         last.secs_since(first)
     )];
     let mut streams: Vec<&BagStream> = bag.streams().iter().collect();
     streams.sort_by_key(|known| (std::cmp::Reverse(known.messages), known.stream.name.clone()));
     lines.extend(streams.iter().take(MOST_TOPICS).map(|known| topic(known)));
     if topics > MOST_TOPICS {
-        lines.push(format!("  and {} topics with fewer messages", topics - MOST_TOPICS));
+        lines.push(format!(
+            "  and {} with fewer messages",
+            counted(topics - MOST_TOPICS, "topic", "topics")
+        ));
     }
     let undefined = streams.iter().filter(|known| is_undefined(known)).count();
     if undefined > 0 {

@@ -246,10 +246,13 @@ impl Reader {
             self.rows.in_order(row.line)?;
             early.add(usize::from(!self.rows.times().is_later()), row.line);
         }
-        let Oddity { count, first_line } = early;
-        let early = (count > 0).then(|| format!(
-            "{count} rows are not later than all rows before them, the first in line {first_line}: they keep their times"
-        ));
+        let early = (early.count > 0).then(|| {
+            let (one, several) = (
+                "row is not later than all rows before",
+                "rows are not later than all rows before them",
+            );
+            format!("{}: the times are kept", early.words(one, several))
+        });
         let path = self.path.display();
         let odd = self.rows.oddities().chain(early);
         odd.for_each(|note| output::note(format!("note: {path}: {note}")));

@@ -1,6 +1,7 @@
 //! The streams of Lab Streaming Layer in range.
 
 use serde::Serialize;
+use teampulse_core::counted::counted;
 use teampulse_sources::lsl::FoundStream;
 
 use crate::output;
@@ -53,7 +54,7 @@ impl LslStream {
 
 /// Prints streams, with the lines of a study that read them.
 pub fn show(streams: &[LslStream]) {
-    output::line(format!("LSL: {} streams", streams.len()));
+    output::line(format!("LSL: {}", counted(streams.len(), "stream", "streams")));
     output::lines(streams.iter().map(LslStream::line));
     if !streams.is_empty() {
         output::line("\nlines for a study; name the person if a stream is about one:");

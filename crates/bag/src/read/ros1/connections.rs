@@ -6,6 +6,7 @@ use std::io::BufWriter;
 use std::rc::Rc;
 
 use mcap::{McapError, Writer};
+use teampulse_core::counted::counted;
 use teampulse_core::qos::Qos;
 use teampulse_messages::ros1::Ros1Type;
 
@@ -82,11 +83,14 @@ impl Connections {
         let missed: Vec<String> = missed
             .map(|each| {
                 let Connection { topic, unconverted_count: count, reason, .. } = each;
-                format!("{count} messages of {topic} can't be converted: failed to {reason}")
+                let messages = counted(*count, "message", "messages");
+                format!("{messages} of {topic} can't be converted: failed to {reason}")
             })
             .collect();
         let others = missed.len().saturating_sub(MOST_LISTED);
-        let others = (others > 0).then(|| format!("nor can messages of {others} other topics"));
+        let others = (others > 0).then(|| {
+            format!("nor can messages of {}", counted(others, "other topic", "other topics"))
+        });
         missed.into_iter().take(MOST_LISTED).chain(others).collect()
     }
 }

@@ -21,6 +21,7 @@ use std::path::Path;
 
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions};
+use teampulse_core::counted::counted;
 
 use crate::error::{BagError, Found};
 use crate::read::foreign::{Opened, most_unpacked, unnamed};
@@ -261,10 +262,18 @@ impl Conversion {
         let mut damage = self.damage;
         damage.extend(self.connections.damage());
         if self.unknown_count > 0 {
-            damage.push(format!("{} messages belong to no known connection", self.unknown_count));
+            damage.push(counted(
+                self.unknown_count,
+                "message belongs to no known connection",
+                "messages belong to no known connection",
+            ));
         }
         if self.unlisted_count > 0 {
-            damage.push(format!("{} other places are damaged", self.unlisted_count));
+            damage.push(counted(
+                self.unlisted_count,
+                "other place is damaged",
+                "other places are damaged",
+            ));
         }
         let damage = (!damage.is_empty()).then(|| damage.join("; "));
         Ok(Opened { file, is_made: true, damage })

@@ -47,7 +47,7 @@ fn a_recording_that_failed_goes_on_in_another_bag_and_counts_what_is_in_none() {
     assert_eq!(post.deliver(&marker(&streams, 3)), Posted::Accepted);
     drop(post);
     let Err(SinkError::Lost { message, .. }) = recording.join().unwrap() else { panic!() };
-    assert!(message.contains("1 messages are in no bag"), "{message}");
+    assert!(message.contains("1 message is in no bag"), "{message}");
 
     let bag = Bag::open(&first).unwrap();
     assert!(bag.notes().contains_key(ENDED_NOTE));
@@ -171,7 +171,7 @@ fn what_still_waits_when_the_session_ends_is_counted() {
     let (post, inbox, sink, _) = cut_off(&folder.path().join("bag"), again);
     drop(post);
     let Err(SinkError::Lost { message, .. }) = sink.run(inbox) else { panic!() };
-    assert!(message.ends_with("; 1 messages are in no bag"), "{message}");
+    assert!(message.ends_with("; 1 message is in no bag"), "{message}");
 }
 
 #[test]

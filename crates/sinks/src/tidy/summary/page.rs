@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
+use teampulse_core::counted::counted;
 use teampulse_core::phases::Phase;
 use teampulse_core::reports::SCALE;
 use teampulse_core::status::StreamStatus;
@@ -176,7 +177,11 @@ impl Page<'_> {
             lines.insert(0, format!("- The bag that was replayed is damaged: {damage}."));
         }
         if let Some(more @ 1..) = faults.len().checked_sub(FAULTS) {
-            lines.push(format!("- and {more} more faults: see {}", events::NAME));
+            lines.push(format!(
+                "- and {}: see {}",
+                counted(more, "more fault", "more faults"),
+                events::NAME
+            ));
         }
         lines.extend(bad);
         if lines.is_empty() {
@@ -205,9 +210,10 @@ impl Page<'_> {
                 2 => "; data are missing in 1 place".to_owned(),
                 _ => format!("; data are missing in {} places", gaps - 1),
             };
+            let intervals = counted(*count, "interval", "intervals");
             writeln!(
                 f,
-                "- {name}.csv: {count} intervals between heartbeats of {person} ({signal} of \
+                "- {name}.csv: {intervals} between heartbeats of {person} ({signal} of \
                  {device}) with their times and\n  phases, as detected; the {corrected} that the \
                  features correct are marked{missing}.\n- {name}.txt: the same for Kubios HRV: \
                  time of the beat and interval [s], nothing corrected."

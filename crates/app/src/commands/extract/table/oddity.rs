@@ -1,5 +1,7 @@
 //! Oddities of a table's rows.
 
+use teampulse_core::counted::counted;
+
 /// How often an oddity occurred, and where first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Oddity {
@@ -16,6 +18,12 @@ impl Oddity {
             self.first_line = line;
         }
         self.count += count;
+    }
+
+    /// The number of occurrences, what they are, and the first line.
+    pub fn words(self, one: &str, several: &str) -> String {
+        let first = if self.count == 1 { "" } else { "the first " };
+        format!("{}, {first}in line {}", counted(self.count, one, several), self.first_line)
     }
 }
 
@@ -37,16 +45,24 @@ impl Oddities {
         [
             (
                 short,
-                "rows have fewer cells than the others",
-                "the cells that they lack count as missing",
+                ["row has fewer cells than the others", "rows have fewer cells than the others"],
+                "cells that are not there count as missing",
             ),
-            (other, "rows have more cells than the others", "all of their cells count as missing"),
-            (missing, "cells hold no number", "those samples count as missing"),
+            (
+                other,
+                ["row has more cells than the others", "rows have more cells than the others"],
+                "all cells of such a row count as missing",
+            ),
+            (
+                missing,
+                ["cell holds no number", "cells hold no number"],
+                "counted as missing samples",
+            ),
         ]
         .into_iter()
         .filter(|(oddity, ..)| oddity.count > 0)
-        .map(move |(Oddity { count, first_line }, what, so)| {
-            format!("{count} {what}, the first in line {first_line}: {so} (of all {rows} rows)")
+        .map(move |(oddity, [one, several], so)| {
+            format!("{}: {so} (of all {rows} rows)", oddity.words(one, several))
         })
     }
 }

@@ -103,10 +103,7 @@ fn a_short_line_lacks_its_last_cells() {
     assert_eq!((&rows[0][..], &rows[1][..1]), (&[1.0, 2.0, 3.0][..], &[4.0][..]));
     assert!(rows[1][1..].iter().all(|cell| cell.is_nan()));
     let notes: Vec<String> = table.oddities().collect();
-    assert!(
-        notes[0].contains("1 rows have fewer cells than the others, the first in line 2"),
-        "{notes:?}"
-    );
+    assert!(notes[0].contains("1 row has fewer cells than the others, in line 2"), "{notes:?}");
 }
 
 #[test]

@@ -65,11 +65,11 @@ fn odd_rows_are_counted_with_the_first_line_of_each_kind() {
     assert_eq!(
         noted,
         [
-            "1 rows have fewer cells than the others, the first in line 21: the cells that they lack count as missing \
+            "1 row has fewer cells than the others, in line 21: cells that are not there count as missing \
              (of all 30 rows)",
-            "2 rows have more cells than the others, the first in line 27: all of their cells count as missing \
+            "2 rows have more cells than the others, the first in line 27: all cells of such a row count as missing \
              (of all 30 rows)",
-            "2 cells hold no number, the first in line 24: those samples count as missing (of all 30 rows)",
+            "2 cells hold no number, the first in line 24: counted as missing samples (of all 30 rows)",
         ]
     );
 }
@@ -85,7 +85,7 @@ fn a_row_with_unassignable_cells_holds_no_number() {
     let mut table = Table::open(&path, &of(Signal::Temperature), None).unwrap();
     let read = rows(&mut table);
     assert!(read[29][0].is_nan() && read.iter().filter(|row| row[0].is_nan()).count() == 1);
-    assert!(table.oddities().any(|note| note.contains("the first in line 31")));
+    assert!(table.oddities().any(|note| note.contains("in line 31")));
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn a_first_row_with_too_few_cells_is_one_with_missing_cells() {
     let (table, times, numbers) = reported("first_short.csv", &of(Signal::Ecg), text);
     assert_eq!((times.len(), &numbers[1][..]), (4, &[1.5][..]));
     let [note] = &table.oddities().collect::<Vec<_>>()[..] else { panic!("one note") };
-    assert!(note.starts_with("1 rows have fewer cells than the others, the first in line 2"));
+    assert!(note.starts_with("1 row has fewer cells than the others, in line 2"));
     // Without names a line without a comma shows that commas are decimal.
     let file = File::new("decimals.csv", "33,4\n33\n33,6\n");
     let mut table = Table::open(&file.0, &of(Signal::Temperature), Some(4.0)).unwrap();
