@@ -2,6 +2,9 @@
 
 mod settings;
 mod error;
+mod syntax;
+mod mistyped;
+mod elsewhere;
 mod place;
 mod excerpt;
 mod plain;
@@ -21,7 +24,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::components::Components;
 
-use self::error::{nearest, suggestion};
+use self::error::{MISSING, nearest, suggestion};
 use self::excerpt::excerpt;
 use self::place::{nearest_place, walk};
 use self::plain::plain;
@@ -43,6 +46,9 @@ pub struct Study {
     /// The settings that all studies share.
     pub general: General,
 }
+
+/// The tables of which a study may have several.
+const ARRAYS: [&str; 5] = ["sources", "sinks", "workers", "phases", "alerts"];
 
 /// The parts of a study that are not read by [`General`].
 const OWN_TABLES: [&str; 4] = ["sources", "sinks", "workers", "simulate"];
@@ -300,7 +306,7 @@ impl Study {
         let built = (kind.build)(Settings::new(whole.clone()), context);
         built.map(|it| (kind.kind.to_owned(), it)).map_err(|error| {
             let span = nearest_place(&whole, &error.path).unwrap_or(span);
-            self.wrong(error, Some(span))
+            self.wrong(with_example(error, kind.example), Some(span))
         })
     }
 
@@ -329,8 +335,7 @@ impl Study {
 
     fn table(&self) -> Result<Spanned<DeTable<'_>>, StudyError> {
         DeTable::parse(&self.text).map_err(|error| {
-            let span = error.span();
-            self.wrong(SettingsError::new(error.message().to_owned()), span)
+            self.wrong(syntax::explained(&self.text, error.message(), error.span()), None)
         })
     }
 
@@ -448,6 +453,17 @@ fn with_own_tables(mut error: SettingsError) -> SettingsError {
     }
     error.message += &OWN_TABLES.map(|key| format!(", `{}`", header(key))).concat();
     error
+}
+
+/// The error with the line of an example that sets the missing setting, if that is the error.
+fn with_example(error: SettingsError, example: &str) -> SettingsError {
+    let missing = error.message.strip_prefix(MISSING).and_then(|rest| rest.strip_suffix('`'));
+    let sets =
+        |line: &&str| line.split_once('=').is_some_and(|(key, _)| Some(key.trim()) == missing);
+    match example.lines().find(sets) {
+        Some(line) => error.with_hint(format!("add a line such as {line}")),
+        None => error,
+    }
 }
 
 /// The header of a table that is read separately, as written in a study.

@@ -17,7 +17,7 @@ pub mod replay;
 mod retime;
 mod run;
 mod scan;
-mod schema;
+pub(crate) mod schema;
 pub mod simulate;
 
 use clap::Subcommand;

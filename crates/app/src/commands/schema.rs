@@ -17,7 +17,7 @@ pub fn run() -> Exit {
 }
 
 /// The schema of a whole study.
-fn study() -> Value {
+pub(crate) fn study() -> Value {
     let all = Components::of_this_program();
     let mut schema = SchemaGenerator::default().into_root_schema_for::<General>().to_value();
     schema["title"] = json!("teampulse study");

@@ -5,6 +5,8 @@ use std::ops::Range;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use thiserror::Error;
 
+use super::{elsewhere, mistyped};
+
 /// An error in a study, and its place.
 #[derive(Debug, Error)]
 #[error("{message}")]
@@ -38,18 +40,37 @@ const ADDRESSES: [(&str, &str); 2] = [
     ),
 ];
 
-/// A suggestion for an address, or for a misspelt word from the words that the message lists.
+/// How the parser's message begins where a setting is missing.
+pub(super) const MISSING: &str = "missing field `";
+
+/// A suggestion for a missing or mistyped setting, an address, or a misspelt or misplaced word.
 pub(super) fn suggestion(message: &str) -> Option<String> {
     if let Some((_, hint)) = ADDRESSES.iter().find(|(words, _)| message.contains(words)) {
         return Some((*hint).to_owned());
+    }
+    if let Some(rest) = message.strip_prefix(MISSING) {
+        let word = rest.trim_end_matches('`');
+        return Some(format!("add a line `{word} = …` to this table"));
+    }
+    if let Some(hint) = mistyped::remedy(message) {
+        return Some(hint);
     }
     let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let (wrong, known) = words.split_first()?;
     if *wrong == "port" && known.contains(&"listen") && !known.contains(&"port") {
         return Some("the port is a part of `listen`, as in \"127.0.0.1:5006\"".to_owned());
     }
-    let near = message.starts_with("unknown").then(|| nearest(wrong, known)).flatten()?;
-    Some(format!("did you mean `{near}`?"))
+    if !message.starts_with("unknown") {
+        return None;
+    }
+    if let Some(near) = nearest(wrong, known) {
+        return Some(format!("did you mean `{near}`?"));
+    }
+    if !message.starts_with("unknown field") {
+        return Some("write one of these words".to_owned());
+    }
+    let elsewhere = elsewhere::belongs(wrong);
+    Some(elsewhere.unwrap_or_else(|| "remove it; `teampulse list` shows all settings".to_owned()))
 }
 
 /// The known word that is nearest to another, if one is near.

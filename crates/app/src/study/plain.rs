@@ -1,7 +1,9 @@
 //! The errors of the parser in the words of a study: no types of Rust, no hundreds of digits.
 
+use super::error::MISSING;
+
 /// The parser's words for what it expected, and ours.
-const WORDS: [(&str, &str); 12] = [
+const WORDS: [(&str, &str); 15] = [
     (" as i128", ""),
     (" as u128", ""),
     ("expected usize", "expected a whole number, 0 or more"),
@@ -14,15 +16,29 @@ const WORDS: [(&str, &str); 12] = [
     ("expected f32", "expected a number"),
     ("expected path string", "expected a path in quotes"),
     ("expected a boolean", "expected true or false"),
+    ("expected a sequence", "expected a list"),
+    ("invalid type: sequence", "invalid type: list"),
+    ("invalid type: map", "invalid type: table"),
 ];
 /// Numbers with more digits are written with an exponent.
 const MOST_DIGITS: usize = 16;
 
 /// An error message in plain words.
 pub(super) fn plain(message: &str) -> String {
+    if let Some(rest) = message.strip_prefix(MISSING) {
+        return shortened(&format!("`{rest} is missing"));
+    }
     let words =
         WORDS.iter().fold(message.to_owned(), |text, (theirs, ours)| text.replace(theirs, ours));
-    shortened(&words)
+    shortened(&without_types(&words))
+}
+
+/// The same without the name of a type, which no study has: `expected a table`.
+fn without_types(text: &str) -> String {
+    match text.split_once("expected struct ") {
+        Some((before, named)) if !named.contains(' ') => format!("{before}expected a table"),
+        _ => text.to_owned(),
+    }
 }
 
 /// The same with long whole numbers as `1e300`.
@@ -58,6 +74,11 @@ mod tests {
             (
                 "invalid value: integer `80000`, expected u16",
                 "invalid value: integer `80000`, expected a whole number from 0 to 65535",
+            ),
+            ("missing field `person`", "`person` is missing"),
+            (
+                "invalid type: integer `3`, expected struct SessionSettings",
+                "invalid type: integer `3`, expected a table",
             ),
             (huge.as_str(), "a phase can't begin at 1e300 s"),
             ("unknown field `a1`, expected `b22`", "unknown field `a1`, expected `b22`"),

@@ -92,6 +92,7 @@ fn a_mistyped_value_is_shown_at_its_place() {
     3 │ domain = "zero"
       ·          ──────
       ╰────
+     help: write a ROS domain, such as 12
     "#);
 }
 
@@ -169,7 +170,7 @@ fn every_other_mistake_is_reported_with_its_place() {
         ("[[sources]]\ntype = \"topics\"\nnames = [\"tf\"]", "not a pattern of ROS names"),
         ("[[sources]]\ntype = \"robots\"\nnamespace = \"r*\"", "not a pattern of ROS names"),
         ("[[sources]]\ntype = \"robots\"\ndomain = 7", "join"),
-        ("[[phases]]\nfrom_secs = 0", "missing field `name`"),
+        ("[[phases]]\nfrom_secs = 0", "`name` is missing"),
         ("[[phases]]\nname = \"\"\nfrom_secs = 0", "a phase has no name"),
     ] {
         let error = read(text).expect_err(text);
@@ -292,4 +293,81 @@ fn an_unknown_command_is_shown_at_its_place() {
     let unknown = shown("[commands]\nkees = [\"mark\"]\n");
     assert!(unknown.contains("no component called `kees` sends commands"), "{unknown}");
     assert!(unknown.contains("did you mean `keys`?"), "{unknown}");
+}
+
+#[test]
+fn every_mistake_that_is_often_made_has_a_hint() {
+    for (text, message, hint) in [
+        (
+            "[[sources]]\ntype = \"polar\"",
+            "`person` is missing",
+            "add a line such as person = \"p001\"",
+        ),
+        ("[[phases]]\nfrom_secs = 0", "`name` is missing", "add a line `name = …` to this table"),
+        ("[session]\nname = 1", "expected a string", "write it in quotes: \"1\""),
+        (
+            "[features]\nwindows_secs = 30",
+            "expected a list",
+            "write a list in brackets, as in [\"a\", \"b\"] or [1, 2]",
+        ),
+        ("[features]\nmains_hz = \"50\"", "expected a number", "write it without quotes: 50"),
+        ("session = 3", "expected a table", "write a table, as in { key = value }"),
+        (
+            "[session]\npublish = []",
+            "unknown field `publish`",
+            "`publish` belongs to the study as a whole: write it above the first [table]",
+        ),
+        (
+            "[[sinks]]\ntype = \"bag\"\n[session]\nmains_hz = 50",
+            "unknown field `mains_hz`",
+            "`mains_hz` belongs to [features]",
+        ),
+        (
+            "[session]\nzzz = 1",
+            "unknown field `zzz`",
+            "remove it; `teampulse list` shows all settings",
+        ),
+        ("[session]\nclock = \"sundial\"", "unknown variant", "write one of these words"),
+        (
+            "[session]\nname = \"a\"\n\nname = \"b\"",
+            "`name` is set twice in this table, first in line 2",
+            "keep one of the two",
+        ),
+        (
+            "[session]\n[session]",
+            "the table `session` is written twice",
+            "put the settings of both below one header",
+        ),
+        (
+            "[sources]\n[sources]",
+            "the table `sources` is written twice",
+            "there may be several, each beginning with [[sources]]",
+        ),
+    ] {
+        let error = read(text).expect_err(text);
+        assert!(error.message.contains(message), "{text}: {}", error.message);
+        assert_eq!(error.hint.as_deref(), Some(hint), "{text}");
+        assert!(error.place.is_some(), "{text}: no place");
+    }
+}
+
+#[test]
+fn a_typographic_quote_is_shown_at_its_place() {
+    insta::assert_snapshot!(shown("[session]\nname = “my_team”\n"), @r#"
+     × “ is a typographic quote, which TOML does not know
+      ╭─[study.toml:2:8]
+    1 │ [session]
+    2 │ name = “my_team”
+      ·        ─
+      ╰────
+     help: write straight quotes, as in name = "my_team"
+    "#);
+    for (text, quote) in [("[session]\n“name” = 1", "“"), ("x = ‘a’", "‘"), ("x = \"a„ = [", "")]
+    {
+        let error = read(text).expect_err(text);
+        let is_typographic = error.message.contains("is a typographic quote");
+        assert_eq!(is_typographic, !quote.is_empty(), "{text}: {}", error.message);
+        let (_, span) = *error.place.expect("a place");
+        assert!(!is_typographic || &text[span] == quote, "{text}");
+    }
 }
