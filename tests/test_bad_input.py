@@ -249,6 +249,8 @@ MISTAKES = {
         "battery_use",
     ),
     "bad window": (STUDY + "[features]\nwindows_secs = [-3]\n", "study.toml:8", ""),
+    "window twice": (STUDY + "[features]\nwindows_secs = [30, 30]\n", "study.toml:8", "twice"),
+    "positive level": (STUDY + "[features.link_quality]\nweak_dbm = 75\n", "study.toml:8", "write -75"),
     "bad phase": (STUDY + '[[phases]]\nname = "a"\nfrom_secs = "x"\n', "study.toml:9", ""),
     "absolute command": (COMMANDS.format('"/goal_pose"'), "study.toml:6", "goal_pose"),
     "nameless command": (COMMANDS.format('""'), "study.toml:6", "goal_pose"),

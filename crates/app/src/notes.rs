@@ -30,9 +30,9 @@ pub fn of_study(study: &Study) -> Vec<String> {
     let room = bags().find_map(|bag| of_room(&bag));
     let paused = bags().find_map(|bag| of_pause(&bag));
     let fallback = bags().find_map(|bag| of_fallback(&bag));
-    let by_hand = of_hand(phases);
+    let (by_hand, order) = (of_hand(phases), of_order(phases));
     let of_bags = room.into_iter().chain(paused).chain(fallback);
-    kept.into_iter().chain(baseline).chain(by_hand).chain(of_bags).collect()
+    kept.into_iter().chain(baseline).chain(by_hand).chain(order).chain(of_bags).collect()
 }
 
 /// The remark that a fallback would be created, perhaps because its disk is not mounted.
@@ -135,6 +135,18 @@ fn of_hand(phases: &[Phase]) -> Option<String> {
     ))
 }
 
+/// The remark that phases with times begin in another order than the listed one.
+fn of_order(phases: &[Phase]) -> Option<String> {
+    let starts: Option<Vec<f64>> = phases.iter().map(|phase| phase.from_secs).collect();
+    let mut ordered: Vec<(f64, &Phase)> = starts?.into_iter().zip(phases).collect();
+    if ordered.is_sorted_by_key(|(from_secs, _)| *from_secs) {
+        return None;
+    }
+    ordered.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let names: Vec<String> = ordered.iter().map(|(_, phase)| format!("`{}`", phase.name)).collect();
+    Some(format!("phases begin in the order of their times, not as listed: {}", names.join(", ")))
+}
+
 /// The remark that nothing is compared with a baseline, where no phase has that name.
 fn of_phases(phases: &[Phase]) -> Option<String> {
     let is_meant = |phase: &&Phase| phase.name.trim().eq_ignore_ascii_case(BASELINE);
@@ -174,6 +186,20 @@ mod tests {
     fn a_study_that_stores_nothing_is_reported() {
         assert_eq!(notes(""), "no sink stores data: nothing is recorded");
         assert_eq!(notes("[[sinks]]\ntype = \"bag\"\n"), "");
+    }
+
+    #[test]
+    fn phases_that_begin_in_another_order_than_listed_are_reported() {
+        let phases = |[first, second]: [u32; 2]| {
+            let phase = |name, secs| format!("[[phases]]\nname = \"{name}\"\nfrom_secs = {secs}\n");
+            let bag = "[[sinks]]\ntype = \"bag\"\n";
+            notes(&[bag, &phase("baseline", first), &phase("task", second)].concat())
+        };
+        assert_eq!(phases([0, 60]), "");
+        assert_eq!(
+            phases([60, 0]),
+            "phases begin in the order of their times, not as listed: `task`, `baseline`"
+        );
     }
 
     #[test]

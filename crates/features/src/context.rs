@@ -29,7 +29,7 @@ impl Default for FeatureContext {
 }
 
 impl FeatureContext {
-    /// The lengths in a feature's settings, or else the study's: ascending, each once [s].
+    /// The lengths in a feature's settings, or else the study's: ascending [s].
     pub(crate) fn windows_or(&self, own_secs: Option<Vec<f64>>) -> Result<Vec<f64>, SettingsError> {
         let mut lengths_secs = own_secs.unwrap_or_else(|| self.windows_secs.clone());
         if let Some(wrong) = lengths_secs.iter().find(|secs| !(1.0..=LONGEST_SECS).contains(*secs))
@@ -42,7 +42,12 @@ impl FeatureContext {
             return Err(SettingsError::new(message).with_hint(WINDOWS).at("windows_secs"));
         }
         lengths_secs.sort_by(f64::total_cmp);
-        lengths_secs.dedup();
+        let twice = lengths_secs.windows(2).find(|pair| pair[0] == pair[1]);
+        if let Some([secs, ..]) = twice {
+            let message = format!("the window of {secs} s is listed twice");
+            let hint = "list each length once";
+            return Err(SettingsError::new(message).with_hint(hint).at("windows_secs"));
+        }
         Ok(lengths_secs)
     }
 }
@@ -62,11 +67,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_are_ascending_and_each_comes_once() {
+    fn windows_are_ascending_and_one_that_is_listed_twice_is_refused() {
         let context =
-            FeatureContext { windows_secs: vec![60.0, 30.0, 60.0], ..FeatureContext::default() };
+            FeatureContext { windows_secs: vec![60.0, 30.0], ..FeatureContext::default() };
         assert_eq!(context.windows_or(None).unwrap(), [30.0, 60.0]);
         assert_eq!(context.windows_or(Some(vec![5.0])).unwrap(), [5.0]);
+        let twice = context.windows_or(Some(vec![60.0, 30.0, 60.0])).unwrap_err();
+        assert_eq!(twice.message, "the window of 60 s is listed twice");
+        assert_eq!(twice.path, "windows_secs");
     }
 
     #[test]

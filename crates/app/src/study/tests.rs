@@ -126,6 +126,29 @@ fn phases_that_overlap_are_shown_at_the_later_one() {
 }
 
 #[test]
+fn phases_in_the_wrong_order_are_shown_at_the_one_that_is_too_early() {
+    let manual = "[[phases]]\nname = \"pause\"\n";
+    let task = "[[phases]]\nname = \"task\"\nfrom_secs = 50\n";
+    let baseline = "[[phases]]\nname = \"baseline\"\nfrom_secs = 0\nto_secs = 40\n";
+    assert!(
+        read(&[task, baseline].concat()).is_ok(),
+        "phases with times may be listed in any order"
+    );
+    assert!(read(&[baseline, manual, task].concat()).is_ok());
+    insta::assert_snapshot!(shown(&[task, manual, baseline].concat()), @r#"
+     × the phase `baseline` (from 0 s) is listed after `task` (from 50 s)
+      ╭─[study.toml:8:13]
+    7 │ name = "baseline"
+    8 │ from_secs = 0
+      ·             ─
+    9 │ to_secs = 40
+      ╰────
+     help: list phases in the order in which they begin: a phase without `from_secs` begins
+           after the one before it
+    "#);
+}
+
+#[test]
 fn a_feature_has_a_table_of_its_own() {
     let built = |text: &str| {
         let study = Study::parse(Path::new("study.toml"), text.to_owned())?;
@@ -146,6 +169,9 @@ fn a_feature_has_a_table_of_its_own() {
         ("[features]\ndisable = [\"state\"]\n[features.state]\nx = 1", "unknown field", "x"),
         ("[features.attention]\nlow_battery = 7", "a share from 0 to 1", "7"),
         ("[features.link_quality]\nweak_dbm = nan", "not a level", "nan"),
+        ("[features.link_quality]\nweak_dbm = 75", "75 dBm: expected less than 0", "75"),
+        ("[features.heart]\nwindows_secs = [30, 30]", "30 s is listed twice", "[30, 30]"),
+        ("[features]\nwindows_secs = [60, 30, 60]", "60 s is listed twice", "[60, 30, 60]"),
     ] {
         let error = built(text).err().expect(text);
         assert!(error.message.contains(expected), "{text}: {}", error.message);

@@ -41,7 +41,7 @@ const FULL_QUALITY_DB: f64 = 70.0;
 pub struct LinkQuality {
     /// The lengths of the windows [s]; by default the study's.
     pub windows_secs: Option<Vec<f64>>,
-    /// The level below which a link is weak [dBm].
+    /// The level below which a link is weak, a negative one [dBm].
     pub weak_dbm: f64,
 }
 
@@ -58,6 +58,12 @@ impl Component<dyn Feature, FeatureContext> for LinkQuality {
         if !self.weak_dbm.is_finite() {
             let message = format!("`weak_dbm` is {}, not a level", self.weak_dbm);
             return Err(SettingsError::new(message).with_hint("give one like -75").at("weak_dbm"));
+        }
+        if self.weak_dbm >= 0.0 {
+            let message = format!("`weak_dbm` of {} dBm: expected less than 0", self.weak_dbm);
+            let meant_dbm = if self.weak_dbm > 0.0 { -self.weak_dbm } else { -75.0 };
+            let hint = format!("the levels of a radio link are negative: write {meant_dbm}");
+            return Err(SettingsError::new(message).with_hint(hint).at("weak_dbm"));
         }
         let windows_secs = context.windows_or(self.windows_secs)?;
         Ok(Box::new(Links { windows_secs, weak_dbm: self.weak_dbm }))

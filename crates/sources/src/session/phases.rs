@@ -130,6 +130,9 @@ fn check_order(phases: &[Phase]) -> Result<(), SettingsError> {
     let timed: Vec<(usize, &Phase, f64)> = timed.collect();
     for pair in timed.windows(2) {
         let [(_, first, first_secs), (place, next, next_secs)] = pair else { continue };
+        if next_secs < first_secs {
+            return Err(out_of_order((first, *first_secs), (next, *next_secs), *place));
+        }
         let free_secs = first.end_secs().unwrap_or(*first_secs);
         if *next_secs < free_secs || next_secs <= first_secs {
             let until =
@@ -144,6 +147,20 @@ fn check_order(phases: &[Phase]) -> Result<(), SettingsError> {
         }
     }
     Ok(())
+}
+
+/// The error about a phase that begins before one that is listed before it, where one of the phases begins manually.
+fn out_of_order(
+    (first, first_secs): (&Phase, f64),
+    (next, next_secs): (&Phase, f64),
+    place: usize,
+) -> SettingsError {
+    let message = format!(
+        "the phase `{}` (from {next_secs} s) is listed after `{}` (from {first_secs} s)",
+        next.name, first.name
+    );
+    let hint = "list phases in the order in which they begin: a phase without `from_secs` begins after the one before it";
+    SettingsError::new(message).with_hint(hint).at(format!("{place}.from_secs"))
 }
 
 /// The phases of a study, published as events when they begin: as planned, or by hand.
