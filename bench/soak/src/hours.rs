@@ -11,7 +11,7 @@ use teampulse_core::session::Session;
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::Shape;
 use teampulse_core::time::Time;
-use teampulse_dashboard::{Context, Dashboard, Settings};
+use teampulse_dashboard::{Addresses, Context, Dashboard, Settings};
 
 use crate::continued::Continued;
 use crate::session;
@@ -38,7 +38,7 @@ pub async fn watched(bag: &Path, hours: f64, speed: f64) -> Result<(), Box<dyn E
     let source = Continued { bag, secs: hours * HOUR_SECS, speed: Some(speed) };
     let mut session = session(Box::new(source), folder.path())?;
     session.clock.set(began);
-    let announce = |address: &str| println!("{{\"address\": \"{address}\"}}");
+    let announce = |at: &Addresses| println!("{{\"address\": \"{}\"}}", at.here);
     let context =
         Context { announce: Arc::new(announce), ..Context::new("soak", session.clock.clone()) };
     let dashboard = Dashboard::new(context, Settings::default());

@@ -42,7 +42,7 @@ impl FeatureContext {
             return Err(SettingsError::new(message).with_hint(WINDOWS).at("windows_secs"));
         }
         lengths_secs.sort_by(f64::total_cmp);
-        let twice = lengths_secs.windows(2).find(|pair| pair[0] == pair[1]);
+        let twice = lengths_secs.windows(2).find(|pair| pair[0] >= pair[1]);
         if let Some([secs, ..]) = twice {
             let message = format!("the window of {secs} s is listed twice");
             let hint = "list each length once";

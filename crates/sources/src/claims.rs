@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use teampulse_core::session_streams::SESSION_EVENTS;
 use teampulse_ros::bus::Bus;
 use teampulse_ros::graph::Endpoint;
 
@@ -37,12 +38,9 @@ pub(crate) enum Rank {
     Named,
 }
 
-/// The topic of a session's events, which the session itself reads.
-pub(crate) const HAPPENINGS: &str = "/session/events";
-
 /// Whether sessions of teampulse publish about themselves on a topic; a wildcard does not match those.
 pub(crate) fn is_of_sessions(topic: &str) -> bool {
-    topic == HAPPENINGS || topic.starts_with("/teampulse/")
+    topic == SESSION_EVENTS || topic.starts_with("/teampulse/")
 }
 
 /// A registered claim.

@@ -7,12 +7,13 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
+use teampulse_core::session_streams::SESSION_EVENTS;
 use teampulse_core::source::{Source, SourceError};
 use teampulse_core::stream::{Shape, Stream, Subject};
 use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 
-use crate::claims::{Claimed, HAPPENINGS, Rank, is_of_sessions};
+use crate::claims::{Claimed, Rank, is_of_sessions};
 use crate::faces::Faces;
 use crate::follow::follow;
 use crate::{SourceContext, join};
@@ -69,7 +70,7 @@ impl Source for TopicsSource {
 /// events that this session reads already.
 fn wants(names: &[Pattern], topic: &str) -> bool {
     let of_sessions = is_of_sessions(topic);
-    let by_name = |name: &Pattern| name.text() == topic && topic != HAPPENINGS;
+    let by_name = |name: &Pattern| name.text() == topic && topic != SESSION_EVENTS;
     names.iter().any(|name| if of_sessions { by_name(name) } else { name.matches(topic) })
 }
 
@@ -83,10 +84,12 @@ mod tests {
             names.iter().map(|name| Pattern::parse(name).unwrap()).collect()
         };
         let all = names(&["/**"]);
-        for (topic, wanted) in [("/tf", true), ("/teampulse/status", false), (HAPPENINGS, false)] {
+        for (topic, wanted) in
+            [("/tf", true), ("/teampulse/status", false), (SESSION_EVENTS, false)]
+        {
             assert_eq!(wants(&all, topic), wanted, "{topic}");
         }
         assert!(wants(&names(&["/teampulse/status"]), "/teampulse/status"));
-        assert!(!wants(&names(&[HAPPENINGS]), HAPPENINGS));
+        assert!(!wants(&names(&[SESSION_EVENTS]), SESSION_EVENTS));
     }
 }

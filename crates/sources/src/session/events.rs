@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use async_trait::async_trait;
 use teampulse_core::data::{Data, Event, EventKind};
 use teampulse_core::outlet::Outlet;
-use teampulse_core::session_streams::session_events;
+use teampulse_core::session_streams::{SESSION_EVENTS, session_events};
 use teampulse_core::source::{Reading, Source, SourceError};
 use teampulse_core::time::Time;
 use teampulse_messages::cdr::Reader;
@@ -17,8 +17,6 @@ use tokio::sync::broadcast::error::RecvError;
 use super::commands::COMMANDS;
 use super::{ScheduleHandle, happen};
 
-/// The topic on which any node may publish an event.
-const TOPIC: &str = "/session/events";
 const EVENT: &str = "teampulse_msgs/msg/Event";
 /// The most reasons for unreadable events that are reported, and the length of each [characters].
 const MOST_REASONS: usize = 100;
@@ -59,7 +57,8 @@ impl RosEvents {
         type_name: &str,
         read: Read,
     ) -> Result<Subscription, BusError> {
-        let (outlet, refusals) = (outlet.clone(), Refusals::new(TOPIC, "the event is ignored"));
+        let (outlet, refusals) =
+            (outlet.clone(), Refusals::new(SESSION_EVENTS, "the event is ignored"));
         let schedule = self.schedule.clone();
         let deliver = Arc::new(move |arrival: Arrival| {
             let (stamp, event) = match read(&arrival.bytes) {
@@ -74,7 +73,7 @@ impl RosEvents {
             let data = Data::Event(Arc::new(event));
             outlet.offer(Reading { index: None, stream, device_time: None, source_time, data });
         });
-        self.bus.subscribe(TOPIC, type_name, Asked::Adaptive { depth: DEPTH }, deliver)
+        self.bus.subscribe(SESSION_EVENTS, type_name, Asked::Adaptive { depth: DEPTH }, deliver)
     }
 }
 

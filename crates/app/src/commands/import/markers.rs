@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use teampulse_bag::Bag;
 use teampulse_core::data::{Data, EventKind};
+use teampulse_core::session_streams::SESSION_EVENTS;
 use teampulse_formats::{Content, Mark};
 use teampulse_messages::convert::decode;
 use teampulse_messages::standard::Message as _;
@@ -14,8 +15,6 @@ use super::imported::DeviceRecording;
 use crate::exit::Exit;
 use crate::failure::Failure;
 
-/// The stream of a session's markers.
-const EVENTS: &str = "/session/events";
 /// The most labels that a hint lists.
 const MOST: usize = 8;
 
@@ -46,7 +45,7 @@ impl FromStr for Labels {
 impl Labels {
     /// The events of the session with the label, as a stream and its channel.
     pub fn in_session(&self) -> String {
-        format!("{EVENTS}:{}", self.session)
+        format!("{SESSION_EVENTS}:{}", self.session)
     }
 
     /// The times of the marks in a file with the label [ns].
@@ -100,7 +99,7 @@ fn marks(device: &DeviceRecording) -> impl Iterator<Item = &Mark> {
 
 /// The labels of the markers of a session.
 fn labels_of(bag: &Bag) -> BTreeSet<String> {
-    let place = bag.streams().iter().position(|known| known.stream.name == EVENTS);
+    let place = bag.streams().iter().position(|known| known.stream.name == SESSION_EVENTS);
     let events = bag.messages(None).flatten().filter(|message| Some(message.stream) == place);
     let markers = events.filter_map(|message| match decode(Event::NAME, &message.cdr).ok()?.data {
         Data::Event(event) if event.kind == EventKind::Marker => Some(event.label.clone()),
