@@ -37,7 +37,8 @@ impl Wave<'_> {
     pub(super) fn pulse_at(&self, peak: usize, floor: usize) -> Option<Pulse> {
         let (sample, top) = self.vertex(peak)?;
         let (foot, bottom) = self.foot(peak, floor);
-        let onset = self.tangent(foot, peak, bottom);
+        // Between samples the peak of a needle may come before the foot of its rise.
+        let onset = self.tangent(foot, peak, bottom).min(sample);
         let amplitude = top - bottom;
         let half = bottom + amplitude / 2.0;
         let up = self.crossing(half, (foot..peak).rev(), 1);
@@ -127,6 +128,14 @@ mod tests {
         assert!((pulse.onset - 10.0).abs() < 0.05, "{pulse:?}");
         assert!((pulse.amplitude - 20.0).abs() < 1.0, "{pulse:?}");
         assert!((pulse.width_ms - 150.0).abs() < 5.0, "{pulse:?}");
+    }
+
+    #[test]
+    fn the_rise_of_a_needle_beside_another_one_is_not_negative() {
+        let smoothed = [0.0, 9.0, 9.0, 0.0, 10.0, 5.0, 2.0, 0.0, 0.0];
+        let pulse = Wave { smoothed: &smoothed, rate_hz: 200.0 }.pulse_at(4, 0).unwrap();
+        assert!(pulse.sample < 3.0 && pulse.onset <= pulse.sample, "{pulse:?}");
+        assert!(pulse.rise_ms >= 0.0, "{pulse:?}");
     }
 
     #[test]

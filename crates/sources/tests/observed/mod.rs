@@ -72,8 +72,12 @@ pub struct Course {
 
 impl Course {
     fn asked(&mut self) {
-        self.connections += usize::from(!self.is_connected);
-        self.is_connected = true;
+        if !self.is_connected {
+            self.connections += 1;
+            self.is_connected = true;
+            // What was to be lost is the link before.
+            self.drop = false;
+        }
     }
 }
 

@@ -157,7 +157,7 @@ fn what_comes_after_the_last_of_too_many_bags_is_counted_and_said() {
     }
     drop(post);
     let Some(SinkError::Lost { message, .. }) = going.join().unwrap().failed else { panic!() };
-    assert!(message.contains("ends after 1 bags"), "{message}");
+    assert!(message.contains("ends after 1 bag;"), "{message}");
     let (_, lost) = message.rsplit_once("; ").unwrap();
     let count: u64 = lost.split(' ').next().unwrap().parse().unwrap();
     assert!(count >= 3 && lost.ends_with("messages are in no bag"), "{message}");
