@@ -243,14 +243,14 @@ def test_a_session_without_a_dashboard_listens_nowhere(stage):
 
 def test_the_printed_addresses_open_a_dashboard_that_listens_on_all(stage):
     tokens = stage.folder / "tokens.txt"
-    tokens.write_text("mark mark-0123456789\n")
+    tokens.write_text("mark mark0123456789abcd\n")
     monitor, address, out = started(stage, f'[[sinks]]\ntype = "dashboard"\nlisten = "0.0.0.0"\ntokens = "{tokens}"\n')
     assert address.startswith("http://localhost:"), address
     monitor.wait_for(f"is a token from {tokens}")
-    assert post(address, {"label": "here"}, Authorization="Bearer mark-0123456789")[0] == 200
+    assert post(address, {"label": "here"}, Authorization="Bearer mark0123456789abcd")[0] == 200
     others = re.findall(r"(http://[0-9.]+:[0-9]+)/\?token=…", monitor.stderr)
     for other in others:
-        assert post(other, {"label": "there"}, Authorization="Bearer mark-0123456789")[0] == 200
+        assert post(other, {"label": "there"}, Authorization="Bearer mark0123456789abcd")[0] == 200
     assert monitor.interrupt() == 0, monitor.report()
     labels = [label for _, label in events(harness.the_bag(out), "marker")]
     assert labels == ["here", *(["there"] * len(others))]
