@@ -26,6 +26,13 @@ pub enum JoinError {
         /// The number of segments needed.
         needed: usize,
     },
+    /// So few events match that as many would by chance.
+    Chance {
+        /// The number of events that match at the best offset.
+        agree: usize,
+        /// The number of events of the recording.
+        events: usize,
+    },
     /// The events of the two recordings do not match.
     Unlike {
         /// The share of events that match at the best offset [0..1].
@@ -46,6 +53,9 @@ impl JoinError {
             }
             JoinError::Still { .. } => {
                 "choose sensors that move together for some minutes, or join by a tap or a marker"
+            }
+            JoinError::Chance { .. } => {
+                "name the events that both recorded, or allow only a smaller offset; four or more at uneven intervals are safe"
             }
             JoinError::Unlike { .. } => {
                 "make sure that both recorded the same person at the same time"
@@ -73,6 +83,10 @@ impl fmt::Display for JoinError {
             JoinError::Still { found, needed } => write!(
                 f,
                 "find enough half-minute segments with similar motion in both recordings: found {found}, need at least {needed}"
+            ),
+            JoinError::Chance { agree, events } => write!(
+                f,
+                "tell the match from chance: at the best offset {agree} of {events} events have a partner, and unrelated recordings would often have as many"
             ),
             JoinError::Unlike { share } => write!(
                 f,

@@ -25,6 +25,8 @@ pub(super) struct RobustLine {
     pub(super) center_95: f64,
     pub(super) slope_95: f64,
     pub(super) spread: f64,
+    /// The width of the band around the line in which the pairs that are kept lie.
+    pub(super) window: f64,
     pub(super) count: usize,
 }
 
@@ -49,6 +51,8 @@ impl RobustLine {
             return None;
         }
         line.count = kept.len();
+        let off = || kept.iter().map(|point| line.off(point));
+        line.window = off().fold(f64::MIN, f64::max) - off().fold(f64::MAX, f64::min);
         Some(line.judged(&kept))
     }
 
@@ -72,6 +76,7 @@ impl RobustLine {
             center_95,
             slope_95,
             spread,
+            window: 0.0,
             count: points.len(),
         }
     }

@@ -3,8 +3,8 @@
 //!
 //! Only the times of events are used. The distances between all pairs of an event of the session and one of
 //! the recording form a histogram; at the true offset, most events agree on one distance. Irregular events,
-//! such as heartbeats, agree nowhere else. Regular ones agree at many offsets, and then the result is an error
-//! rather than a guess. From the best offset, pairs are followed outwards across gaps, and a robust line
+//! such as heartbeats, agree nowhere else. Regular ones agree at many offsets, and a few agree at some offset by
+//! chance; then the result is an error rather than a guess. From the best offset, pairs are followed outwards across gaps, and a robust line
 //! through them gives offset and skew.
 //!
 //! Two accelerometers on one person need no events ([`by_motion`]): half-minute segments with similar motion
@@ -35,6 +35,7 @@
 //! # Ok::<(), teampulse_timefilter::join::JoinError>(())
 //! ```
 
+mod chance;
 mod correlogram;
 mod follow;
 mod line;
@@ -46,6 +47,7 @@ use crate::clock::Latency;
 pub use error::JoinError;
 pub use motion::{Movement, by_motion};
 
+use chance::expected_by_chance;
 use correlogram::best_lag;
 use follow::pairs;
 use line::RobustLine;
@@ -54,6 +56,8 @@ use line::RobustLine;
 const LEAST_BEATS: usize = 40;
 /// The smallest share of the recording's events in the common time that must have a partner.
 const LEAST_SHARE: f64 = 0.5;
+/// A placement is refused if more offsets than this would fit as well by chance.
+const MOST_EXPECTED: f64 = 0.01;
 /// Recordings that overlap at least this long show their skew [s].
 const SKEW_FROM_SECS: f64 = 480.0;
 /// The assumed rate difference of two device clocks where a recording is too short to show it [ppm, 95 %].
@@ -136,7 +140,7 @@ pub fn by_beats(
 }
 
 /// Joins by a few events that both recorded, such as button presses [s], in any order. One event is enough if
-/// neither recording has another; several must be unevenly spaced.
+/// neither recording has another; several must be unevenly spaced, and more must agree than would by chance.
 pub fn by_marks(
     session: &[f64],
     recording: &[f64],
@@ -175,6 +179,12 @@ fn placed(
     let share = line.count as f64 / recording.iter().filter(common).count().max(line.count) as f64;
     if share < LEAST_SHARE {
         return Err(JoinError::Unlike { share });
+    }
+    // Where each event of both has a partner, that these are the same events is the user's word.
+    let all = line.count == session.len() && line.count == recording.len();
+    if !all && expected_by_chance(session, recording, &line, search.max_offset_secs) > MOST_EXPECTED
+    {
+        return Err(JoinError::Chance { agree: line.count, events: recording.len() });
     }
     Ok(placement(&line, share, search))
 }

@@ -107,6 +107,48 @@ fn presses_are_joined_and_regular_ones_are_not() {
     assert!(matches!(regular, Err(JoinError::Ambiguous { .. })), "{regular:?}");
 }
 
+/// Presses at intervals of 0.8 to 4.5 s.
+fn presses(count: usize, chance: &mut Chance) -> Vec<f64> {
+    let mut at = 100.0 * chance.next();
+    let next = |_| {
+        at += 0.8 + 3.7 * chance.next();
+        at
+    };
+    (0..count).map(next).collect()
+}
+
+#[test]
+fn unrelated_presses_are_refused() {
+    let mut chance = Chance(6);
+    let mut placed = 0;
+    for turn in 0..1000 {
+        let (ours, theirs) = (3 + turn % 10, 3 + (turn / 10) % 6);
+        let session = presses(ours, &mut chance);
+        let recording = presses(theirs, &mut chance);
+        if ours != theirs {
+            placed += i32::from(by_marks(&session, &recording, &Search::default()).is_ok());
+        }
+    }
+    assert!(placed <= 9, "{placed} of about 900");
+}
+
+#[test]
+fn presses_among_others_are_found() {
+    let mut chance = Chance(7);
+    let (mut found, mut right) = (0, 0);
+    for turn in 0..500 {
+        let session = presses(8 + turn % 8, &mut chance);
+        let from = turn % 4;
+        let kept = &session[from..from + 4 + turn % 3];
+        let recording: Vec<f64> = kept.iter().map(|at| at + 70.0 + chance.around(0.01)).collect();
+        if let Ok(placed) = by_marks(&session, &recording, &Search::default()) {
+            found += 1;
+            right += i32::from((placed.offset_secs + 70.0).abs() < 0.03);
+        }
+    }
+    assert!(found >= 450 && found == right, "{right} of {found}");
+}
+
 proptest! {
     #[test]
     fn any_times_are_joined_or_refused(

@@ -296,9 +296,11 @@ fn words(
             ", with {secs:.0} ± {uncertainty:.0} ms from the heart to where the pulse was measured"
         )
     };
+    let unconfirmed =
+        if found.pairs == 1 { ", if this is the same event, which no other confirms" } else { "" };
     format!(
         "placed by {} in common with {} ({share:.0} % of the file's): {clock}; \
-         times are within {ms:.0} ms (95 %) of those of that stream{of_delay}",
+         times are within {ms:.0} ms (95 %) of those of that stream{of_delay}{unconfirmed}",
         counted(found.pairs, one, several),
         session.name
     )
