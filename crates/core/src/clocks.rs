@@ -80,6 +80,16 @@ struct Placed {
     latency: Latency,
 }
 
+/// An event of a clock.
+#[derive(Debug)]
+pub(crate) struct Reported {
+    /// The clock, of those in use.
+    pub(crate) clock: usize,
+    /// Whose clock it is, and what happened.
+    pub(crate) label: String,
+    pub(crate) event: ClockEvent,
+}
+
 /// Stamped when measured.
 const NO_LATENCY: Latency = Latency::new(0.0, 0.0);
 
@@ -206,10 +216,10 @@ impl Clocks {
         self.simulated_epoch += 1;
     }
 
-    /// Advances the time; returns the events of clocks, each with its label.
-    pub(crate) fn tick(&mut self, now: i64) -> Vec<(String, ClockEvent)> {
+    /// Advances the time; returns the events of clocks.
+    pub(crate) fn tick(&mut self, now: i64) -> Vec<Reported> {
         let mut all = Vec::new();
-        for clock in &mut self.at_work {
+        for (place, clock) in self.at_work.iter_mut().enumerate() {
             clock.model.tick(now);
             while let Some(event) = clock.model.next_event() {
                 match event {
@@ -217,10 +227,17 @@ impl Clocks {
                     ClockEvent::Trusted => clock.off_secs = None,
                     _ => {}
                 }
-                all.push((clock.label(&event), event));
+                all.push(Reported { clock: place, label: clock.label(&event), event });
             }
         }
         all
+    }
+
+    /// The streams that a clock stamps.
+    pub(crate) fn streams_of(&self, clock: usize) -> Vec<StreamId> {
+        let stamps = |of: &Option<Placed>| of.is_some_and(|placed| placed.clock == clock);
+        let ids = (0..).map(StreamId).zip(&self.of);
+        ids.filter(|(_, of)| stamps(of)).map(|(id, _)| id).collect()
     }
 
     /// The state of the clock of a stream; `None` before its first sample.

@@ -11,8 +11,9 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use teampulse_timefilter::Ticks;
+use teampulse_timefilter::clock::ClockEvent;
 
-use crate::clocks::Clocks;
+use crate::clocks::{Clocks, Reported};
 use crate::data::{Data, Event, EventKind};
 use crate::extractors::{Broken, Extractors, Given, NamedFeature};
 use crate::fault::{faults, lasting};
@@ -192,14 +193,28 @@ impl Pump {
     fn take_declaration(&mut self, id: StreamId, stream: &Arc<Stream>, at: Time) {
         let at = self.next_log_time(at);
         if let Some(track) = self.track(id) {
-            track.life.declare_rate(stream.rate_hz);
-            track.stream = Arc::clone(stream);
+            let is_known = track.declares_nothing_new(stream);
+            track.redeclare(stream);
+            let corrected = Stream::clone(&track.stream);
+            if corrected.rate_hz.to_bits() != stream.rate_hz.to_bits() {
+                self.streams.declare(corrected);
+            }
+            if is_known {
+                return;
+            }
         } else {
             self.add_track(Track::new(id, Arc::clone(stream)));
         }
-        self.describe(stream, at);
-        self.extractors.join(id, stream, &mut self.given);
+        self.joined(id, at);
         self.settle(at);
+    }
+
+    /// Describes a stream that is new, or has changed, and hands it to the extractors.
+    fn joined(&mut self, id: StreamId, at: Time) {
+        let track = self.track(id).expect("a stream is declared before it is described");
+        let stream = Arc::clone(&track.stream);
+        self.describe(&stream, at);
+        self.extractors.join(id, &stream, &mut self.given);
     }
 
     /// Takes a reading; a derived reading from a recording keeps the log time of its cause.
@@ -246,11 +261,26 @@ impl Pump {
 
     /// Reports the events of clocks.
     fn report_clocks(&mut self, tick: Time) {
-        for (label, event) in self.clocks.tick(tick.nanos()) {
+        for Reported { clock, label, event } in self.clocks.tick(tick.nanos()) {
             let stream = self.declare_derived(clock_events(), tick);
-            let kind = EventKind::Clock;
-            let event = Event { kind, label, value: event.value(), duration_secs: 0.0 };
-            self.take_derived(stream, tick, tick, Data::Event(Arc::new(event)));
+            let (kind, value) = (EventKind::Clock, event.value());
+            let reported = Event { kind, label, value, duration_secs: 0.0 };
+            self.take_derived(stream, tick, tick, Data::Event(Arc::new(reported)));
+            if let ClockEvent::WrongRate { declared_hz, hz } = event {
+                self.correct_rate(clock, declared_hz, hz, tick);
+            }
+        }
+    }
+
+    /// Declares the streams of a clock again, whose rate [Hz] proved wrong: what is computed from them depends on it.
+    fn correct_rate(&mut self, clock: usize, declared_hz: f64, hz: f64, tick: Time) {
+        for id in self.clocks.streams_of(clock) {
+            if self.track(id).is_some_and(|track| track.correct_rate(declared_hz, hz)) {
+                let track = self.track(id).expect("its rate has just been corrected");
+                let stream = Stream::clone(&track.stream);
+                self.streams.declare(stream);
+                self.joined(id, tick);
+            }
         }
     }
 

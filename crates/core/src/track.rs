@@ -25,6 +25,8 @@ use crate::time::Time;
 /// The number of newest messages that a message is compared with to find duplicates.
 const NEIGHBOURS: usize = 4;
 
+/// Rates are the same up to this share.
+const SAME_RATE: f64 = 1e-6;
 /// The age from which a message may have been kept for late joiners [s].
 const KEPT_SECS: f64 = 1.0;
 /// How long after the first message, or after a silence, kept messages may arrive [s].
@@ -48,6 +50,8 @@ pub(crate) struct Track {
     pub(crate) word: Option<Word>,
     /// The fault of its publishers, if any.
     pub(crate) published_by: Option<String>,
+    /// A declared rate that proved wrong, and the true one [Hz].
+    wrong_rate: Option<(f64, f64)>,
     joining: Option<Joining>,
     next_index: u64,
     /// The number of the last sample.
@@ -110,6 +114,7 @@ impl Track {
             gives: Loss::of_stream(&stream),
             word: Word::of(&stream),
             published_by: None,
+            wrong_rate: None,
             joining: None,
             stream,
             next_index: 0,
@@ -119,6 +124,38 @@ impl Track {
             newest: None,
             neighbours: VecDeque::with_capacity(NEIGHBOURS + 1),
         }
+    }
+
+    /// Whether a declaration says what is known, as does the second of two: that of a recording, and the correction
+    /// of the rate that a replay makes itself.
+    pub(crate) fn declares_nothing_new(&self, stream: &Arc<Stream>) -> bool {
+        self.wrong_rate.is_some() && self.with_true_rate(stream) == *self.stream
+    }
+
+    /// Takes in a new declaration. A rate that proved wrong before stays corrected.
+    pub(crate) fn redeclare(&mut self, stream: &Stream) {
+        let stream = self.with_true_rate(stream);
+        self.life.declare_rate(stream.rate_hz);
+        self.stream = Arc::new(stream);
+    }
+
+    /// Replaces the declared rate by the true one [Hz]; returns whether this stream has it.
+    pub(crate) fn correct_rate(&mut self, declared_hz: f64, hz: f64) -> bool {
+        let has_it = (self.stream.rate_hz / declared_hz - 1.0).abs() < SAME_RATE;
+        if has_it {
+            let hundredths = (hz * 100.0).round() / 100.0;
+            self.wrong_rate = Some((self.stream.rate_hz, hundredths));
+            self.redeclare(&Arc::clone(&self.stream));
+        }
+        has_it
+    }
+
+    fn with_true_rate(&self, stream: &Stream) -> Stream {
+        let known = self
+            .wrong_rate
+            .filter(|(declared_hz, _)| (stream.rate_hz / declared_hz - 1.0).abs() < SAME_RATE);
+        let rate_hz = known.map_or(stream.rate_hz, |(_, hz)| hz);
+        Stream { rate_hz, ..stream.clone() }
     }
 
     /// Numbers a reading and corrects its time.

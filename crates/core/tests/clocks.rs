@@ -288,6 +288,54 @@ async fn a_device_clock_that_jumps_begins_an_epoch_and_is_reported() {
     );
 }
 
+/// An optical sensor that only numbers its samples: 36 in a frame, declared at 135 Hz and sent at 55 Hz.
+fn pulse(secs: i64) -> Vec<Coming> {
+    let subject = Subject { about: About::Person, id: "p001".into() };
+    let mut stream = Stream::raw("/humans/persons/p001/verity/ppg", subject, Shape::Wave);
+    (stream.device, stream.rate_hz) = ("verity".into(), 135.0);
+    let stream = stream.with_channels(&[("ppg", "")]);
+    let frame = |k: i64| {
+        let delay_secs = 0.02 + 0.04 * ((k * 7919) % 97) as f64 / 97.0;
+        let secs = (36 * (k + 1)) as f64 / 55.0 + delay_secs;
+        let samples = vec![k as f64; 36].into();
+        let wave = Wave { period_ns: SECOND_NANOS as f64 / 135.0, channels: 1, samples };
+        Coming {
+            arrival: BEGAN_NANOS + (secs * 1e9) as i64,
+            stream: stream.clone(),
+            device: None,
+            source: None,
+            data: Data::Wave(wave),
+        }
+    };
+    (0..secs * 55 / 36).map(frame).collect()
+}
+
+#[tokio::test]
+async fn a_rate_that_proves_wrong_is_declared_anew_and_is_no_fault_live_and_in_a_replay() {
+    // The source declares its stream at each reading, as one does that connects again.
+    let run = keep(Script { readings: pulse(120), stamped_by: vec![] }, 0).await;
+    let name = "/humans/persons/p001/verity/ppg";
+    let events = clock_events(&run);
+    assert!(events.iter().any(|event| (event.value - 55.0).abs() < 0.5), "{events:?}");
+    let rates_hz = |records: &[Record]| -> Vec<f64> {
+        let described = records.iter().filter_map(|record| match &record.sample.data {
+            Data::Description(stream) if stream.name == name => Some(stream.rate_hz),
+            _ => None,
+        });
+        described.collect()
+    };
+    let rates = rates_hz(&run);
+    assert_eq!((rates.len(), rates[0]), (2, 135.0));
+    assert!((rates[1] - 55.0).abs() < 0.5, "{rates:?}");
+    let status = last_status(&run, name);
+    assert_eq!((status.state, status.reason.as_str()), (State::Ok, ""));
+    for pause_ms in [0, 1] {
+        let replay = keep(Recording(run.clone()), pause_ms).await;
+        assert_eq!(rates_hz(&replay), rates);
+        assert!(derived(&replay) == derived(&run));
+    }
+}
+
 #[tokio::test]
 async fn a_computer_whose_clock_is_off_is_named_and_its_stamps_are_shifted() {
     let mut readings = robot("/r1/odom", 60, 1.5);
