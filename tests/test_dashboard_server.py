@@ -3,6 +3,7 @@
 import asyncio
 import json
 import re
+import socket
 import subprocess
 import sys
 import time
@@ -216,6 +217,30 @@ def test_a_page_of_another_site_sets_no_marker(stage):
     assert post(address, {"label": "good"})[0] == 200
     assert monitor.interrupt() == 0, monitor.report()
     assert [label for _, label in events(harness.the_bag(out), "marker")] == ["good"]
+
+
+def test_requests_that_never_end_keep_nobody_out_for_long(stage):
+    monitor, address, _ = started(stage)
+    host, port = address.removeprefix("http://").split(":")
+    unfinished = []
+    for _ in range(300):
+        each = socket.create_connection((host, int(port)))
+        each.sendall(b"GET /api/streams HTTP/1.1\r\nHost: 127")
+        unfinished.append(each)
+
+    def is_served() -> bool:
+        try:
+            with urllib.request.urlopen(f"{address}/api/streams", timeout=5) as answer:
+                return answer.status == 200
+        except OSError:
+            return False
+
+    # They have 10 s.
+    harness.eventually(is_served, 40)
+    for each in unfinished:
+        each.close()
+    # No topic of the study was published for 10 s.
+    assert monitor.interrupt() == 5, monitor.report()
 
 
 def test_a_time_outside_of_the_last_minute_and_a_label_of_nothing_are_answered_with_what_is_expected(stage):

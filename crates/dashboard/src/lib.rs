@@ -18,6 +18,7 @@ mod echo;
 mod hub;
 mod server;
 mod listener;
+mod patience;
 mod addresses;
 mod tls;
 mod access;

@@ -14,14 +14,13 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_rustls::TlsAcceptor;
 
+use crate::patience::Patience;
 use crate::tls::Tls;
 
 /// The most connections at once, of browsers and programs.
 const MOST_CONNECTIONS: usize = 256;
 /// What the kernel may hold for a slow client [bytes]: a marker has to wait for it.
 const SEND_BUFFER_BYTES: usize = 64 << 10;
-/// The time for a handshake; a client that needs longer does not block others.
-const HANDSHAKE: Duration = Duration::from_secs(10);
 /// The first byte of a TLS connection: the type of a handshake's record.
 const HANDSHAKE_RECORD: u8 = 22;
 /// The answer to an http request when only https is served.
@@ -71,9 +70,10 @@ impl Listener for Limited {
     }
 }
 
-/// A connection that is counted while it is open.
+/// A connection that is counted while it is open, which it is only for as long as it is used.
 pub struct Connection {
     stage: Stage,
+    patience: Patience,
     _permit: OwnedSemaphorePermit,
 }
 
@@ -99,12 +99,9 @@ impl Connection {
     ) -> Connection {
         let stage = match tls {
             None => Stage::Open(Box::new(stream)),
-            Some(acceptor) => Stage::Handshake(Box::pin(async move {
-                let secured = tokio::time::timeout(HANDSHAKE, secure(stream, acceptor));
-                secured.await.map_err(|_late| io::Error::from(io::ErrorKind::TimedOut))?
-            })),
+            Some(acceptor) => Stage::Handshake(Box::pin(secure(stream, acceptor))),
         };
-        Connection { stage, _permit: permit }
+        Connection { stage, patience: Patience::new(), _permit: permit }
     }
 
     /// Waits until it can be read and written.
@@ -152,7 +149,18 @@ impl AsyncRead for Connection {
         cx: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
-        ready!(self.poll_open(cx))?.poll_read(cx, buffer)
+        let before = buffer.filled().len();
+        let polled = self.poll_open(cx).map_ok(|stream| stream.poll_read(cx, buffer));
+        let read = match polled {
+            Poll::Ready(Ok(read)) => read,
+            Poll::Ready(Err(error)) => Poll::Ready(Err(error)),
+            Poll::Pending => Poll::Pending,
+        };
+        if read.is_pending() {
+            return self.patience.poll_over(cx).map(|()| Err(io::ErrorKind::TimedOut.into()));
+        }
+        self.patience.received(&buffer.filled()[before..]);
+        read
     }
 }
 
@@ -162,7 +170,9 @@ impl AsyncWrite for Connection {
         cx: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
-        ready!(self.poll_open(cx))?.poll_write(cx, bytes)
+        let written = ready!(ready!(self.poll_open(cx))?.poll_write(cx, bytes));
+        self.patience.sent();
+        Poll::Ready(written)
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {

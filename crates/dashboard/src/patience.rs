@@ -1,0 +1,93 @@
+//! How long a connection may keep its place: there are only so many.
+
+use std::pin::Pin;
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use tokio::time::{Instant, Sleep, sleep};
+
+/// The time for a handshake and the head of the first request, however slowly its bytes come.
+const HEAD: Duration = Duration::from_secs(10);
+/// The time without a byte in either direction after that.
+const IDLE: Duration = Duration::from_secs(90);
+
+/// The deadline of one connection.
+pub(crate) struct Patience {
+    until: Pin<Box<Sleep>>,
+    /// Whether the head of the first request has come.
+    has_asked: bool,
+    /// Whether the next byte begins a line of that head.
+    at_line_start: bool,
+    idle: Duration,
+}
+
+impl Patience {
+    /// Begins when a connection is accepted.
+    pub(crate) fn new() -> Patience {
+        Patience::of(HEAD, IDLE)
+    }
+
+    fn of(head: Duration, idle: Duration) -> Patience {
+        let until = Box::pin(sleep(head));
+        Patience { until, has_asked: false, at_line_start: false, idle }
+    }
+
+    /// Takes in bytes that were received.
+    pub(crate) fn received(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            if self.has_asked {
+                break;
+            }
+            // The head ends with an empty line.
+            self.has_asked = *byte == b'\n' && self.at_line_start;
+            self.at_line_start = *byte == b'\n' || (*byte == b'\r' && self.at_line_start);
+        }
+        if !bytes.is_empty() {
+            self.extend();
+        }
+    }
+
+    /// Notes that bytes were sent.
+    pub(crate) fn sent(&mut self) {
+        self.extend();
+    }
+
+    /// Ready once the connection has to make room.
+    pub(crate) fn poll_over(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        self.until.as_mut().poll(cx)
+    }
+
+    fn extend(&mut self) {
+        if self.has_asked {
+            self.until.as_mut().reset(Instant::now() + self.idle);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LONG: Duration = Duration::from_secs(3600);
+
+    #[tokio::test]
+    async fn a_request_that_comes_slowly_is_ended() {
+        let mut patience = Patience::of(Duration::from_millis(20), LONG);
+        patience.received(b"GET / HTTP/1.1\r\nHost: robot");
+        std::future::poll_fn(|cx| patience.poll_over(cx)).await;
+    }
+
+    #[tokio::test]
+    async fn a_whole_request_is_waited_for_until_nothing_comes() {
+        let head = b"GET / HTTP/1.1\r\nHost: robot\r\n\r\n";
+        for cut in 0..head.len() {
+            let mut patience = Patience::of(LONG, Duration::from_millis(5));
+            patience.received(&head[..cut]);
+            assert!(!patience.has_asked);
+            patience.received(&head[cut..]);
+            assert!(patience.has_asked);
+            patience.sent();
+            std::future::poll_fn(|cx| patience.poll_over(cx)).await;
+        }
+    }
+}
