@@ -19,6 +19,7 @@ pub mod session;
 pub mod claims;
 mod core_files;
 mod faces;
+mod lock;
 mod hearing;
 mod follow;
 

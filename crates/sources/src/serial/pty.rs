@@ -9,6 +9,8 @@ use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
+use crate::lock::{Lock, Locked};
+
 /// The most bytes read at once.
 const PIECE: usize = 1024;
 const MOST_PIECES: usize = 16;
@@ -19,10 +21,12 @@ pub struct Pty {
     near: OwnedFd,
     path: String,
     link: Option<PathBuf>,
+    _lock: Option<Lock>,
 }
 
 impl Pty {
-    /// Creates a port, and a link to it if its path must be known beforehand. An earlier link is replaced.
+    /// Creates a port, and a link to it if its path must be known beforehand. A link that a process left behind is
+    /// replaced; that of a running one is an error.
     pub fn open(link: Option<&Path>) -> io::Result<Pty> {
         let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         grantpt(&near)?;
@@ -35,13 +39,14 @@ impl Pty {
         let mut settings = tcgetattr(&far)?;
         settings.make_raw();
         tcsetattr(&far, OptionalActions::Now, &settings)?;
+        let lock = link.map(locked).transpose()?.flatten();
         if let Some(link) = link {
             if link.is_symlink() {
                 fs::remove_file(link)?;
             }
             symlink(&path, link)?;
         }
-        Ok(Pty { near, path, link: link.map(Path::to_owned) })
+        Ok(Pty { near, path, link: link.map(Path::to_owned), _lock: lock })
     }
 
     /// The path to open it.
@@ -73,6 +78,15 @@ impl Pty {
     }
 }
 
+/// The lock on a link.
+fn locked(link: &Path) -> io::Result<Option<Lock>> {
+    let folder = link.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = fs::canonicalize(folder.unwrap_or(Path::new(".")))?;
+    Lock::on("port", (folder, link.file_name())).map_err(|Locked| {
+        io::Error::new(io::ErrorKind::AddrInUse, "another emulated device has it")
+    })
+}
+
 impl Drop for Pty {
     fn drop(&mut self) {
         let ours = |link: &PathBuf| fs::read_link(link).is_ok_and(|to| to == Path::new(&self.path));
@@ -97,7 +111,11 @@ mod tests {
         assert!(pty.read(&mut Vec::new()).expect("is there"));
         drop(far);
         assert!(!pty.read(&mut Vec::new()).expect("is there"));
+        let other = Pty::open(Some(&link)).expect_err("it is used");
+        assert_eq!(other.to_string(), "another emulated device has it");
+        assert!(link.is_symlink(), "the link of the first stays");
         drop(pty);
         assert!(!link.is_symlink());
+        assert!(Pty::open(Some(&link)).is_ok());
     }
 }

@@ -2,35 +2,15 @@
 #![expect(clippy::disallowed_methods, reason = "where the bus is, as zbus reads it")]
 
 use std::env;
-use std::hash::{DefaultHasher, Hash, Hasher};
-use std::io;
-use std::os::linux::net::SocketAddrExt;
-use std::os::unix::net::{SocketAddr, UnixDatagram};
 
-/// A lock that is held until it is dropped, or its process ends: the name of a socket, which needs no file.
-#[derive(Debug)]
-pub(super) struct Lock {
-    _socket: UnixDatagram,
-}
+use crate::lock::{Lock, Locked};
 
-/// Another session holds the lock.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Locked;
-
-/// The lock on a device, by the addresses of its bus and of its radio; `None` where such sockets can't be created.
+/// The lock on a device, by the addresses of its bus and of its radio; `None` where locks can't be created.
 pub(super) fn of(bus: Option<&str>, device: &str) -> Result<Option<Lock>, Locked> {
     let bus = bus.map(str::to_owned).or_else(|| env::var("DBUS_SYSTEM_BUS_ADDRESS").ok());
     // An address may or may not name the bus that it is of.
     let bus = bus.as_deref().and_then(|bus| bus.split(",guid=").next());
-    let mut hasher = DefaultHasher::new();
-    (bus, device.to_ascii_uppercase()).hash(&mut hasher);
-    let name = format!("teampulse-device-{:016x}", hasher.finish());
-    let address = SocketAddr::from_abstract_name(name);
-    match address.and_then(|address| UnixDatagram::bind_addr(&address)) {
-        Ok(socket) => Ok(Some(Lock { _socket: socket })),
-        Err(error) if error.kind() == io::ErrorKind::AddrInUse => Err(Locked),
-        Err(_) => Ok(None),
-    }
+    Lock::on("device", (bus, device.to_ascii_uppercase()))
 }
 
 #[cfg(test)]

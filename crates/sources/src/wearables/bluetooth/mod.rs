@@ -15,12 +15,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
+use crate::lock::Lock;
+
 use bus::Bus;
 pub use choice::Seen;
 pub(super) use choice::Wanted;
 pub use error::BluetoothError;
 pub(super) use gatt::{Answer, GattLink};
-use lock::Lock;
 pub(crate) use source::check_address;
 pub(super) use source::{Pairing, Wearable, Wireless};
 
