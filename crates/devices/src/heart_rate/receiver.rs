@@ -14,6 +14,8 @@ const MAY_LACK: Duration = Duration::from_secs(3);
 pub(crate) struct HeartRateReceiver {
     heart_rates: u64,
     intervals: u64,
+    /// Whether the stream of intervals is declared.
+    has_intervals: bool,
     energies: u64,
     account: Option<BeatAccount>,
 }
@@ -33,12 +35,22 @@ impl HeartRateReceiver {
             "heart_rate",
             vec![Channel::new("heart_rate", "1/min"), contact],
         ));
-        let interval = Channel::new("rr_interval", "ms").scaled(RR_INTERVAL_MS);
-        out.stream(Stream::irregular("rr_interval", vec![interval]));
+        if std::mem::take(&mut self.has_intervals) {
+            self.expect_intervals(out);
+        }
         if self.account.take().is_some() {
             out.event(Event::Gap { stream: "rr_interval", samples: None });
         }
         out.request(Request::Subscribe(MEASUREMENT));
+    }
+
+    /// Declares the intervals of a device that is known to send some; else they are declared when the first ones come,
+    /// as an optical sensor sends none.
+    pub fn expect_intervals(&mut self, out: &mut Outbox<Request>) {
+        if !std::mem::replace(&mut self.has_intervals, true) {
+            let interval = Channel::new("rr_interval", "ms").scaled(RR_INTERVAL_MS);
+            out.stream(Stream::irregular("rr_interval", vec![interval]));
+        }
     }
 
     /// Takes in a value; returns whether it is a measurement.
@@ -72,6 +84,7 @@ impl HeartRateReceiver {
         if intervals.is_empty() {
             return;
         }
+        self.expect_intervals(out);
         let sum = intervals.iter().map(|steps| u64::from(*steps)).sum::<u64>();
         let sum = Duration::from_nanos(sum * 1_000_000_000 / 1024);
         if BeatAccount::is_short(&mut self.account, sum, now) {

@@ -40,6 +40,7 @@ impl Session for HeartRateSession {
         self.watchdog = Some(Watchdog::new(now, PATIENCE));
         self.restarts = 0;
         self.heart_rate.start(&mut self.out);
+        self.heart_rate.expect_intervals(&mut self.out);
         self.standard.start(&mut self.out);
     }
 

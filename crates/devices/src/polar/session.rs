@@ -140,6 +140,9 @@ impl PolarSession {
             return;
         }
         self.features_by = None;
+        if features.has(Measurement::Ecg) {
+            self.heart_rate.expect_intervals(&mut self.out);
+        }
         for feed in &mut self.feeds {
             let measurement = feed.selection.measurement;
             if !features.has(measurement) {

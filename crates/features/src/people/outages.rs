@@ -17,6 +17,8 @@ use crate::value::moment;
 
 /// A silence is longer than this many of the stream's usual intervals.
 const USUAL_INTERVALS: f64 = 3.0;
+/// Samples within this time are one arrival [s]: some devices send those of five seconds at once.
+const BURST_SECS: f64 = 0.02;
 /// The longest assumed interval of a stream with a single sample so far [s].
 const SLOWEST_SECS: f64 = 60.0;
 /// Signals whose numbers never stay constant for long on a living body.
@@ -186,9 +188,10 @@ impl OutagesExtractor {
         let gone_secs = sample.measured.secs_since(presence.newest).max(0.0);
         let was_silent = std::mem::take(&mut presence.is_silent);
         let was_deaf = presence.deaf_until.is_some_and(|until| until > presence.last_arrival);
-        if !was_silent && !was_deaf {
+        let waited_secs = sample.log_time.secs_since(presence.last_arrival);
+        if !was_silent && !was_deaf && waited_secs >= BURST_SECS {
             presence.intervals += 1.0;
-            presence.came_secs += sample.log_time.secs_since(presence.last_arrival);
+            presence.came_secs += waited_secs;
         }
         presence.last_arrival = sample.log_time;
         presence.newest = presence.newest.max(newest);
@@ -407,6 +410,36 @@ mod tests {
             (*moves, marker.as_str(), *secs),
             (60.0, "marker p1/strap/ecg changes again", 50.0)
         );
+    }
+
+    #[test]
+    fn a_stream_of_bursts_is_not_silent_between_them() {
+        let mut ecg = Ecg::new();
+        let burst = |ecg: &mut Ecg, secs: i32| {
+            ecg.pass(secs);
+            for k in 0..6 {
+                let log_time = Time::from_nanos(i64::from(secs) * 1_000_000_000 + k);
+                let sample = Sample {
+                    stream: StreamId(0),
+                    measured: log_time - std::time::Duration::from_secs(5 - k as u64),
+                    log_time,
+                    device_time: None,
+                    source_time: None,
+                    period_ns: 0.0,
+                    index: 0,
+                    turn: Turn::OnTime,
+                    data: Data::Sample(Arc::new([k as f64])),
+                };
+                ecg.watch.push(&sample, &mut ecg.out);
+            }
+        };
+        for secs in [10, 15, 20, 25] {
+            burst(&mut ecg, secs);
+        }
+        ecg.pass(39);
+        assert!(ecg.reported().is_empty(), "{:?}", ecg.reported());
+        ecg.pass(41);
+        assert_eq!(ecg.reported().len(), 1, "three usual intervals have passed");
     }
 
     #[test]
