@@ -193,13 +193,12 @@ impl Pump {
     fn take_declaration(&mut self, id: StreamId, stream: &Arc<Stream>, at: Time) {
         let at = self.next_log_time(at);
         if let Some(track) = self.track(id) {
-            let is_known = track.declares_nothing_new(stream);
-            track.redeclare(stream);
-            let corrected = Stream::clone(&track.stream);
-            if corrected.rate_hz.to_bits() != stream.rate_hz.to_bits() {
-                self.streams.declare(corrected);
+            let is_new = track.redeclare(stream);
+            let known = Arc::clone(&track.stream);
+            if !Arc::ptr_eq(&known, stream) {
+                self.streams.declare(Stream::clone(&known));
             }
-            if is_known {
+            if !is_new {
                 return;
             }
         } else {

@@ -103,6 +103,10 @@ fn is_irregular(stream: &Stream) -> bool {
     stream.shape == Shape::Event || stream.signal == Signal::Input || stream.is_reported_on_change()
 }
 
+fn is_same_rate(hz: f64, other_hz: f64) -> bool {
+    (hz / other_hz - 1.0).abs() < SAME_RATE
+}
+
 impl Track {
     pub(crate) fn new(id: StreamId, stream: Arc<Stream>) -> Track {
         Track {
@@ -126,22 +130,19 @@ impl Track {
         }
     }
 
-    /// Whether a declaration says what is known, as does the second of two: that of a recording, and the correction
-    /// of the rate that a replay makes itself.
-    pub(crate) fn declares_nothing_new(&self, stream: &Arc<Stream>) -> bool {
-        self.wrong_rate.is_some() && self.with_true_rate(stream) == *self.stream
-    }
-
-    /// Takes in a new declaration. A rate that proved wrong before stays corrected.
-    pub(crate) fn redeclare(&mut self, stream: &Stream) {
+    /// Takes in a new declaration, in which a rate that proved wrong stays corrected. Returns whether it says anything
+    /// new: a replay corrects the rate itself, and then reads the declaration that was recorded.
+    pub(crate) fn redeclare(&mut self, stream: &Arc<Stream>) -> bool {
         let stream = self.with_true_rate(stream);
+        let is_new = self.wrong_rate.is_none() || stream != self.stream;
         self.life.declare_rate(stream.rate_hz);
-        self.stream = Arc::new(stream);
+        self.stream = stream;
+        is_new
     }
 
     /// Replaces the declared rate by the true one [Hz]; returns whether this stream has it.
     pub(crate) fn correct_rate(&mut self, declared_hz: f64, hz: f64) -> bool {
-        let has_it = (self.stream.rate_hz / declared_hz - 1.0).abs() < SAME_RATE;
+        let has_it = is_same_rate(self.stream.rate_hz, declared_hz);
         if has_it {
             let hundredths = (hz * 100.0).round() / 100.0;
             self.wrong_rate = Some((self.stream.rate_hz, hundredths));
@@ -150,12 +151,13 @@ impl Track {
         has_it
     }
 
-    fn with_true_rate(&self, stream: &Stream) -> Stream {
-        let known = self
-            .wrong_rate
-            .filter(|(declared_hz, _)| (stream.rate_hz / declared_hz - 1.0).abs() < SAME_RATE);
-        let rate_hz = known.map_or(stream.rate_hz, |(_, hz)| hz);
-        Stream { rate_hz, ..stream.clone() }
+    fn with_true_rate(&self, stream: &Arc<Stream>) -> Arc<Stream> {
+        match self.wrong_rate {
+            Some((declared_hz, rate_hz)) if is_same_rate(stream.rate_hz, declared_hz) => {
+                Arc::new(Stream { rate_hz, ..Stream::clone(stream) })
+            }
+            _ => Arc::clone(stream),
+        }
     }
 
     /// Numbers a reading and corrects its time.

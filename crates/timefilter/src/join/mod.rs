@@ -4,8 +4,8 @@
 //! Only the times of events are used. The distances between all pairs of an event of the session and one of
 //! the recording form a histogram; at the true offset, most events agree on one distance. Irregular events,
 //! such as heartbeats, agree nowhere else. Regular ones agree at many offsets, and a few agree at some offset by
-//! chance; then the result is an error rather than a guess. From the best offset, pairs are followed outwards across gaps, and a robust line
-//! through them gives offset and skew.
+//! chance; then the result is an error rather than a guess. From the best offset, pairs are followed outwards
+//! across gaps, and a robust line through them gives offset and skew.
 //!
 //! Two accelerometers on one person need no events ([`by_motion`]): half-minute segments with similar motion
 //! take their place.
