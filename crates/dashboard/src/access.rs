@@ -124,8 +124,10 @@ fn is_foreign(headers: &HeaderMap, host: &str) -> bool {
 }
 
 fn token_of(headers: &HeaderMap) -> Option<&str> {
-    let bearer = headers.get(AUTHORIZATION).and_then(|value| value.to_str().ok());
-    if let Some(token) = bearer.and_then(|value| value.strip_prefix("Bearer ")) {
+    let authorization = headers.get(AUTHORIZATION).and_then(|value| value.to_str().ok());
+    if let Some((scheme, token)) = authorization.and_then(|value| value.trim().split_once(' '))
+        && scheme.eq_ignore_ascii_case("bearer")
+    {
         return Some(token.trim());
     }
     let cookies = headers.get_all(COOKIE).iter().filter_map(|value| value.to_str().ok());
@@ -202,11 +204,18 @@ mod tests {
         let access = Access::new(ANYWHERE, &[], &Tokens::read(&file).unwrap()).unwrap();
         let host = ("host", "192.168.1.7:8742");
         let with = |name, value| admitted(&access, &[host, (name, value)]);
-        assert_eq!(with("authorization", "Bearer control-0123456789"), Ok(Right::Control));
+        for scheme in ["Bearer", "bearer", "BEARER"] {
+            let value = format!("{scheme} control-0123456789").leak();
+            assert_eq!(with("authorization", value), Ok(Right::Control));
+        }
         assert_eq!(with("cookie", "a=b; teampulse_token=watch-0123456789"), Ok(Right::Watch));
-        for wrong in
-            ["Bearer control-012345678", "Bearer ", "Bearer control-01234567890", "Basic x"]
-        {
+        for wrong in [
+            "Bearer control-012345678",
+            "Bearer ",
+            "Bearer control-01234567890",
+            "Basic x",
+            "Bearer",
+        ] {
             assert_eq!(with("authorization", wrong), Err(Denied::Token), "{wrong}");
         }
         assert_eq!(admitted(&access, &[host]), Err(Denied::Token));

@@ -350,10 +350,15 @@ impl Doer<'_> {
     }
 }
 
+/// The first and the last time at which an action may have happened [s].
+pub fn times(now: f64) -> (f64, f64) {
+    let (old, ahead) = AGES_SECS;
+    ((now - old).max(0.0), now + ahead)
+}
+
 /// Fails where an action can't have happened: before the session, more than a minute ago, or in the future [s].
 fn check_time(at: f64, now: f64) -> Result<(), Refusal> {
-    let (old, ahead) = AGES_SECS;
-    let (first, last) = ((now - old).max(0.0), now + ahead);
+    let (first, last) = times(now);
     if (first..=last).contains(&at) {
         return Ok(());
     }

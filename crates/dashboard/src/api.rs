@@ -12,8 +12,8 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use crate::access::Grant;
-use crate::acts::{Cause, Doer, Refusal};
-use crate::hub::Known;
+use crate::acts::{self, Cause, Doer, Refusal};
+use crate::hub::{Hub, Known};
 use crate::server::Shared;
 use crate::wire::Stream;
 
@@ -60,6 +60,7 @@ async fn streams(State(shared): State<Shared>) -> Json<Vec<Stream>> {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct OfStream {
     stream: Option<String>,
 }
@@ -108,6 +109,7 @@ fn latest_of(known: &Known, id: u32) -> Option<(String, Value)> {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Span {
     stream: String,
     from: Option<f64>,
@@ -116,22 +118,30 @@ struct Span {
 }
 
 async fn history(State(shared): State<Shared>, Asked(asked): Asked<Span>) -> Response {
+    for (name, time) in [("from", asked.from), ("to", asked.to)] {
+        if time.is_some_and(|time| !time.is_finite()) {
+            return refused_query(&format!("{name}: not a number"));
+        }
+    }
     let now = shared.hub.now();
     // Times below 0 count from now.
     let time = |asked: Option<f64>, otherwise: f64| {
-        let asked = asked.filter(|asked| asked.is_finite()).unwrap_or(otherwise);
+        let asked = asked.unwrap_or(otherwise);
         if asked < 0.0 { now + asked } else { asked }
     };
     let known = shared.hub.known();
     let id = known.named.get(&asked.stream).filter(|id| known.shows(**id, is_blind(&shared)));
-    let Some(track) = id.and_then(|id| known.tracks.get(id)) else {
-        return no_stream(&asked.stream);
+    let Some(id) = id else { return no_stream(&asked.stream) };
+    let Some(track) = known.tracks.get(id) else {
+        let error = format!("{:?} has no numbers over time", asked.stream);
+        let hint = "only streams of waves, samples and features have a history";
+        return refused(StatusCode::NOT_FOUND, &error, hint);
     };
     let points = asked.points.unwrap_or(600).min(MOST_POINTS);
     let (from, to) = (time(asked.from, 0.0), time(asked.to, now));
     let excerpt = track.excerpt(from, to, points);
-    let stream = id.and_then(|id| known.streams.get(id));
-    let channels = stream.into_iter().flat_map(|stream| &stream.channels).zip(excerpt.channels);
+    let channels =
+        known.streams.get(id).into_iter().flat_map(|stream| &stream.channels).zip(excerpt.channels);
     let channels = channels.map(|(channel, column)| {
         let (name, unit) = (&channel.name, &channel.unit);
         json!({ "name": name, "unit": unit, "min": column.min, "max": column.max, "mean": column.mean })
@@ -142,28 +152,57 @@ async fn history(State(shared): State<Shared>, Asked(asked): Asked<Span>) -> Res
         .into_response()
 }
 
-/// What a program reports: a marker, a note or a self-report.
+/// What a program reports, and when it was.
 #[derive(Debug, Deserialize)]
-#[serde(untagged, deny_unknown_fields)]
-enum Posted {
-    Marker {
-        label: String,
-        at: Option<f64>,
-        unix: Option<f64>,
-    },
-    Note {
-        note: String,
-        at: Option<f64>,
-        unix: Option<f64>,
-    },
-    Report {
-        scale: String,
-        value: f64,
-        subject: Option<String>,
-        at: Option<f64>,
-        unix: Option<f64>,
-    },
+#[serde(deny_unknown_fields)]
+struct Posted {
+    label: Option<String>,
+    note: Option<String>,
+    scale: Option<String>,
+    value: Option<f64>,
+    subject: Option<String>,
+    at: Option<f64>,
+    unix: Option<f64>,
 }
+
+impl Posted {
+    /// When it was [s of the session]; `None` for now.
+    fn time(&self, hub: &Hub) -> Result<Option<f64>, Refusal> {
+        let began = hub.began().secs();
+        match (self.at, self.unix) {
+            (Some(_), Some(_)) => Err(Refusal::new("it has two times", "give `at` or `unix`")),
+            (at, None) => Ok(at),
+            (None, Some(unix)) => {
+                let (first, last) = acts::times(hub.now());
+                if (first..=last).contains(&(unix - began)) {
+                    return Ok(Some(unix - began));
+                }
+                let reason = format!("{unix} is not within the last minute of the session");
+                let (first, last) = (began + first, began + last);
+                let hint = format!("expected seconds since 1970 from {first:.1} to {last:.1}");
+                Err(Refusal::new(reason, &hint))
+            }
+        }
+    }
+
+    /// Records it.
+    fn record(&self, doer: &Doer<'_>, at: Option<f64>) -> Result<(), Refusal> {
+        let reference = String::new;
+        let of_report = self.value.is_some() || self.subject.is_some();
+        match (&self.label, &self.note, &self.scale, self.value) {
+            (Some(label), None, None, _) if !of_report => doer.mark(label, at, reference()),
+            (None, Some(note), None, _) if !of_report => doer.note(note, at, reference()),
+            (None, None, Some(scale), Some(value)) => {
+                doer.report(scale, self.subject.as_deref(), (value, at), reference())
+            }
+            _ => Err(Refusal::new("it is neither a marker, nor a note, nor a self-report", KINDS)),
+        }
+    }
+}
+
+/// What can be posted.
+const KINDS: &str = "expected {\"label\": …}, {\"note\": …} or {\"scale\": …, \"value\": …}, \
+    as application/json, with `at` or `unix` if it was not now";
 
 async fn post_event(
     State(shared): State<Shared>,
@@ -173,45 +212,27 @@ async fn post_event(
     let posted = match posted {
         Ok(Json(posted)) => posted,
         Err(error) => {
-            let hint = "expected {\"label\": …}, {\"note\": …} or {\"scale\": …, \"value\": …}, as application/json";
-            let reason = match &error {
-                JsonRejection::JsonDataError(_) => {
-                    "the body is neither a marker, nor a note, nor a self-report".to_owned()
-                }
-                other => other.body_text(),
-            };
-            return refused(error.status(), &reason, hint);
+            let text = error.body_text();
+            let reason = text.strip_prefix(NOT_OF_TYPE).unwrap_or(&text);
+            return refused(error.status(), &reason.replace("field", "key"), KINDS);
         }
     };
     if !shared.may_post() {
         let error = "too many events a second were posted";
         return answer(StatusCode::TOO_MANY_REQUESTS, json!({ "error": error }));
     }
-    let (hub, right) = (&*shared.hub, grant.right);
-    let doer = Doer { hub, right, sender: grant.sender(), client: None };
-    let time = |at: Option<f64>, unix: Option<f64>| {
-        let at = at.or(unix.map(|unix| unix - hub.began().secs()));
-        (at, at.unwrap_or_else(|| hub.now()))
-    };
-    let (done, t) = match posted {
-        Posted::Marker { label, at, unix } => {
-            let (at, t) = time(at, unix);
-            (doer.mark(&label, at, String::new()), t)
-        }
-        Posted::Note { note, at, unix } => {
-            let (at, t) = time(at, unix);
-            (doer.note(&note, at, String::new()), t)
-        }
-        Posted::Report { scale, value, subject, at, unix } => {
-            let (at, t) = time(at, unix);
-            (doer.report(&scale, subject.as_deref(), (value, at), String::new()), t)
-        }
-    };
+    let hub = &*shared.hub;
+    let doer = Doer { hub, right: grant.right, sender: grant.sender(), client: None };
+    let now = hub.now();
+    let done = posted.time(hub).and_then(|at| posted.record(&doer, at).map(|()| at));
     match done {
-        Ok(()) => answer(StatusCode::OK, json!({ "t": t })),
+        Ok(at) => answer(StatusCode::OK, json!({ "t": at.unwrap_or(now) })),
         Err(Refusal { cause, reason, hint }) => refused(status_of(cause), &reason, &hint),
     }
 }
+
+/// What axum writes before the reason that JSON is not what is expected.
+const NOT_OF_TYPE: &str = "Failed to deserialize the JSON body into the target type: ";
 
 fn status_of(cause: Cause) -> StatusCode {
     match cause {
@@ -237,8 +258,11 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Asked<T> {
     }
 }
 
-/// What the parser says of numbers, and what is shown.
-const NUMBERS: [(&str, &str); 3] = [
+/// What the parser says, and what is shown.
+const SERDE: [(&str, &str); 6] = [
+    ("unknown field", "unknown parameter"),
+    ("duplicate field", "more than one parameter"),
+    ("missing field", "missing parameter"),
     ("invalid float literal", "not a number"),
     ("cannot parse float from empty string", "empty, not a number"),
     ("invalid digit found in string", "not a whole number, 0 or more"),
@@ -249,7 +273,11 @@ fn wrong_query(rejection: &QueryRejection) -> Response {
     let text = rejection.body_text();
     let reason = text.split_once(": ").map_or(&*text, |(_, reason)| reason);
     let reason =
-        NUMBERS.iter().fold(reason.to_owned(), |text, (theirs, ours)| text.replace(theirs, ours));
+        SERDE.iter().fold(reason.to_owned(), |text, (theirs, ours)| text.replace(theirs, ours));
+    refused_query(&reason)
+}
+
+fn refused_query(reason: &str) -> Response {
     let hint = "`stream` is a name, `from` and `to` are seconds and `points` is a whole number";
     refused(StatusCode::BAD_REQUEST, &format!("the query is wrong: {reason}"), hint)
 }

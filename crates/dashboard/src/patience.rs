@@ -8,7 +8,8 @@ use tokio::time::{Instant, Sleep, sleep};
 
 /// The time for a handshake and the head of the first request, however slowly its bytes come.
 const HEAD: Duration = Duration::from_secs(10);
-/// The time without a byte in either direction after that.
+/// The time for the next answer, or the next message, after that: pages ask for the time every few seconds, and a client
+/// that only sends gets none.
 const IDLE: Duration = Duration::from_secs(90);
 
 /// The deadline of one connection.
@@ -34,6 +35,7 @@ impl Patience {
 
     /// Takes in bytes that were received.
     pub(crate) fn received(&mut self, bytes: &[u8]) {
+        let had_asked = self.has_asked;
         for byte in bytes {
             if self.has_asked {
                 break;
@@ -42,14 +44,16 @@ impl Patience {
             self.has_asked = *byte == b'\n' && self.at_line_start;
             self.at_line_start = *byte == b'\n' || (*byte == b'\r' && self.at_line_start);
         }
-        if !bytes.is_empty() {
+        if self.has_asked && !had_asked {
             self.extend();
         }
     }
 
     /// Notes that bytes were sent.
     pub(crate) fn sent(&mut self) {
-        self.extend();
+        if self.has_asked {
+            self.extend();
+        }
     }
 
     /// Ready once the connection has to make room.
@@ -58,9 +62,7 @@ impl Patience {
     }
 
     fn extend(&mut self) {
-        if self.has_asked {
-            self.until.as_mut().reset(Instant::now() + self.idle);
-        }
+        self.until.as_mut().reset(Instant::now() + self.idle);
     }
 }
 
@@ -75,6 +77,20 @@ mod tests {
         let mut patience = Patience::of(Duration::from_millis(20), LONG);
         patience.received(b"GET / HTTP/1.1\r\nHost: robot");
         std::future::poll_fn(|cx| patience.poll_over(cx)).await;
+    }
+
+    #[tokio::test]
+    async fn only_answers_extend_the_deadline() {
+        let mut patience = Patience::new();
+        let begun = patience.until.deadline();
+        patience.received(b"GET / HTTP/1.1\r\n\r\n");
+        let asked = patience.until.deadline();
+        assert!(asked > begun + HEAD);
+        sleep(Duration::from_millis(1)).await;
+        patience.received(b"GET / HTTP/1.1\r\n\r\n");
+        assert_eq!(patience.until.deadline(), asked);
+        patience.sent();
+        assert!(patience.until.deadline() > asked);
     }
 
     #[tokio::test]

@@ -130,12 +130,38 @@ async fn other_sites_other_names_and_other_kinds_of_posts_are_refused() {
         let answer = stage.request(lines, body).await;
         assert!(answer.starts_with(&format!("HTTP/1.1 {status}")), "{lines:?}: {answer}");
     }
-    let answer =
-        stage.request(&["GET /api/history?stream=/x&from=x HTTP/1.1", "Host: HOST"], "").await;
-    assert!(answer.starts_with("HTTP/1.1 400"), "{answer}");
-    assert!(answer.contains("{\"error\":\"the query is wrong: from: not a number\""), "{answer}");
-    let answer = stage.request(&[post, "Host: HOST", json], "{\"x\": 1}").await;
-    assert!(answer.contains("neither a marker, nor a note, nor a self-report"), "{answer}");
+    for (query, reason) in [
+        ("history?stream=/x&from=x", "from: not a number"),
+        ("history?stream=/x&to=nan", "to: not a number"),
+        ("history?stream=/x&from=-inf", "from: not a number"),
+        ("history?stream=/x&form=3", "form: unknown parameter `form`, expected one of"),
+        ("history", "missing parameter `stream`"),
+        ("latest?strem=/x", "strem: unknown parameter `strem`, expected `stream`"),
+    ] {
+        let answer =
+            stage.request(&[&format!("GET /api/{query} HTTP/1.1"), "Host: HOST"], "").await;
+        assert!(answer.starts_with("HTTP/1.1 400"), "{answer}");
+        assert!(answer.contains(&format!("the query is wrong: {reason}")), "{answer}");
+    }
+    stage.happen(EventKind::Marker, "x");
+    stage.browser().await.event("x").await;
+    let answer = stage
+        .request(&["GET /api/history?stream=/session/events HTTP/1.1", "Host: HOST"], "")
+        .await;
+    assert!(answer.contains("\"/session/events\\\" has no numbers over time"), "{answer}");
+    for (body, reason) in [
+        ("{}", "it is neither a marker, nor a note, nor a self-report"),
+        (r#"{"label": "x", "note": "y"}"#, "it is neither a marker, nor a note, nor a self-report"),
+        (r#"{"label": "x", "value": 1}"#, "it is neither a marker, nor a note, nor a self-report"),
+        (r#"{"label": "x", "foo": 1}"#, "unknown key `foo`, expected one of `label`, `note`"),
+        (r#"{"label": 5}"#, "label: invalid type: integer `5`, expected a string"),
+        (r#"{"label": "x", "at": 1, "unix": 1}"#, "it has two times"),
+        (r#"{"label": "x", "unix": 12}"#, "12 is not within the last minute of the session"),
+    ] {
+        let answer = stage.request(&[post, "Host: HOST", json], body).await;
+        assert!(answer.starts_with("HTTP/1.1 422"), "{answer}");
+        assert!(answer.contains(reason), "{answer}");
+    }
     let answer = stage.request(&[post, "Host: HOST", json], r#"{"label": ""}"#).await;
     let empty = r#"{"error":"its text is empty","hint":"write 1 to 1000 bytes"}"#;
     assert!(answer.contains(empty), "{answer}");
