@@ -9,14 +9,16 @@
 //! left out.
 //!
 //! Stamps are by the clock of the computer that sent the stream; the line through the measured offsets converts
-//! them to that of the recorder, which counts from when its computer was started and so has no date; that of the file's
+//! them to that of the recorder (one line for each clock, where a computer was restarted or replaced), which counts from when its computer was started and so has no date; that of the file's
 //! header, when the recording began, is taken for the first sample. Stamps of evenly
 //! sampled streams have the jitter of the network: each stretch between gaps becomes a run with the line through
-//! its stamps, as `pyxdf` does.
+//! its stamps, as `pyxdf` does, which only takes pauses of more than a second and 500 samples for gaps.
 
 mod chunks;
 mod clock;
+mod gaps;
 mod header;
+mod resets;
 mod samples;
 mod streams;
 mod unread;

@@ -105,10 +105,41 @@ fn stamps_of_xdf_that_go_back_begin_another_run() {
     let found = runs(signal(&xdf, "EDA"));
     let starts: Vec<(i64, f64)> = found.iter().map(|run| (run.0, run.1)).collect();
     assert_eq!(starts, [(0, 4.0), (5_000_000_000, 4.0)]);
+    assert!(xdf.notes[0].contains("EDA go back by more than a second once"), "{:?}", xdf.notes);
     // Jitter does not.
     let jitter = (0..100).map(|k| f64::from(k) / 4.0 + 0.4 * f64::from(k % 2));
     let jitter: Vec<f64> = jitter.collect();
     assert_eq!(runs(signal(&recording(&files::xdf_with_stamps(&jitter, 4.0)), "EDA")).len(), 1);
+}
+
+#[test]
+fn streams_of_xdf_are_on_the_clock_of_the_recorder_after_a_reset_too() {
+    // The sender was restarted between 30 and 60 s.
+    let stamps = |from: i32, until: i32, behind_secs: f64| {
+        (4 * from..4 * until).map(move |at| f64::from(at) / 4.0 - behind_secs)
+    };
+    let stamps: Vec<f64> = stamps(0, 30, -900.0).chain(stamps(60, 90, 55.0)).collect();
+    let offsets = |from: i32, behind_secs: f64| {
+        (from..from + 30).step_by(5).map(move |at| (f64::from(at) - behind_secs, behind_secs))
+    };
+    let offsets: Vec<_> = offsets(0, -900.0).chain(offsets(60, 55.0)).collect();
+    let xdf = recording(&files::xdf_with_offsets(&stamps, 4.0, &offsets));
+    let found = runs(signal(&xdf, "EDA"));
+    let found: Vec<_> = found.iter().map(|run| (run.0, run.1, run.2.len())).collect();
+    assert_eq!(found, [(0, 4.0, 120), (60_000_000_000, 4.0, 120)]);
+    let note =
+        "the clock of EDA was reset once: its times before and after are converted separately";
+    assert_eq!(xdf.notes, [note]);
+}
+
+#[test]
+fn a_short_gap_in_xdf_does_not_stretch_the_samples_around_it() {
+    let stamps = (0..6000).filter(|at| !(3000..3040).contains(at));
+    let stamps: Vec<f64> = stamps.map(|at| f64::from(at) / 100.0).collect();
+    let xdf = recording(&files::xdf_with_stamps(&stamps, 100.0));
+    let found = runs(signal(&xdf, "EDA"));
+    let starts: Vec<_> = found.iter().map(|run| (run.0, run.1.round(), run.2.len())).collect();
+    assert_eq!(starts, [(0, 100.0, 3000), (30_400_000_000, 100.0, 2960)]);
 }
 
 #[test]

@@ -9,9 +9,6 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// A line that is zero everywhere.
-    pub(super) const ZERO: Fit = Fit { center: 0.0, at_center: 0.0, slope: 0.0 };
-
     /// The least-squares line; through a single point it is level. `None` without a point.
     pub(super) fn of(points: &[(f64, f64)]) -> Option<Fit> {
         if points.is_empty() {

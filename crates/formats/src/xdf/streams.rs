@@ -1,15 +1,18 @@
 //! The streams of a file.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::clock::Fit;
+use super::gaps::gaps;
 use super::header::{Format, Header};
+use super::resets::convert;
 use super::samples::Samples;
 use crate::cursor::Cursor;
 use crate::error::FormatError;
 use crate::recording::{Content, Mark, Quantity, Run, Signal, bounded, nanos};
 
-/// A later stamp begins another run, as in `pyxdf`: more than a second and more than 500 samples late.
+/// A stamp that is late by more than a second and by more than 500 samples begins another run, as in `pyxdf`, whatever
+/// follows.
 const GAP_SECS: f64 = 1.0;
 const GAP_SAMPLES: f64 = 500.0;
 /// So does one that lies further before the last one than jitter explains.
@@ -105,15 +108,10 @@ impl Streams {
                 ),
             }
         }));
-        let set_back = self.each.values().filter(|stream| stream.steps_back() > 0);
-        notes.extend(set_back.map(|stream| {
-            let (name, steps) = (&stream.header.name, stream.steps_back());
-            let times = if steps == 1 { "once".to_owned() } else { format!("{steps} times") };
-            format!("the stamps of {name} go back by more than a second {times}: its samples are sorted by time")
-        }));
-        let signals = self.each.into_values().map(XdfStream::signal);
         let mut whole = Vec::new();
-        for signal in signals {
+        for mut stream in self.each.into_values() {
+            notes.extend(stream.convert());
+            let signal = stream.signal();
             if signal.is_empty() {
                 notes.push(format!("{} has no samples", signal.name));
             } else {
@@ -131,21 +129,25 @@ impl XdfStream {
         *format == Format::Text || *rate_hz <= 0.0 || *quantity == Quantity::Interval
     }
 
-    /// How often the stamps go back, as after a clock was set back. The runs of evenly sampled streams are compared
-    /// with each other instead.
-    fn steps_back(&self) -> usize {
-        let steps =
-            self.samples.stamps_secs.windows(2).filter(|pair| pair[1] < pair[0] - BACK_SECS);
-        if self.is_uneven() { steps.count() } else { 0 }
+    /// Puts its samples on the recorder's clock; returns notes on what is odd about their times.
+    fn convert(&mut self) -> impl Iterator<Item = String> {
+        let (name, stamps_secs) = (&self.header.name, &mut self.samples.stamps_secs);
+        let resets = convert(stamps_secs, &self.offsets);
+        let reset = (resets > 0).then(|| {
+            let times = times(resets);
+            format!("the clock of {name} was reset {times}: its times before and after are converted separately")
+        });
+        let steps = stamps_secs.windows(2).filter(|pair| pair[1] < pair[0] - BACK_SECS).count();
+        let back = (steps > 0).then(|| {
+            let times = times(steps);
+            format!("the stamps of {name} go back by more than a second {times}: its samples are sorted by time")
+        });
+        reset.into_iter().chain(back)
     }
 
-    /// Its samples on the recorder's clock.
-    fn signal(mut self) -> Signal {
+    /// Its samples.
+    fn signal(self) -> Signal {
         let is_uneven = self.is_uneven();
-        let clock = Fit::without_outliers(&self.offsets).unwrap_or(Fit::ZERO);
-        for stamp in &mut self.samples.stamps_secs {
-            *stamp += clock.at(*stamp);
-        }
         let at = |secs: f64| nanos(secs).unwrap_or_default();
         let Header { name, quantity, channels, rate_hz, format } = self.header;
         let samples = self.samples;
@@ -166,32 +168,40 @@ impl XdfStream {
 
 /// The runs between gaps, each with the line through its stamps.
 fn runs(samples: &Samples, width: usize, rate_hz: f64) -> Vec<Run> {
-    let gap_secs = GAP_SECS.max(GAP_SAMPLES / rate_hz);
-    let follows = |a: &f64, b: &f64| (-BACK_SECS..=gap_secs).contains(&(b - a));
-    let mut at = 0;
-    let run = |stretch: &[f64]| {
-        let points: Vec<(f64, f64)> =
-            stretch.iter().enumerate().map(|(place, secs)| (place as f64, *secs)).collect();
+    let mut start = 0;
+    let run = |end: usize| {
+        let stretch = std::mem::replace(&mut start, end)..end;
+        let stamps = samples.stamps_secs[stretch.clone()].iter().enumerate();
+        let points: Vec<(f64, f64)> = stamps.map(|(place, secs)| (place as f64, *secs)).collect();
         let line = Fit::of(&points)?;
-        let values = samples.values[at * width..(at + stretch.len()) * width].to_vec();
-        at += stretch.len();
-        let is_forward = stretch.len() > 1 && line.slope() > 0.0;
+        let is_forward = points.len() > 1 && line.slope() > 0.0;
         let period_secs = if is_forward { line.slope() } else { 1.0 / rate_hz };
+        let values = samples.values[stretch.start * width..stretch.end * width].to_vec();
         Some(Run { start_ns: nanos(line.at(0.0))?, period_ns: period_secs * 1e9, samples: values })
     };
-    let parts = parts(samples, MISSING_SAMPLES / rate_hz);
-    parts.into_iter().flat_map(|part| part.chunk_by(follows)).filter_map(run).collect()
+    let ends = breaks(samples, rate_hz).into_iter().chain([samples.stamps_secs.len()]);
+    ends.filter_map(run).collect()
 }
 
-/// The stamps between interruptions by more than a duration.
-fn parts(samples: &Samples, missing_secs: f64) -> Vec<&[f64]> {
+/// The indices of the samples that begin another run, in order.
+fn breaks(samples: &Samples, rate_hz: f64) -> BTreeSet<usize> {
     let stamps_secs = &samples.stamps_secs[..];
-    let is_gap = |at: &usize| {
-        let before = at.checked_sub(1).and_then(|before| stamps_secs.get(before));
-        let after = stamps_secs.get(*at);
-        before.zip(after).is_some_and(|(before, after)| after - before > missing_secs)
-    };
+    let step_secs = |at: usize| stamps_secs[at] - stamps_secs[at - 1];
+    let may_follow = -BACK_SECS..=GAP_SECS.max(GAP_SAMPLES / rate_hz);
+    let far = (1..stamps_secs.len()).filter(|at| !may_follow.contains(&step_secs(*at)));
+    let inside = |at: &usize| (1..stamps_secs.len()).contains(at);
+    let damaged = samples.interruptions.iter().copied().filter(inside);
+    let damaged = damaged.filter(|at| step_secs(*at) > MISSING_SAMPLES / rate_hz);
+    let mut breaks: BTreeSet<usize> = far.chain(damaged).collect();
     let mut start = 0;
-    let ends = samples.interruptions.iter().copied().filter(is_gap).chain([stamps_secs.len()]);
-    ends.map(|end| &stamps_secs[std::mem::replace(&mut start, end)..end]).collect()
+    for end in breaks.clone().into_iter().chain([stamps_secs.len()]) {
+        breaks.extend(gaps(&stamps_secs[start..end], rate_hz).iter().map(|at| start + at));
+        start = end;
+    }
+    breaks
+}
+
+/// How often, in words.
+fn times(count: usize) -> String {
+    if count == 1 { "once".to_owned() } else { format!("{count} times") }
 }

@@ -91,8 +91,17 @@ fn header(id: u32, name: &str, format: &str, rate_hz: f64) -> Vec<u8> {
 
 /// One stream of skin conductance at 4 Hz with these stamps [s].
 pub fn xdf_with_stamps(stamps_secs: &[f64], rate_hz: f64) -> Vec<u8> {
+    xdf_with_offsets(stamps_secs, rate_hz, &[])
+}
+
+/// With offsets of its clock, each at a time [s].
+pub fn xdf_with_offsets(stamps_secs: &[f64], rate_hz: f64, offsets: &[(f64, f64)]) -> Vec<u8> {
     let mut file = b"XDF:".to_vec();
     file.extend(header(1, "EDA", "int16", rate_hz));
+    for (at_secs, secs) in offsets {
+        let offset = [&1_u32.to_le_bytes()[..], &at_secs.to_le_bytes(), &secs.to_le_bytes()];
+        file.extend(chunk(4, &offset.concat()));
+    }
     let mut samples =
         [&1_u32.to_le_bytes()[..], &[4], &(stamps_secs.len() as u32).to_le_bytes()].concat();
     for stamp_secs in stamps_secs {
