@@ -45,6 +45,15 @@ def recording(stage):
 
 
 @pytest.mark.parametrize("method", ["whole", "causal"])
+def test_an_even_table_whose_clock_was_set_back_is_refused(stage, method):
+    secs = [k / 100 - (20 if k >= 3000 else 0) for k in range(6000)]
+    rows = [f"{at:.2f},{math.sin(at):.4f}" for at in secs]
+    path = table(stage.folder / "eda.csv", rows, "time_s,eda_us")
+    done = stage.ask("extract", path, "--signal", "eda", "--method", method, "--json")
+    assert done.returncode != 0 and "line 3002 is 20.0 s before an earlier line" in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("method", ["whole", "causal"])
 def test_beats_are_found_where_they_are(stage, recording, method):
     truth = [round(beat * RATE_HZ) for beat in BEAT_SECS]
     truth = table(stage.folder / "truth.csv", [f"{sample},N" for sample in truth], "sample,symbol")

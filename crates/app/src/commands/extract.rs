@@ -196,7 +196,7 @@ impl Extract {
         found.values = live.values().to_vec();
         let mut held = 0;
         let mut windows = None;
-        while let Some((at_ns, row)) = rows.next()? {
+        while let Some((at_ns, row)) = self.next(rows)? {
             let begin_ns = rows.times().begin_ns();
             let windows = windows.get_or_insert_with(|| Windows::new(begin_ns, lengths));
             if lengths.is_none() {
@@ -219,6 +219,16 @@ impl Extract {
             progress.aside(|| found.window(span, live.measure(span)));
         }
         Ok(())
+    }
+
+    /// The next row and its time [ns]; fails where the clock of an evenly sampled signal was set back. Intervals that end
+    /// earlier are left out one by one.
+    fn next(&self, rows: &mut Rows) -> Result<Option<(i64, Row)>, Failure> {
+        let next = rows.next()?;
+        if let Some((_, row)) = next.as_ref().filter(|_| self.signal.is_even()) {
+            rows.in_order(row.line)?;
+        }
+        Ok(next)
     }
 
     fn live(&self, rows: &Rows, lengths: Option<Lengths>) -> Result<Live, Failure> {
@@ -247,7 +257,7 @@ impl Extract {
         let mut ends_secs = Vec::new();
         let rate_hz = if self.signal.is_even() { rows.table().rate_hz() } else { 0.0 };
         let mut cadence = Cadence::new(rate_hz);
-        while let Some((at_ns, row)) = rows.next()? {
+        while let Some((at_ns, row)) = self.next(rows)? {
             let missing = cadence.missing_before(at_ns);
             found.count(missing, row.line);
             let Some(missing) = missing else { continue };

@@ -203,9 +203,20 @@ pub(crate) fn exact_secs(time: Time) -> String {
     )
 }
 
-/// A number; empty if it is missing, and never a negative zero.
+/// Numbers below the first or from the second on have an exponent.
+const WITHOUT_EXPONENT: (f64, f64) = (1e-7, 1e17);
+
+/// A number with all its digits; empty if it is missing, and never a negative zero.
 pub(crate) fn number(value: f64) -> String {
-    if value.is_nan() { String::new() } else { (value + 0.0).to_string() }
+    let (least, most) = WITHOUT_EXPONENT;
+    let size = value.abs();
+    if value.is_nan() {
+        String::new()
+    } else if size >= most && size.is_finite() || size > 0.0 && size < least {
+        format!("{value:e}")
+    } else {
+        (value + 0.0).to_string()
+    }
 }
 
 /// A text from outside as a CSV cell that no spreadsheet executes.
@@ -219,5 +230,34 @@ pub(crate) fn quoted(text: &str) -> String {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {
         text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_as_they_were_and_are_short() {
+        for (value, text) in [
+            (0.1, "0.1"),
+            (-0.0, "0"),
+            (1e16, "10000000000000000"),
+            (1e300, "1e300"),
+            (-f64::MAX, "-1.7976931348623157e308"),
+            (5e-324, "5e-324"),
+            (0.00002, "0.00002"),
+            (f64::NAN, ""),
+            (f64::INFINITY, "inf"),
+        ] {
+            let found = number(value);
+            assert_eq!(found, text);
+            assert!(
+                value.is_nan()
+                    || found
+                        .parse::<f64>()
+                        .is_ok_and(|read| read.total_cmp(&(value + 0.0)).is_eq())
+            );
+        }
     }
 }

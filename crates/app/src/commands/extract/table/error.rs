@@ -200,7 +200,7 @@ impl TableError {
                     .into()
             }
             TableError::Back { .. } => {
-                "sort the table by its times, or split it at that line and import the parts one by one"
+                "sort the table by its times, or split it at that line and use the parts one by one"
                     .into()
             }
             TableError::Begin { .. } => "start the table with its samples".into(),
