@@ -388,6 +388,8 @@ def test_xdf_has_the_times_that_pyxdf_finds(stage):
     ours = np.array([(at_ns - tables.stamp_ns(tap)) / 1e9 for at_ns, _ in rows])
     expected = theirs["EEG"]["time_stamps"] - theirs["Markers"]["time_stamps"][0]
     assert np.abs(ours - expected).max() < 1e-4
+    refused = stage.ask("import", path, "--signal", "eeg")
+    assert refused.returncode == 2 and "leave out --signal" in refused.stderr, refused.stderr
 
 
 def test_bad_files_are_refused_with_a_hint(stage):

@@ -169,7 +169,7 @@ fn tags(text: &str) -> Result<Option<Signal>, FormatError> {
         let at_ns = at_ns.ok_or_else(|| {
             FormatError::malformed_text("a line of tags.csv", line, "seconds since 1970")
         })?;
-        Ok(Mark { at_ns, label: "tag".into() })
+        Ok(Mark::new(at_ns, "tag"))
     };
     let lines = text.lines().filter(|line| !line.trim().is_empty());
     let marks = lines.map(mark).collect::<Result<Vec<Mark>, FormatError>>()?;

@@ -136,7 +136,7 @@ fn intervals(raw: &Value) -> Option<Signal> {
 
 fn tags(raw: &Value) -> Option<Signal> {
     let micros = raw.at(&["tags", "tagsTimeMicros"])?.integers()?;
-    let mark = |micros: &i64| Some(Mark { at_ns: micros.checked_mul(1000)?, label: "tag".into() });
+    let mark = |micros: &i64| Some(Mark::new(micros.checked_mul(1000)?, "tag"));
     let marks: Vec<Mark> = micros.iter().filter_map(mark).collect();
     (!marks.is_empty()).then(|| Signal::marks("tags", marks))
 }

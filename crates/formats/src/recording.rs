@@ -104,10 +104,19 @@ pub struct Run {
 /// A time with a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mark {
-    /// The time [ns].
+    /// The time at which it begins [ns].
     pub at_ns: i64,
+    /// How long it lasts [ns]; 0 for a moment.
+    pub duration_ns: i64,
     /// The text.
     pub label: String,
+}
+
+impl Mark {
+    /// A mark of a moment.
+    pub(crate) fn new(at_ns: i64, label: impl Into<String>) -> Mark {
+        Mark { at_ns, duration_ns: 0, label: label.into() }
+    }
 }
 
 impl Channel {

@@ -34,7 +34,7 @@ proptest! {
 
     #[test]
     fn damaged_files_are_read_or_refused(
-        which in 0_usize..6,
+        which in 0_usize..8,
         at in any::<prop::sample::Index>(),
         byte in any::<u8>(),
         cut in any::<prop::sample::Index>(),
@@ -42,8 +42,20 @@ proptest! {
     ) {
         let back = || files::xdf_with_stamps(&[0.0, 0.25, 9.0, 3.0], 4.0);
         let bounded = || files::xdf_with_boundaries(2.5).0;
-        let mut file =
-            [files::e4, files::embrace_plus, files::xdf, files::edf, back, bounded][which]();
+        let integers = || files::xdf_with_integers(&[0, 5, i64::MAX]);
+        let reset = || {
+            let offsets = [(0.0, 3.0), (5.0, 3.0), (-90.0, 100.0), (-85.0, 100.0)];
+            files::xdf_with_offsets(&[0.0, 0.25, -90.0, -89.75], 4.0, &offsets)
+        };
+        let (of_devices, of_edf) = ([files::e4, files::embrace_plus, files::xdf], files::edf);
+        let mut file = match which {
+            3 => of_edf(),
+            4 => back(),
+            5 => bounded(),
+            6 => integers(),
+            7 => reset(),
+            device => of_devices[device](),
+        };
         let at = at.index(file.len());
         file[at] = byte;
         if is_cut {

@@ -143,6 +143,14 @@ fn a_short_gap_in_xdf_does_not_stretch_the_samples_around_it() {
 }
 
 #[test]
+fn integers_of_xdf_that_are_rounded_are_counted() {
+    let notes = |numbers: &[i64]| recording(&files::xdf_with_integers(numbers)).notes;
+    assert_eq!(notes(&[1 << 53, -(1 << 53), i64::MIN, 1 << 62]), [""; 0]);
+    let note = "2 integers of EDA are beyond 2^53 and were rounded";
+    assert_eq!(notes(&[0, (1 << 53) + 1, i64::MAX]), [note]);
+}
+
+#[test]
 fn uneven_stamps_of_xdf_that_go_back_are_noted() {
     let notes = |stamps: &[f64]| recording(&files::xdf_with_stamps(stamps, 0.0)).notes;
     assert_eq!(notes(&[1.0, 2.5, 2.4, 7.0]), [""; 0]);

@@ -94,6 +94,14 @@ impl Import {
                 Kind::Tables => tables.extend(tables_in(file)?),
             }
         }
+        if let Some(device) =
+            devices.first().filter(|_| tables.is_empty() && self.asked.names_signal())
+        {
+            let message =
+                format!("{} states its signals, and --signal is for tables", device.display());
+            let hint = "leave out --signal: all signals of the file are imported";
+            return Err(Failure::new(message).hint(hint).exit(Exit::BadArguments));
+        }
         let mut worst = Exit::Fine;
         for bag in &bags {
             let exit = self.bag(bag).await?;

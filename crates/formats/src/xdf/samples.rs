@@ -18,6 +18,8 @@ pub(super) struct Samples {
     pub(super) unplaced: usize,
     /// The number of those that were left out because they have no stamp, and what they follow could not be read.
     pub(super) unstamped: usize,
+    /// The number of integers that have no `f64` of their own.
+    pub(super) rounded: usize,
     /// The indices of the samples before which others may be missing.
     pub(super) interruptions: Vec<usize>,
     /// The time of the next sample if it has no stamp; `None` if it is unknown.
@@ -33,6 +35,7 @@ impl Samples {
             texts: Vec::new(),
             unplaced: 0,
             unstamped: 0,
+            rounded: 0,
             interruptions: Vec::new(),
             next_secs,
         }
@@ -63,6 +66,7 @@ impl Samples {
         self.texts.append(&mut more.texts);
         self.unplaced += more.unplaced;
         self.unstamped += more.unstamped;
+        self.rounded += more.rounded;
         self.next_secs = more.next_secs;
     }
 
@@ -108,10 +112,27 @@ impl Samples {
             if header.format == Format::Text {
                 texts.push(text(content)?);
             } else {
-                self.values.push(number(content, header.format)?);
+                let number = self.number(content, header.format)?;
+                self.values.push(number);
             }
         }
         Ok((header.format == Format::Text).then(|| texts.join(" ")))
+    }
+
+    fn number(&mut self, content: &mut Cursor<'_>, format: Format) -> Result<f64, FormatError> {
+        Ok(match format {
+            Format::Float32 => f32::from_le_bytes(content.array()?).into(),
+            Format::Double64 => content.f64()?,
+            Format::Int8 => i8::from_le_bytes(content.array()?).into(),
+            Format::Int16 => i16::from_le_bytes(content.array()?).into(),
+            Format::Int32 => i32::from_le_bytes(content.array()?).into(),
+            Format::Int64 | Format::Text => {
+                let whole = i64::from_le_bytes(content.array()?);
+                let number = whole as f64;
+                self.rounded += usize::from(number as i128 != i128::from(whole));
+                number
+            }
+        })
     }
 }
 
@@ -119,15 +140,4 @@ fn text(content: &mut Cursor<'_>) -> Result<String, FormatError> {
     let length = length(content)?;
     let text = content.length(length)?;
     Ok(String::from_utf8_lossy(&text[..text.len().min(MOST_TEXT)]).into_owned())
-}
-
-fn number(content: &mut Cursor<'_>, format: Format) -> Result<f64, FormatError> {
-    Ok(match format {
-        Format::Float32 => f32::from_le_bytes(content.array()?).into(),
-        Format::Double64 => content.f64()?,
-        Format::Int8 => i8::from_le_bytes(content.array()?).into(),
-        Format::Int16 => i16::from_le_bytes(content.array()?).into(),
-        Format::Int32 => i32::from_le_bytes(content.array()?).into(),
-        Format::Int64 | Format::Text => i64::from_le_bytes(content.array()?) as f64,
-    })
 }

@@ -129,7 +129,7 @@ impl XdfStream {
         *format == Format::Text || *rate_hz <= 0.0 || *quantity == Quantity::Interval
     }
 
-    /// Puts its samples on the recorder's clock; returns notes on what is odd about their times.
+    /// Puts its samples on the recorder's clock; returns notes on what is odd about them.
     fn convert(&mut self) -> impl Iterator<Item = String> {
         let (name, stamps_secs) = (&self.header.name, &mut self.samples.stamps_secs);
         let resets = convert(stamps_secs, &self.offsets);
@@ -142,7 +142,11 @@ impl XdfStream {
             let times = times(steps);
             format!("the stamps of {name} go back by more than a second {times}: its samples are sorted by time")
         });
-        reset.into_iter().chain(back)
+        let rounded = (self.samples.rounded > 0).then(|| {
+            let count = self.samples.rounded;
+            format!("{count} integers of {name} are beyond 2^53 and were rounded")
+        });
+        reset.into_iter().chain(back).chain(rounded)
     }
 
     /// Its samples.
@@ -153,7 +157,7 @@ impl XdfStream {
         let samples = self.samples;
         if format == Format::Text {
             let marks = samples.stamps_secs.iter().zip(samples.texts);
-            let marks = marks.map(|(secs, label)| Mark { at_ns: at(*secs), label }).collect();
+            let marks = marks.map(|(secs, label)| Mark::new(at(*secs), label)).collect();
             return Signal::marks(&name, marks);
         }
         let content = if is_uneven {

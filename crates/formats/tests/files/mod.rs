@@ -111,6 +111,17 @@ pub fn xdf_with_offsets(stamps_secs: &[f64], rate_hz: f64, offsets: &[(f64, f64)
     file
 }
 
+/// A sample a second with these numbers.
+pub fn xdf_with_integers(numbers: &[i64]) -> Vec<u8> {
+    let mut file = [b"XDF:".to_vec(), header(1, "EDA", "int64", 1.0)].concat();
+    let mut samples = [&1_u32.to_le_bytes()[..], &[1, numbers.len() as u8]].concat();
+    for (secs, number) in numbers.iter().enumerate() {
+        samples.extend([&[8][..], &(secs as f64).to_le_bytes(), &number.to_le_bytes()].concat());
+    }
+    file.extend(chunk(3, &samples));
+    file
+}
+
 /// The boundary after which readers continue.
 fn boundary() -> Vec<u8> {
     let fixed = *b"\x43\xA5\x46\xDC\xCB\xF5\x41\x0F\xB3\x0E\xD5\x46\x73\x83\xCB\xE4";

@@ -47,8 +47,8 @@ pub struct Into {
     /// (95 %) after a colon [ms]. Differs between people; measure it in a recording with a tap
     #[arg(long, value_name = "MS[:MS]", requires = "into", value_parser = pulse_arrival)]
     pulse_arrival: Option<Latency>,
-    /// The largest distance between the clocks of session and device [s]; by default 600 where the file has
-    /// dates, and any where it has none
+    /// The largest distance between the clocks of session and device [s]; by default 600 where the file has a date
+    /// with its time zone, and any where it has none
     #[arg(long, value_name = "SECS", requires = "into", value_parser = positive)]
     max_offset: Option<f64>,
 }
@@ -140,16 +140,14 @@ impl Into {
             (session, recording)
         };
         let origin_ns = session.at_ns.iter().min().copied().unwrap_or_default();
-        let device_ns = if device.is_dated {
-            origin_ns
-        } else {
-            recording.at_ns.iter().min().copied().unwrap_or_default()
-        };
+        let first_ns = recording.at_ns.iter().min().copied().unwrap_or_default();
+        let zero_ns = self.zero_ns(device);
+        let device_ns = zero_ns.map_or(first_ns, |zero_ns| origin_ns.saturating_sub(zero_ns));
         let secs = |at_ns: &[i64], origin_ns: i64| -> Vec<f64> {
             at_ns.iter().map(|at| at.saturating_sub(origin_ns) as f64 / 1e9).collect()
         };
         let (ours, theirs) = (secs(&session.at_ns, origin_ns), secs(&recording.at_ns, device_ns));
-        let usual = if device.is_dated { DATED_OFFSET_SECS } else { f64::INFINITY };
+        let usual = if zero_ns.is_some() { DATED_OFFSET_SECS } else { f64::INFINITY };
         let search = Search {
             max_offset_secs: self.max_offset.unwrap_or(usual),
             delay: delay(session.seen(), recording.seen(), self.pulse_arrival),
@@ -163,7 +161,7 @@ impl Into {
         let found = found.map_err(failure)?;
         let ends =
             theirs.iter().copied().fold((f64::MAX, f64::MIN), |(a, b), at| (a.min(at), b.max(at)));
-        let words = words(&found, &session, ends, search.delay, device.is_dated);
+        let words = words(&found, &session, ends, search.delay, zero_ns.is_some());
         let session_from_device = Box::new(move |at_ns: i64| {
             let secs = at_ns.saturating_sub(device_ns) as f64 / 1e9;
             // What is added is small, so that no digits of the time itself are lost.
@@ -171,6 +169,13 @@ impl Into {
             at_ns.saturating_sub(device_ns).saturating_add(origin_ns).saturating_add(added_ns)
         });
         Ok(Joined { session_from_device, words })
+    }
+
+    /// What dates the times of a device [ns since 1970]; `None` where nothing does. The date of a header without a time
+    /// zone is taken as UTC if the user says how far it may be off.
+    fn zero_ns(&self, device: &DeviceRecording) -> Option<i64> {
+        let stated = device.date.filter(|date| date.has_zone || self.max_offset.is_some());
+        if device.is_dated { Some(0) } else { stated.map(|date| date.zero_ns) }
     }
 
     /// The movement of both, where that is asked for or their hearts can't be compared; `None` where they are.
@@ -322,7 +327,32 @@ fn clock(behind_secs: Option<f64>, slow: Option<&str>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+    use teampulse_formats::StatedDate;
+
     use super::*;
+
+    #[test]
+    fn a_recording_is_searched_for_around_the_date_that_its_file_states() {
+        #[derive(Parser)]
+        struct Asked {
+            #[command(flatten)]
+            into: Into,
+        }
+        let zero_ns = |arguments: &[&str], is_dated: bool, has_zone: Option<bool>| {
+            let asked = Asked::try_parse_from([&["x", "--into", "bag"], arguments].concat());
+            let date = has_zone.map(|has_zone| StatedDate { zero_ns: 7, has_zone });
+            let (name, device) = (String::new(), String::new());
+            let device = DeviceRecording { name, device, is_dated, date, signals: Vec::new() };
+            asked.ok().and_then(|asked| asked.into.zero_ns(&device))
+        };
+        assert_eq!(zero_ns(&[], true, None), Some(0));
+        assert_eq!(zero_ns(&[], false, None), None);
+        assert_eq!(zero_ns(&[], false, Some(true)), Some(7));
+        assert_eq!(zero_ns(&[], false, Some(false)), None);
+        assert_eq!(zero_ns(&["--max-offset", "9"], false, Some(false)), Some(7));
+        assert_eq!(zero_ns(&["--max-offset", "9"], false, None), None);
+    }
 
     #[test]
     fn a_clock_is_described_in_a_sentence() {

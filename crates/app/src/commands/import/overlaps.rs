@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn marks_and_intervals_of_two_files_are_joined_without_those_that_both_have() {
         let marks = |times: &[i64]| {
-            let mark = |at_ns: &i64| Mark { at_ns: *at_ns, label: "tag".into() };
+            let mark = |at_ns: &i64| Mark { at_ns: *at_ns, duration_ns: 0, label: "tag".into() };
             Content::Marks(times.iter().map(mark).collect())
         };
         let mut known = marks(&[1, 5]);

@@ -79,6 +79,11 @@ pub fn signal_of(path: &Path) -> Option<&'static Analysis> {
 }
 
 impl Asked {
+    /// Whether the user named the signal of the tables.
+    pub fn names_signal(&self) -> bool {
+        self.signal.is_some()
+    }
+
     /// The pseudonym of the person.
     pub fn person(&self) -> &str {
         &self.person

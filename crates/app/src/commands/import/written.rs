@@ -62,7 +62,9 @@ impl Placed {
                 for mark in marks {
                     let at_ns = session_from_device(mark.at_ns);
                     let (kind, label) = (EventKind::Marker, mark.label);
-                    let event = Event { kind, label, value: f64::NAN, duration_secs: 0.0 };
+                    let end_ns = session_from_device(mark.at_ns.saturating_add(mark.duration_ns));
+                    let duration_secs = end_ns.saturating_sub(at_ns) as f64 / 1e9;
+                    let event = Event { kind, label, value: f64::NAN, duration_secs };
                     add(at_ns, at_ns, Data::Event(Arc::new(event)));
                 }
             }
