@@ -124,6 +124,7 @@ def test_times_made_afterwards_keep_the_raw_content_and_are_marked(demo_bag, sta
     answer = stage.ask("retime", demo_bag, "--out", stage.folder / "retimed")
     assert answer.returncode == 0, answer.stderr
     bag = harness.the_bag(stage.folder / "retimed")
+    assert "## What is usable" in (bag / "summary.md").read_text()
     origins, before, after = bags.origins(demo_bag), bags.raw(demo_bag), bags.raw(bag)
     robots = [topic for topic in before if topic.startswith("/robot") and origins[topic] == "raw"]
     assert len(robots) > 10

@@ -69,6 +69,8 @@ pub struct SinkContext {
     pub growth: Growth,
     /// What the recording that this session is computed from has lost to damage.
     pub damage: Option<String>,
+    /// Whether the recording is of another program, which records no end of a session.
+    pub is_imported: bool,
     /// What the terminal shows.
     pub terminal: TerminalContext,
     /// What is published on ROS, and where.
@@ -88,6 +90,7 @@ impl SinkContext {
             bag_ended: Ended::default(),
             growth: Growth::default(),
             damage: None,
+            is_imported: false,
             terminal: TerminalContext::default(),
             ros: RosContext::default(),
             dashboard: DashboardContext::default(),

@@ -24,24 +24,23 @@ use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
 use teampulse_core::session::{Pace, Session};
-use teampulse_core::sink::Sink;
 use teampulse_core::source::Source;
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 use teampulse_formats::StatedDate;
 use teampulse_messages::convert::encode;
-use teampulse_sinks::{Continuation, ContinuingBag};
 
 use crate::commands::info::open;
 use crate::commands::replay::{
-    defaults, describe_foreign, replayed_from, source_of, study_at, study_of, study_or_defaults,
+    IMPORTED, defaults, describe_foreign, replayed_from, sinks_into, source_of, study_at, study_of,
+    study_or_defaults,
 };
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::folder::Claimed;
 use crate::output;
 use crate::recorded::read_through;
-use crate::setup::{features, sink_context, tidy};
+use crate::setup::{features, sink_context};
 use crate::study::Study;
 
 use biosensors::Biosensors;
@@ -229,19 +228,18 @@ impl Import {
         &self,
         source: Box<dyn Source>,
         study: &Study,
-        Described { name, notes, lines }: Described,
+        Described { name, mut notes, lines }: Described,
     ) -> Result<Exit, Failure> {
+        notes.insert(IMPORTED.to_owned(), "files".to_owned());
         let claimed = Claimed::new(&self.out, &name)?;
         let folder = claimed.path().to_owned();
         let clock = Clock::settable();
-        let context = sink_context(study, &folder, &clock);
+        let mut context = sink_context(study, &folder, &clock);
+        context.is_imported = true;
         let session = name;
         let options = Options { session, notes, place: Place::Claimed, ..Options::default() };
         let bag = BagSink { folder: folder.clone(), study: study.text().to_owned(), options };
-        let (ended, again) = (context.bag_ended.clone(), Continuation::Never);
-        let mut sinks: Vec<Box<dyn Sink>> =
-            vec![Box::new(ContinuingBag { bag, ended, again, ends_by_command: false })];
-        sinks.extend(tidy(study, &context)?);
+        let sinks = sinks_into(bag, study, &context)?;
         let session = Session {
             clock,
             pace: Pace::Recorded,

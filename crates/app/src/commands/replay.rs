@@ -11,7 +11,7 @@ use teampulse_core::clocks::Clocks;
 use teampulse_core::session::Session;
 use teampulse_core::sink::Sink;
 use teampulse_messages::convert::encode;
-use teampulse_sinks::{Continuation, ContinuingBag};
+use teampulse_sinks::{Continuation, ContinuingBag, SinkContext};
 use teampulse_sources::robots::{Choice, Robots};
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
@@ -25,6 +25,8 @@ use crate::study::Study;
 
 /// The note of a bag whose times were computed by `retime`.
 pub const RETIMED: &str = "teampulse.times";
+/// The note of a bag that was imported: it is no session of ours, whose end is recorded.
+pub const IMPORTED: &str = "teampulse.imported";
 
 /// Computes all derived streams of a bag again from its raw data, as fast as possible, into a new bag.
 ///
@@ -73,9 +75,14 @@ pub async fn replayed_from(
     claimed: &Claimed,
 ) -> Result<Exit, Failure> {
     let folder = claimed.path().to_owned();
+    let mut notes = kept_notes(&bag);
+    if study_of(&bag)?.is_none() {
+        notes.insert(IMPORTED.to_owned(), "recording".to_owned());
+    }
+    let is_imported = notes.contains_key(IMPORTED);
     let options = Options {
         session: study.general.session.name.clone(),
-        notes: kept_notes(&bag),
+        notes,
         place: Place::Claimed,
         ..Options::default()
     };
@@ -83,31 +90,40 @@ pub async fn replayed_from(
     let clock = Clock::settable();
     let mut context = sink_context(study, &folder, &clock);
     context.damage = bag.lost_to_damage();
-    let bag_sink = BagSink { folder, study: text, options };
-    let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(ContinuingBag {
-        bag: bag_sink,
-        ended: context.bag_ended.clone(),
-        again: Continuation::Never,
-        // The commands in a recording were for that recording.
-        ends_by_command: false,
-    })];
-    sinks.extend(tidy(study, &context)?);
+    context.is_imported = is_imported;
     let unread = source.unread();
     let session = Session {
         clock,
         features: features(study)?,
-        sinks,
+        sinks: sinks_into(BagSink { folder, study: text, options }, study, &context)?,
         ..Session::of_recording(source, clocks_of(&bag, Some(study)), encode)
     };
     let exit = read_through(session, &out).await;
     Ok(after_reading(&bag, &unread, exit))
 }
 
-/// The notes of a bag that was computed from another: that its times are final, and what it lost to damage.
+/// What computes a bag anew: the bag itself, and its tidy files.
+pub fn sinks_into(
+    bag: BagSink,
+    study: &Study,
+    context: &SinkContext,
+) -> Result<Vec<Box<dyn Sink>>, Failure> {
+    let (ended, again) = (context.bag_ended.clone(), Continuation::Never);
+    // The commands in a recording were for that recording.
+    let bag = ContinuingBag { bag, ended, again, ends_by_command: false };
+    let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(bag)];
+    sinks.extend(tidy(study, context)?);
+    Ok(sinks)
+}
+
+/// The notes of a bag that was computed from another: that its times are final, that it is of another program, and what
+/// it lost to damage.
 pub fn kept_notes(bag: &Bag) -> BTreeMap<String, String> {
-    let retimed = bag.notes().get(RETIMED).map(|word| (RETIMED.to_owned(), word.clone()));
+    let kept = [RETIMED, IMPORTED]
+        .into_iter()
+        .filter_map(|note| bag.notes().get(note).map(|words| (note.to_owned(), words.clone())));
     let damage = bag.lost_to_damage().map(|damage| (DAMAGE_NOTE.to_owned(), damage));
-    retimed.into_iter().chain(damage).collect()
+    kept.chain(damage).collect()
 }
 
 /// The study of a replay: from a file, else the one stored in the bag.

@@ -5,24 +5,25 @@ use std::sync::Arc;
 
 use clap::Args;
 use teampulse_bag::{BagSink, BagSource, Options, Place, Selection};
+use teampulse_core::clock::Clock;
 use teampulse_core::clocks::{Clocks, Hindsight};
 use teampulse_core::session::Session;
 use teampulse_messages::convert::encode;
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
-use crate::commands::replay::{RETIMED, kept_notes, study_for};
+use crate::commands::replay::{IMPORTED, RETIMED, kept_notes, sinks_into, study_for};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::folder::Claimed;
 use crate::output;
 use crate::recorded::read_through;
-use crate::setup::features;
+use crate::setup::{features, sink_context};
 
 /// Writes a new bag with improved times, computed from the whole course of every device clock.
 ///
 /// Samples of devices get new times, from the whole course of their clock. Messages of robots stay as they
 /// are, and their computers' clocks are corrected causally. Derived streams are computed again from these
-/// times.
+/// times, and so are the bag's tables and its summary.
 #[derive(Debug, Args)]
 pub struct Retime {
     /// The bag's folder, or one of its .mcap files
@@ -57,6 +58,10 @@ impl Retime {
         let options = Options { session, notes, place: Place::Claimed, ..Options::default() };
         let text = study.text().to_owned();
         let sink = BagSink { folder: folder.clone(), study: text, options };
+        let clock = Clock::settable();
+        let mut context = sink_context(&study, &folder, &clock);
+        context.damage = bag.lost_to_damage();
+        context.is_imported = bag.notes().contains_key(IMPORTED);
 
         let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
         let first =
@@ -74,8 +79,9 @@ impl Retime {
         let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
         let unread = source.unread();
         let second = Session {
+            clock,
             features: features(&study)?,
-            sinks: vec![Box::new(sink)],
+            sinks: sinks_into(sink, &study, &context)?,
             ..Session::of_recording(source, Clocks::with_hindsight(settings, hindsight), encode)
         };
         let exit = read_through(second, &folder).await;

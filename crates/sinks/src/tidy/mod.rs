@@ -73,8 +73,10 @@ impl Component<dyn Sink, SinkContext> for Tidy {
             let message = format!("every_secs is {}, expected seconds above 0", self.every_secs);
             return Err(SettingsError::new(message));
         }
-        let SinkContext { bag, session, bag_ended, damage, .. } = context.clone();
-        Ok(Box::new(Files { settings: self, folder: bag, session, bag_ended, damage }))
+        let SinkContext { bag: folder, session, bag_ended, damage, is_imported, .. } =
+            context.clone();
+        let settings = self;
+        Ok(Box::new(Files { settings, folder, session, bag_ended, damage, is_imported }))
     }
 }
 
@@ -85,6 +87,7 @@ struct Files {
     session: String,
     bag_ended: Ended,
     damage: Option<String>,
+    is_imported: bool,
 }
 
 impl Sink for Files {
@@ -101,7 +104,7 @@ impl Sink for Files {
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let Files { settings, folder, session, bag_ended, damage } = *self;
+        let Files { settings, folder, session, bag_ended, damage, is_imported } = *self;
         if bag_ended.is_later() {
             // Its tidy files are written when it is complete.
             return Ok(());
@@ -117,6 +120,7 @@ impl Sink for Files {
         };
         let mut writing = Writing::begin(&settings, &folder).map_err(|error| lost(&error))?;
         writing.summary.damage = damage;
+        writing.timeline.has_end = !is_imported;
         loop {
             if let Some(why) = bag_ended.why() {
                 writing.timeline.end_with_bag(&why);

@@ -23,8 +23,10 @@ const CUT_OFF: &str =
 const JUST_ENDED_NS: i64 = 10_000_000_000;
 
 /// The start of a session, and the phases of everyone in it.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Timeline {
+    /// Whether the end of the session is recorded, unless it was cut off.
+    pub(super) has_end: bool,
     began: Option<Time>,
     now: Time,
     phases: Phases,
@@ -44,6 +46,14 @@ pub(super) struct Section<'a> {
     pub(super) end: Option<Time>,
 }
 
+impl Default for Timeline {
+    fn default() -> Timeline {
+        let (began, now, cut_off) = (None, Time::default(), None);
+        let (phases, people) = (Phases::default(), BTreeSet::new());
+        Timeline { has_end: true, began, now, phases, people, cut_off }
+    }
+}
+
 impl Timeline {
     /// Takes in the next record. A session begins with its first record.
     pub(super) fn take(&mut self, record: &Record) {
@@ -61,7 +71,9 @@ impl Timeline {
     /// Ends the timeline; a session without a recorded end ended with its last record.
     pub(super) fn finish(&mut self) {
         if !self.phases.is_over() {
-            self.cut_off.get_or_insert_with(|| CUT_OFF.to_owned());
+            if self.has_end {
+                self.cut_off.get_or_insert_with(|| CUT_OFF.to_owned());
+            }
             self.phases.end(self.now);
         }
     }

@@ -211,10 +211,10 @@ impl Page<'_> {
                 _ => format!("; data are missing in {} places", gaps - 1),
             };
             let intervals = counted(*count, "interval", "intervals");
+            let of_device = if device.is_empty() { String::new() } else { format!(" of {device}") };
             writeln!(
                 f,
-                "- {name}.csv: {intervals} between heartbeats of {person} ({signal} of \
-                 {device}) with their times and\n  phases, as detected; the {corrected} that the \
+                "- {name}.csv: {intervals} between heartbeats of {person} ({signal}{of_device}) with their times and\n  phases, as detected; the {corrected} that the \
                  features correct are marked{missing}.\n- {name}.txt: the same for Kubios HRV: \
                  time of the beat and interval [s], nothing corrected."
             )?;

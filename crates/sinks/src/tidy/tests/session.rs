@@ -28,6 +28,7 @@ pub struct Session {
     pub records: Vec<Record>,
     pub bag_ended: Ended,
     pub damage: Option<String>,
+    pub is_imported: bool,
 }
 
 impl Session {
@@ -39,6 +40,7 @@ impl Session {
             records: Vec::new(),
             bag_ended: Ended::default(),
             damage: None,
+            is_imported: false,
         };
         let of_session = Stream::raw("/teampulse/streams", Subject::session(), Shape::Description);
         let first = Arc::new(of_session.clone());
@@ -127,6 +129,12 @@ impl Session {
         self.run_cut_off()
     }
 
+    /// Writes the files of an imported recording.
+    pub fn import(mut self) -> Files {
+        self.is_imported = true;
+        self.run_cut_off()
+    }
+
     /// Runs as if there had been a crash: the end of the session is not recorded.
     pub fn run_cut_off(self) -> Files {
         write(&self).unwrap();
@@ -148,6 +156,7 @@ pub fn write(session: &Session) -> Result<(), SinkError> {
     let context = SinkContext {
         bag_ended: session.bag_ended.clone(),
         damage: session.damage.clone(),
+        is_imported: session.is_imported,
         ..SinkContext::new(session.folder.path(), "trial", Clock::settable())
     };
     let sink = Tidy::default().build(&context).unwrap();

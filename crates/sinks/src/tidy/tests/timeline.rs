@@ -207,6 +207,16 @@ fn a_session_that_was_cut_off_says_so_and_ends_with_what_is_known() {
 }
 
 #[test]
+fn an_imported_recording_was_not_cut_off() {
+    let mut session = Session::new();
+    session.phase(5.0, "baseline", 60.0);
+    session.beats(ECG, teampulse_core::stream::Signal::Ecg, 43.0, 2);
+    let files = session.import();
+    assert_eq!(row(&files, "baseline", &[1]), "38.8");
+    assert!(!files.text("summary.md").contains("cut off"));
+}
+
+#[test]
 fn a_session_that_ended_was_not_cut_off() {
     assert!(!Session::new().run().text("summary.md").contains("cut off"));
 }
