@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use pace::Pace;
 use teampulse_timefilter::clock::ClockState;
 
+use crate::counted::counted;
 use crate::status::{SIGMAS_95, State, StreamStatus};
 use crate::time::Time;
 use usual::{Heard, UsualRate, is_stale};
@@ -255,7 +256,8 @@ impl Life {
         if disbelieved > 0 {
             let ahead_secs = self.disbelieved_ahead_secs;
             return Some(if ahead_secs.is_nan() {
-                format!("{disbelieved} implausible stamps in the last {WINDOW_SECS} s")
+                let stamps = counted(disbelieved, "implausible stamp", "implausible stamps");
+                format!("{stamps} in the last {WINDOW_SECS} s")
             } else {
                 format!("its stamps are {ahead_secs:+.3} s off")
             });

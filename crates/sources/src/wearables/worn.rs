@@ -272,7 +272,7 @@ impl Worn {
             Stalled { stream, quiet } => {
                 let secs = quiet.as_secs_f64();
                 self.fault(
-                    &format!("{stream} was silent for {secs:.0} s and is requested again"),
+                    &format!("{stream}: nothing came for {secs:.0} s, requested again"),
                     outlet,
                 );
             }
