@@ -187,13 +187,12 @@ impl Posted {
 
     /// Records it.
     fn record(&self, doer: &Doer<'_>, at: Option<f64>) -> Result<(), Refusal> {
-        let reference = String::new;
         let of_report = self.value.is_some() || self.subject.is_some();
         match (&self.label, &self.note, &self.scale, self.value) {
-            (Some(label), None, None, _) if !of_report => doer.mark(label, at, reference()),
-            (None, Some(note), None, _) if !of_report => doer.note(note, at, reference()),
+            (Some(label), None, None, _) if !of_report => doer.mark(label, at, String::new()),
+            (None, Some(note), None, _) if !of_report => doer.note(note, at, String::new()),
             (None, None, Some(scale), Some(value)) => {
-                doer.report(scale, self.subject.as_deref(), (value, at), reference())
+                doer.report(scale, self.subject.as_deref(), (value, at), String::new())
             }
             _ => Err(Refusal::new("it is neither a marker, nor a note, nor a self-report", KINDS)),
         }

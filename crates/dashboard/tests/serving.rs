@@ -130,6 +130,32 @@ async fn other_sites_other_names_and_other_kinds_of_posts_are_refused() {
         let answer = stage.request(lines, body).await;
         assert!(answer.starts_with(&format!("HTTP/1.1 {status}")), "{lines:?}: {answer}");
     }
+    let answer = stage.request(&[post, "Host: HOST", json], r#"{"label": ""}"#).await;
+    let empty = r#"{"error":"its text is empty","hint":"write 1 to 1000 bytes"}"#;
+    assert!(answer.contains(empty), "{answer}");
+    let large = format!(r#"{{"label": "{}"}}"#, "x".repeat(100_000));
+    let answer = stage.request(&[post, "Host: HOST", json], &large).await;
+    assert!(answer.starts_with("HTTP/1.1 413"), "{answer}");
+    stage.browser().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_a_program_asks_wrongly_is_refused_with_the_reason() {
+    let stage = Stage::new("s");
+    let [post, json] = ["POST /api/events HTTP/1.1", "Content-Type: application/json"];
+    for (body, reason) in [
+        ("{}", "it is neither a marker, nor a note, nor a self-report"),
+        (r#"{"label": "x", "note": "y"}"#, "it is neither a marker, nor a note, nor a self-report"),
+        (r#"{"label": "x", "value": 1}"#, "it is neither a marker, nor a note, nor a self-report"),
+        (r#"{"label": "x", "foo": 1}"#, "unknown key `foo`, expected one of `label`, `note`"),
+        (r#"{"label": 5}"#, "label: invalid type: integer `5`, expected a string"),
+        (r#"{"label": "x", "at": 1, "unix": 1}"#, "it has two times"),
+        (r#"{"label": "x", "unix": 12}"#, "12 is not within the last minute of the session"),
+    ] {
+        let answer = stage.request(&[post, "Host: HOST", json], body).await;
+        assert!(answer.starts_with("HTTP/1.1 422"), "{answer}");
+        assert!(answer.contains(reason), "{answer}");
+    }
     for (query, reason) in [
         ("history?stream=/x&from=x", "from: not a number"),
         ("history?stream=/x&to=nan", "to: not a number"),
@@ -149,26 +175,6 @@ async fn other_sites_other_names_and_other_kinds_of_posts_are_refused() {
         .request(&["GET /api/history?stream=/session/events HTTP/1.1", "Host: HOST"], "")
         .await;
     assert!(answer.contains("\"/session/events\\\" has no numbers over time"), "{answer}");
-    for (body, reason) in [
-        ("{}", "it is neither a marker, nor a note, nor a self-report"),
-        (r#"{"label": "x", "note": "y"}"#, "it is neither a marker, nor a note, nor a self-report"),
-        (r#"{"label": "x", "value": 1}"#, "it is neither a marker, nor a note, nor a self-report"),
-        (r#"{"label": "x", "foo": 1}"#, "unknown key `foo`, expected one of `label`, `note`"),
-        (r#"{"label": 5}"#, "label: invalid type: integer `5`, expected a string"),
-        (r#"{"label": "x", "at": 1, "unix": 1}"#, "it has two times"),
-        (r#"{"label": "x", "unix": 12}"#, "12 is not within the last minute of the session"),
-    ] {
-        let answer = stage.request(&[post, "Host: HOST", json], body).await;
-        assert!(answer.starts_with("HTTP/1.1 422"), "{answer}");
-        assert!(answer.contains(reason), "{answer}");
-    }
-    let answer = stage.request(&[post, "Host: HOST", json], r#"{"label": ""}"#).await;
-    let empty = r#"{"error":"its text is empty","hint":"write 1 to 1000 bytes"}"#;
-    assert!(answer.contains(empty), "{answer}");
-    let large = format!(r#"{{"label": "{}"}}"#, "x".repeat(100_000));
-    let answer = stage.request(&[post, "Host: HOST", json], &large).await;
-    assert!(answer.starts_with("HTTP/1.1 413"), "{answer}");
-    stage.browser().await;
 }
 
 #[tokio::test(flavor = "multi_thread")]

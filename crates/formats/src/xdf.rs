@@ -9,10 +9,11 @@
 //! left out.
 //!
 //! Stamps are by the clock of the computer that sent the stream; the line through the measured offsets converts
-//! them to that of the recorder (one line for each clock, where a computer was restarted or replaced), which counts from when its computer was started and so has no date; that of the file's
-//! header, when the recording began, is taken for the first sample. Stamps of evenly
-//! sampled streams have the jitter of the network: each stretch between gaps becomes a run with the line through
-//! its stamps, as `pyxdf` does, which only takes pauses of more than a second and 500 samples for gaps.
+//! them to that of the recorder: one line for each clock, where a computer was restarted or replaced. The recorder's
+//! counts from when its computer was started and so has no date; that of the file's header, when the recording began,
+//! is taken for the first sample. Stamps of evenly sampled streams have the jitter of the network: each stretch between
+//! gaps becomes a run with the line through its stamps. `pyxdf` does the same, but takes only what lacks more than a
+//! second and 500 samples for a gap.
 
 mod chunks;
 mod clock;

@@ -112,7 +112,7 @@ async fn each_line_is_a_marker_however_it_is_cut() {
     let source = built::<MarkerLines>(&format!("listen = \"{at}\"")).expect("settings");
     let writing = async {
         let mut link = connected(at).await;
-        for piece in ["trial 1\r\ntr", "ial", " 2\n\n", "µ\nthe end has no line's end"] {
+        for piece in ["trial 1\r\ntr", "ial", " 2\n\n \t\n", "µ\nthe end has no line's end"] {
             link.write_all(piece.as_bytes()).await.expect("is open");
             link.flush().await.expect("is open");
             tokio::time::sleep(Duration::from_millis(5)).await;

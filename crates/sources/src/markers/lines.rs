@@ -158,7 +158,7 @@ async fn read(
         }
     }
     while let Some(line) = next(&mut link, &mut lines).await? {
-        if !line.is_empty() {
+        if !line.trim().is_empty() {
             mark(line, f64::NAN, outlet.clock().now(), outlet);
         }
     }
