@@ -82,6 +82,16 @@ class Program:
 
         return self._wait(found, f"an answer with '{key}'", within_secs)
 
+    def sources(self, devices: int) -> str:
+        """Waits for what `emulate` prints for a study, with the tables of so many devices; gives it."""
+
+        def found() -> str | None:
+            lines = list(self._said["stdout"])
+            is_whole = lines.count("[[sources]]") >= devices and lines[-1] == ""
+            return "\n".join(lines) if is_whole else None
+
+        return self._wait(found, f"the tables of {devices} devices", PATIENCE_SECS)
+
     def _wait(self, found, what: str, within_secs: float):
         deadline = time.monotonic() + within_secs
         with self._changed:

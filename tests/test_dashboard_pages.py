@@ -253,7 +253,7 @@ def test_one_sensor_that_is_unplugged_turns_red_with_its_reason_and_returns(stag
         study = stage.study(f'[session]\nname = "{device}"\n{worn[device]}', f"{device}.toml")
         emulated[device] = stage.teampulse("emulate", study)
         emulated[device].wait_for("emulating wearables")
-        return emulated[device].stdout
+        return emulated[device].sources(1)
 
     sources = "\n".join(map(plug, worn))
     study = stage.study(f'[session]\nname = "worn"\n{sources}\n')

@@ -15,6 +15,7 @@ def emulate(stage, wearables: str) -> harness.Program:
     study = stage.study("[session]\nname = \"emulated\"\n" + wearables, "emulated.toml")
     program = stage.teampulse("emulate", study)
     program.wait_for("emulating wearables")
+    program.sources(wearables.count("[[simulate.wearables]]"))
     return program
 
 

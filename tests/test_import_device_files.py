@@ -116,7 +116,7 @@ def test_a_wristband_is_joined_to_what_came_live_of_it(stage, heart, figure):
     devices = stage.teampulse("emulate", stage.study('[session]\nname = "emulated"\n' + "\n".join(wearables), "e.toml"))
     bus = devices.wait_for(r"DBUS_SYSTEM_BUS_ADDRESS=(\S+)", pipe="stdout")[1]
     devices.wait_for("emulating wearables")
-    study = stage.study(f'[session]\nname = "live"\n{devices.stdout}\n[[sinks]]\ntype = "bag"\n')
+    study = stage.study(f'[session]\nname = "live"\n{devices.sources(2)}\n[[sinks]]\ntype = "bag"\n')
     out = stage.folder / "sessions"
     run = stage.teampulse("run", study, "--out", out, "--duration", "90", env={"DBUS_SYSTEM_BUS_ADDRESS": bus})
     assert run.ended(within_secs=150) == 0, run.report()
