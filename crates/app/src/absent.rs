@@ -17,6 +17,9 @@ use crate::tidied::SUMMARY;
 /// How long devices may take to appear: a scan and a connection of Bluetooth take several seconds.
 const PATIENCE: Duration = Duration::from_secs(10);
 
+/// The sources of markers: these are among the session's own events, and come only when something happens.
+const MARKERS: [&str; 2] = ["marker_lines", "ttl"];
+
 /// The devices, robots and people that never sent anything.
 pub struct Absent(Vec<Unmet>);
 
@@ -33,8 +36,10 @@ impl Absent {
         let received: Vec<&Stream> =
             raw.iter().copied().filter(|stream| stream.has_health()).collect();
         let mut absent = required.absent(&received);
-        if absent.is_empty() && raw.is_empty() {
-            let what = "every source of the study".into();
+        let markers = required.kinds.iter().filter(|kind| MARKERS.contains(&kind.as_str())).count();
+        if absent.is_empty() && raw.is_empty() && markers < required.kinds.len() {
+            let but = if markers == 0 { "" } else { ", apart from those of markers" };
+            let what = format!("every source of the study{but}");
             absent.push(Unmet { what, fix: "`teampulse check` says what is wrong.".into() });
         }
         Absent(absent)
@@ -77,4 +82,27 @@ fn is_received(stream: &Stream) -> bool {
 
 fn append(path: &Path, text: &str) -> io::Result<()> {
     OpenOptions::new().append(true).open(path)?.write_all(text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_session_with_nothing_but_markers_lacks_nothing() {
+        let absent = |kinds: &[&str]| {
+            let kinds = kinds.iter().map(|kind| (*kind).to_owned()).collect();
+            let required = Requirements { robots: Vec::new(), people: Vec::new(), kinds };
+            let lasted = Duration::from_secs(20);
+            Absent::of(&required, &Streams::default(), lasted)
+                .0
+                .into_iter()
+                .map(|it| it.what)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(absent(&["marker_lines", "ttl"]), [""; 0]);
+        assert_eq!(absent(&["inputs"]), ["every source of the study"]);
+        let but = "every source of the study, apart from those of markers";
+        assert_eq!(absent(&["ttl", "inputs"]), [but]);
+    }
 }
