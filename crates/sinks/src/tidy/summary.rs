@@ -149,10 +149,10 @@ impl Summary {
 
     fn take_event(&mut self, record: &Record, event: &Event, timeline: &Timeline) {
         let stream = &record.stream;
-        let is_of_session = stream.about == About::Session && stream.origin == Origin::Raw;
+        let is_of_people = stream.about != About::Robot && stream.origin == Origin::Raw;
         match event.kind {
             EventKind::Intervention => self.counts.interventions += 1,
-            EventKind::Marker if is_of_session => self.counts.markers += 1,
+            EventKind::Marker if is_of_people => self.counts.markers += 1,
             EventKind::Report => {
                 self.counts.reports += 1;
                 self.counts.take_unused(event, is_about_nobody(stream, event, timeline));

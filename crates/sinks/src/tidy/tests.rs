@@ -490,3 +490,17 @@ fn no_name_in_a_bag_leads_out_of_its_folder() {
     let files = session.run();
     assert_eq!(files.intervals(), ["intervals_p001___.txt", "intervals_p001_polar_h10.txt"]);
 }
+
+#[test]
+fn markers_of_files_and_of_wearables_count_as_those_of_the_session_do() {
+    let mut session = Session::new();
+    let marker = || event(EventKind::Marker, "tap", f64::NAN, 0.0);
+    session.report(1.0, &session_events(), marker());
+    let button = Stream::raw("/humans/persons/p001/empatica_e4/markers", person(), Shape::Event);
+    session.report(2.0, &button, marker());
+    let robot = Stream::raw("/robot1/events", Subject::robot("robot1"), Shape::Event);
+    session.report(3.0, &robot, marker());
+    session.report(4.0, &Stream::derived(&button, "state", Shape::Event), marker());
+    let text = session.run().text("summary.md");
+    assert!(text.contains("Markers set by people: 2."), "{text}");
+}
