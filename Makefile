@@ -9,7 +9,10 @@ python := .venv/bin/python
 nextest := $(shell command -v cargo-nextest 2>/dev/null)
 fuzz_secs ?= 60
 # Most end-to-end tests wait for a session: several run side by side, each process on a network of its own.
-processes ?= 3
+processes ?= 5
+# They run the binary with which the crates are tested, its assertions included, so that libraries are compiled once;
+# `binary=release` tests the one for sessions.
+binary ?= debug
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -41,11 +44,13 @@ web/node_modules/.package-lock.json: web/package-lock.json
 
 # --- testing it
 
-test: build peers test-rust test-peers ## every test: of the crates, and of the binary with independent peers
+test: peers test-rust test-peers ## every test: of the crates, and of the binary with independent peers
 
-test-rust: $(ready)-build ## the tests of the crates
-	@.ci/apt-install "to test Bluetooth wearables" dbus-daemon
+test-build: $(ready)-build
 	cargo test --no-run --workspace --locked --quiet
+
+test-rust: test-build ## the tests of the crates
+	@.ci/apt-install "to test Bluetooth wearables" dbus-daemon
 ifdef nextest
 	tests/isolated cargo nextest run --workspace --offline
 	tests/isolated cargo test --workspace --offline --doc --quiet
@@ -53,7 +58,8 @@ else
 	tests/isolated cargo test --workspace --offline
 endif
 
-test-peers: build peers ## the binary, end to end (ARGS="-k replay" for a part)
+test-peers: export TEAMPULSE := $(CARGO_TARGET_DIR)/$(binary)/teampulse
+test-peers: $(if $(filter release,$(binary)),build,test-build) peers ## the binary, end to end (ARGS="-k replay" for a part)
 	$(python) -m ruff check --quiet bench docs tests
 	tests/isolated $(python) -m pytest tests -n $(processes) --dist loadfile $(ARGS)
 
@@ -147,4 +153,4 @@ target/vm/kernel/ready: tests/vm/get-kernel
 tests/build/fastdds_peer: $(wildcard tests/peers/fastdds/*) | $(ready)-peers
 	@tests/peers/fastdds/build $@
 
-.PHONY: help demo picture build web check-web test test-rust test-peers test-vm check lint fuzz bench setup peers
+.PHONY: help demo picture build web check-web test test-build test-rust test-peers test-vm check lint fuzz bench setup peers

@@ -15,7 +15,7 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)
 # Two tests in a row do not meet, even if a program of the first lingers; nor do those of several processes where
 # networks of their own can't be had.
 PROCESS = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
-domains = itertools.cycle(range(100 + PROCESS % 4 * 25, 125 + PROCESS % 4 * 25))
+domains = itertools.cycle(range(100 + PROCESS % 5 * 25, 125 + PROCESS % 5 * 25))
 
 
 @pytest.fixture
