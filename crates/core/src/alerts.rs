@@ -30,7 +30,8 @@ pub struct Alert {
     pub why: Why,
     /// The state of the alert.
     pub stage: Stage,
-    /// How urgent it is, if the study states it; part of the label while the alert is raised.
+    /// How urgent it is, if the study states it; part of the label while the alert is raised, and throughout where
+    /// nobody has to act.
     pub tier: Option<Tier>,
 }
 
@@ -56,15 +57,6 @@ impl Tier {
             Tier::Act => "act",
             Tier::Soon => "soon",
             Tier::Note => "note",
-        }
-    }
-
-    /// As written in the label of an alert.
-    fn words(self) -> &'static str {
-        match self {
-            Tier::Act => " needs someone now: ",
-            Tier::Soon => " needs someone soon: ",
-            Tier::Note => " is worth a look: ",
         }
     }
 }
@@ -157,31 +149,42 @@ impl Stage {
         }
     }
 
-    fn words(self) -> &'static str {
-        match self {
-            Stage::Raised => " needs someone: ",
-            Stage::Answered => " was answered: ",
-            Stage::Unknown => " may still need someone, no value comes: ",
-            Stage::Over => " no longer needs someone: ",
+    /// The words in a label of an alert of this tier, if the label states it.
+    fn words(self, tier: Option<Tier>) -> &'static str {
+        match (self, tier) {
+            (Stage::Raised, None) => " needs someone: ",
+            (Stage::Raised, Some(Tier::Act)) => " needs someone now: ",
+            (Stage::Raised, Some(Tier::Soon)) => " needs someone soon: ",
+            (Stage::Raised, Some(Tier::Note)) => " is worth a look: ",
+            (Stage::Answered, _) => " was answered: ",
+            (Stage::Unknown, Some(Tier::Note)) => " may still be worth a look, no value comes: ",
+            (Stage::Unknown, _) => " may still need someone, no value comes: ",
+            (Stage::Over, Some(Tier::Note)) => " is no longer worth a look: ",
+            (Stage::Over, _) => " no longer needs someone: ",
         }
+    }
+
+    /// Whether the label of an alert of this tier states the tier.
+    fn states(self, tier: Tier) -> bool {
+        self.words(Some(tier)) != self.words(None)
     }
 }
 
 impl Alert {
     /// The label of its event: `robot2 needs someone: offline`.
     pub fn label(&self) -> String {
-        let tier = self.tier.filter(|_| self.stage == Stage::Raised);
-        let words = tier.map_or(self.stage.words(), Tier::words);
-        format!("{}{words}{}", self.who, self.why)
+        format!("{}{}{}", self.who, self.stage.words(self.tier), self.why)
     }
 
     /// The alert of a label; `None` for any other text.
     pub fn read(label: &str) -> Option<Alert> {
-        let raised = Tier::ALL.map(|tier| (Stage::Raised, Some(tier), tier.words()));
-        let others = Stage::ALL.map(|stage| (stage, None, stage.words()));
+        let mut kinds = Stage::ALL.into_iter().flat_map(|stage| {
+            let stated = Tier::ALL.into_iter().filter(move |&tier| stage.states(tier));
+            stated.map(Some).chain([None]).map(move |tier| (stage, tier))
+        });
         // One phrase may be the end of another, so who it is about is a single word.
-        raised.into_iter().chain(others).find_map(|(stage, tier, words)| {
-            let (who, why) = label.split_once(words)?;
+        kinds.find_map(|(stage, tier)| {
+            let (who, why) = label.split_once(stage.words(tier))?;
             let is_word = !who.is_empty() && !who.contains(' ');
             is_word.then(|| Alert { who: who.to_owned(), why: Why::read(why), stage, tier })
         })
@@ -217,7 +220,8 @@ mod tests {
             let alert = Alert { who, why, stage: Stage::Raised, tier };
             assert_eq!(Alert::read(&alert.label()), Some(alert.clone()));
             let over = Alert { stage: Stage::Over, ..alert };
-            assert_eq!(Alert::read(&over.label()), Some(Alert { tier: None, ..over }));
+            let tier = over.tier.filter(|&tier| tier == Tier::Note);
+            assert_eq!(Alert::read(&over.label()), Some(Alert { tier, ..over }));
         }
         assert_eq!(Alert::read("robot2 offline"), None);
     }

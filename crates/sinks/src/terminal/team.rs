@@ -208,7 +208,7 @@ mod tests {
         let tiers: Vec<_> = team.needs().map(|need| (need.tier, need.why)).collect();
         let act = (Some(Tier::Act), "HR above 120 1/min".to_owned());
         assert_eq!(tiers, [act, (Some(Tier::Note), "skin dry".to_owned())]);
-        say(&mut team, 3, "p001 no longer needs someone: skin dry");
+        say(&mut team, 3, "p001 is no longer worth a look: skin dry");
         say(&mut team, 4, "p001 may still need someone, no value comes: HR above 120 1/min");
         let why = |team: &Team| needs(team).remove(0);
         let lost = "HR above 120 1/min, but no value arrives".to_owned();
