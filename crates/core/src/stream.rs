@@ -173,6 +173,12 @@ impl Stream {
             && self.rate_hz == 0.0
     }
 
+    /// Whether it is irregular by nature, so that a silence means nothing: events, people's input, and the state of
+    /// their wearables.
+    pub fn is_irregular(&self) -> bool {
+        self.shape == Shape::Event || self.signal == Signal::Input || self.is_reported_on_change()
+    }
+
     /// The subject of the stream.
     pub fn subject(&self) -> Subject {
         Subject { about: self.about, id: self.id.clone() }

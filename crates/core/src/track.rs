@@ -19,7 +19,7 @@ use crate::sample::{Sample, Turn};
 use crate::session_streams::SESSION_EVENTS;
 use crate::source::Reading;
 use crate::status::StreamStatus;
-use crate::stream::{About, Origin, Shape, Signal, Stream, StreamId};
+use crate::stream::{About, Origin, Shape, Stream, StreamId};
 use crate::time::Time;
 
 /// The number of newest messages that a message is compared with to find duplicates.
@@ -98,11 +98,6 @@ struct Joining {
     last: Time,
 }
 
-/// Whether a stream is irregular by nature: events, people's input, and the state of their wearables.
-fn is_irregular(stream: &Stream) -> bool {
-    stream.shape == Shape::Event || stream.signal == Signal::Input || stream.is_reported_on_change()
-}
-
 fn is_same_rate(hz: f64, other_hz: f64) -> bool {
     (hz / other_hz - 1.0).abs() < SAME_RATE
 }
@@ -111,7 +106,7 @@ impl Track {
     pub(crate) fn new(id: StreamId, stream: Arc<Stream>) -> Track {
         Track {
             id,
-            life: if is_irregular(&stream) { Life::irregular() } else { Life::new(stream.rate_hz) },
+            life: if stream.is_irregular() { Life::irregular() } else { Life::new(stream.rate_hz) },
             reported_as: stream.name.clone(),
             intake: Intake::default(),
             density: Density::default(),

@@ -108,7 +108,11 @@ impl Summary {
         let subject = stream.subject();
         let phase = timeline.section(&subject, timeline.now()).phase;
         let key = (subject.clone(), status.name.clone());
-        self.watched.entry(key).or_default().take_status(status, phase);
+        let watched = self.watched.entry(key).or_default();
+        watched.take_status(status);
+        if !stream.is_irregular() {
+            watched.take_state(status.state, phase);
+        }
     }
 
     fn take_window(

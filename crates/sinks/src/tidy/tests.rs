@@ -306,6 +306,34 @@ fn each_of_several_devices_has_its_file() {
 }
 
 #[test]
+fn each_of_several_electrocardiograms_of_one_device_has_its_file() {
+    let mut session = Session::new();
+    session.beats("/humans/persons/p001/file/ecg", Signal::Ecg, 1.0, 3);
+    session.beats("/humans/persons/p001/file/ecg_2", Signal::Ecg, 5.0, 2);
+    session.beats("/humans/persons/p001/file/ppg", Signal::Ppg, 9.0, 2);
+    let files = session.run();
+    let expected = ["intervals_p001_file.txt", "intervals_p001_file_ecg_2.txt"];
+    assert_eq!(files.intervals(), expected);
+    assert_eq!(files.text("intervals_p001_file.txt"), "1.800000\t0.801000\n2.600000\t0.802000\n");
+    assert_eq!(files.text("intervals_p001_file_ecg_2.txt"), "5.800000\t0.801000\n");
+    assert!(files.text("summary.md").contains("intervals_p001_file_ecg_2"));
+}
+
+#[test]
+fn a_stream_whose_silence_means_nothing_has_no_usable_share() {
+    let mut session = Session::new();
+    let name = "/humans/persons/p001/polar_h10/battery";
+    let battery = Stream::raw(name, person(), Shape::Sample);
+    session.streams.declare(Stream { signal: Signal::Battery, ..battery });
+    for secs in 0..60 {
+        session.report(f64::from(secs), &status_stream(), status(name, State::Ok, None));
+    }
+    let summary = session.run().text("summary.md");
+    let line = summary.lines().find(|line| line.starts_with(&format!("| {name} "))).unwrap();
+    assert_eq!(line.split('|').nth(3).map(str::trim), Some("-"), "{line}");
+}
+
+#[test]
 fn the_summary_says_what_was_usable_of_whom_and_when() {
     let mut session = Session::new();
     let odometry = Stream::raw("/robot1/odom", Subject::robot("robot1"), Shape::Wave);
@@ -352,9 +380,10 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     | /robot1/odom |      20.0 |  75 %* |   100 %* | 50 %* |    3 |    1.0 |
 
     usable: the share of each phase that has data good enough for values, or else of the windows that lie in it,
-    on average; with a *, where there are none, the share of time in which a stream arrived as it should. lost:
-    on the way here and in our own queue; ? = unknown. ± : how far a time may be off (95 %);
-    - = not known: the computer that measures stamps such a stream, and does not report its uncertainty.
+    on average; with a *, where there are none, the share of time in which a stream arrived as it should;
+    - where a silence would mean nothing, such as for a key or the battery of a wearable. lost: on the way here
+    and in our own queue; ? = unknown. ± : how far a time may be off (95 %); - = not known: the computer that
+    measures stamps such a stream, and does not report its uncertainty.
 
     ## What was lost or wrong
 

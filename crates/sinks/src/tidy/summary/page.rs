@@ -124,9 +124,11 @@ impl Page<'_> {
         writeln!(
             f,
             "usable: the share of each phase that has data good enough for values, or else of the \
-             windows that lie in it,\non average; with a *, where there are none, the share of time in which a stream arrived as it should. lost:\non the way here and in our own queue; ? = unknown. ± : how \
-             far a time may be off (95 %);\n- = not known: the computer that measures stamps such a \
-             stream, and does not report its uncertainty.\n"
+             windows that lie in it,\non average; with a *, where there are none, the share of time in which \
+             a stream arrived as it should;\n- where a silence would mean nothing, such as for a key or the \
+             battery of a wearable. lost: on the way here\nand in our own queue; ? = unknown. ± : how far a \
+             time may be off (95 %); - = not known: the computer that\nmeasures stamps such a stream, and does \
+             not report its uncertainty.\n"
         )
     }
 

@@ -62,19 +62,23 @@ pub(super) struct Usable {
 }
 
 impl StreamSummary {
-    pub(super) fn take_status(&mut self, status: &StreamStatus, phase: Option<&str>) {
+    pub(super) fn take_status(&mut self, status: &StreamStatus) {
         self.last = Some(status.clone());
         if matches!(status.state, State::Ok | State::Degraded) && status.rate_hz > 0.0 {
             self.came_secs += 1;
             self.rates_hz += status.rate_hz;
         }
-        let is_fine = f64::from(u8::from(status.state == State::Ok));
-        self.fine.take(is_fine, 1.0, phase);
         // A stream is declared a moment before its first sample.
         if !matches!(status.state, State::Ok | State::Never) {
             self.not_fine_secs += 1;
             self.complain(status);
         }
+    }
+
+    /// Takes the state of a second, within a phase or not, of a stream whose silence would be a fault.
+    pub(super) fn take_state(&mut self, state: State, phase: Option<&str>) {
+        let is_fine = f64::from(u8::from(state == State::Ok));
+        self.fine.take(is_fine, 1.0, phase);
     }
 
     fn complain(&mut self, status: &StreamStatus) {
