@@ -48,7 +48,8 @@ pub(super) const COLUMNS: [(&str, Column); 4] = [
 /// The preferred signal of a device with several.
 const BEST_FIRST: [Signal; 3] = [Signal::Ecg, Signal::Interval, Signal::Ppg];
 
-/// Intervals as detected and not corrected, two files for each device of a person: in `intervals.txt` the time of the
+/// Intervals as detected and not corrected, two files for each device of a person, and for each further signal of the
+/// same kind that it has: in `intervals.txt` the time of the
 /// beat that ends the interval and the interval [s, s], one per line, as read by Kubios HRV; and at the end in
 /// `intervals.csv` with phase and correction. Where data are missing there is no interval, so none is implausibly long.
 ///
@@ -69,6 +70,8 @@ struct OfSignal {
     subject: Subject,
     person: String,
     device: String,
+    /// The name of its stream.
+    input: String,
     signal: Signal,
     /// The number of intervals, and of beats without one before them.
     count: u64,
@@ -80,6 +83,8 @@ struct OfSignal {
 struct OfDevice {
     /// The stream of its beats.
     of: StreamId,
+    /// The name of the stream in which they are detected.
+    input: String,
     signal: Signal,
     file: TextFile,
     /// The time of each beat, and the interval before it [ms] or NaN.
@@ -144,12 +149,15 @@ impl Intervals {
         let signal = self.signals.entry(id).or_insert_with(|| OfSignal::of(record, streams));
         let Some(of) = signal else { return Ok(()) };
         let is_interval = of.take(event);
-        let (device, signal) = ((of.person.clone(), of.device.clone()), of.signal);
+        let device = of.file_among(&self.files);
         if !is_interval && !self.files.contains_key(&device) {
             return Ok(());
         }
+        let (input, signal) = (of.input.clone(), of.signal);
         let (at, at_secs) = (record.sample.measured, timeline.secs(record.sample.measured));
-        let Some(file) = self.file_of(&device, id, signal, is_interval)? else { return Ok(()) };
+        let Some(file) = self.file_of(&device, (id, input, signal), is_interval)? else {
+            return Ok(());
+        };
         file.beats.push((at, event.value));
         if !is_interval {
             return Ok(());
@@ -162,8 +170,7 @@ impl Intervals {
     fn file_of(
         &mut self,
         device: &(String, String),
-        id: StreamId,
-        signal: Signal,
+        (id, input, signal): (StreamId, String, Signal),
         is_interval: bool,
     ) -> Result<Option<&mut OfDevice>, Unwritten> {
         if !self.files.contains_key(device) {
@@ -172,14 +179,16 @@ impl Intervals {
             }
             self.name_all()?;
             let file = TextFile::create(self.path(device, self.files.is_empty()))?;
-            self.files.insert(device.clone(), OfDevice { of: id, signal, file, beats: Vec::new() });
+            let file = OfDevice { of: id, input, signal, file, beats: Vec::new() };
+            self.files.insert(device.clone(), file);
+            return Ok(self.files.get_mut(device));
         }
         let Some(known) = self.files.get_mut(device) else { return Ok(None) };
         if is_interval && rank(signal) < rank(known.signal) {
             // Buffered rows must precede new ones.
             known.file.flush()?;
             known.file = TextFile::create(known.file.path().to_owned())?;
-            (known.of, known.signal) = (id, signal);
+            (known.of, known.input, known.signal) = (id, input, signal);
             known.beats.clear();
         }
         Ok((known.of == id).then_some(known))
@@ -208,7 +217,7 @@ impl Intervals {
     pub(super) fn finish(mut self, timeline: &Timeline) -> Result<Vec<Kept>, Unwritten> {
         self.flush()?;
         let mut kept = Vec::new();
-        for ((person, device), OfDevice { of, signal, file, beats }) in self.files {
+        for ((person, device), OfDevice { of, signal, file, beats, .. }) in self.files {
             let Some(Some(of)) = self.signals.get(&of) else { continue };
             let Some(name) = file.path().file_stem() else { continue };
             let name = name.to_string_lossy().into_owned();
@@ -231,8 +240,29 @@ impl OfSignal {
             return None;
         }
         let (person, device) = (plain(&stream.id), plain(&input.device));
-        let subject = stream.subject();
-        Some(OfSignal { subject, person, device, signal: input.signal, count: 0, gaps: 0 })
+        Some(OfSignal {
+            subject: stream.subject(),
+            person,
+            device,
+            input: input.name.clone(),
+            signal: input.signal,
+            count: 0,
+            gaps: 0,
+        })
+    }
+
+    /// The person and the device of its file: with the name of its stream where that of the device holds another signal
+    /// of the same kind.
+    fn file_among(&self, files: &BTreeMap<(String, String), OfDevice>) -> (String, String) {
+        let name = self.input.rsplit('/').next().unwrap_or_default();
+        let own = (self.person.clone(), format!("{}_{}", self.device, plain(name)));
+        let device = (self.person.clone(), self.device.clone());
+        let is_other = |known: &OfDevice| known.signal == self.signal && known.input != self.input;
+        if files.contains_key(&own) || files.get(&device).is_some_and(is_other) {
+            own
+        } else {
+            device
+        }
     }
 
     /// Counts a beat; returns whether there is an interval before it.
