@@ -3,6 +3,7 @@
 use teampulse_core::registry::SettingsError;
 use teampulse_core::stream::{Channel, Shape, Signal, Stream, Subject};
 use teampulse_core::units::spelt;
+use teampulse_messages::fields::Path;
 
 use super::{Field, Robots, norm, norm_of_type};
 use crate::faces::Faces;
@@ -25,6 +26,7 @@ impl Choice {
     /// The choice according to a study.
     pub fn new(settings: &Robots) -> Result<Choice, SettingsError> {
         check_commands(settings)?;
+        check_fields(settings)?;
         check_units(settings)?;
         let wide = settings.namespace == "/";
         if wide && settings.prefix.is_none() {
@@ -182,6 +184,24 @@ fn is_relative_name(name: &str) -> bool {
 }
 
 /// Checks that each number for a parameter is in a unit in which that is judged.
+/// Whether each field is the path to a number, of which only the message's type says whether it has it.
+fn check_fields(settings: &Robots) -> Result<(), SettingsError> {
+    let mapped = settings.mapped().into_iter();
+    let mapped = mapped.map(|(parameter, field)| (format!("{parameter}.field"), field));
+    let numbers = settings.numbers.iter().enumerate();
+    let numbers = numbers.map(|(place, field)| (format!("numbers.{place}.field"), field));
+    for (place, field) in mapped.chain(numbers) {
+        let Some(path) = &field.field else { continue };
+        if path.parse::<Path>().is_err() {
+            let message = format!("`{path}` is not the path to a field of a message");
+            return Err(SettingsError::new(message)
+                .with_hint("separate names by dots, and number values from 0: `status[0].level`")
+                .at(place));
+        }
+    }
+    Ok(())
+}
+
 fn check_units(settings: &Robots) -> Result<(), SettingsError> {
     for (parameter, field) in settings.mapped() {
         let Some(unit) = field.unit.as_ref().filter(|_| field.field.is_some()) else { continue };
@@ -236,6 +256,19 @@ mod tests {
             let error = unit(wrong).expect_err(wrong).to_string();
             assert!(error.contains(wrong), "{error}");
         }
+    }
+
+    #[test]
+    fn a_field_that_no_message_can_have_is_reported_in_its_place() {
+        let of = |settings: &str| Choice::new(&toml::from_str(settings).expect("settings"));
+        let number = |field| format!("numbers = [{{ topic = \"arm\", field = \"{field}\" }}]");
+        for wrong in ["effort[", "effort[a]", "", "a..b", "effort [0]"] {
+            let error = of(&number(wrong)).expect_err(wrong).to_string();
+            assert!(error.contains(&format!("`{wrong}`")), "{error}");
+            let battery = format!("battery = {{ topic = \"b\", field = \"{wrong}\" }}");
+            assert!(of(&battery).is_err(), "{wrong}");
+        }
+        assert!(of(&number("status[0].values[2].value")).is_ok());
     }
 
     #[test]
