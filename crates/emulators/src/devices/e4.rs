@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Wearer;
+use super::faults::in_order;
 
 /// The ID of the E4.
 const ID: &str = "9ff167";
@@ -80,12 +81,12 @@ impl Default for E4Server {
 }
 
 impl E4Server {
-    /// A server with faults, in order of time.
+    /// A server with faults, in any order.
     pub fn new(incidents: Vec<E4Incident>) -> Self {
         Self {
             epoch_secs: EPOCH_SECS,
             has_decimal_comma: false,
-            incidents,
+            incidents: in_order(incidents, |incident| incident.at_secs),
             now_secs: 0.0,
             line: Vec::new(),
             sent: VecDeque::new(),

@@ -11,6 +11,7 @@ mod verity;
 mod strap;
 mod heart_rate;
 mod battery;
+mod faults;
 mod shimmer;
 mod shimmer_gsr;
 mod e4;

@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Wearer;
+use super::faults::in_order;
 use super::shimmer_gsr::Amplifier;
 
 /// Ticks of its clock in a second.
@@ -26,7 +27,7 @@ pub struct ShimmerSettings {
     pub first_ticks: u32,
     /// How much too fast its clock runs: 0.0001 for 100 ppm.
     pub clock_fast: f64,
-    /// Faults, in order of time.
+    /// Faults, in any order.
     #[serde(rename = "faults")]
     pub incidents: Vec<ShimmerIncident>,
 }
@@ -86,7 +87,8 @@ pub struct Shimmer {
 
 impl Shimmer {
     /// A Shimmer3 that is switched on and idle.
-    pub fn new(settings: ShimmerSettings) -> Self {
+    pub fn new(mut settings: ShimmerSettings) -> Self {
+        settings.incidents = in_order(settings.incidents, |incident| incident.at_secs);
         Self {
             settings,
             now_secs: 0.0,

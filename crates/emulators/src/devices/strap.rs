@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::battery::Battery;
+use super::faults::in_order;
 use super::heart_rate::BeatDetector;
 use super::peripheral::Property::{Notify, Read};
 use super::{Advertisement, AttError, Entry, Notice, Peripheral, Service, Wearer, assigned};
@@ -50,7 +51,7 @@ pub struct StrapSettings {
     pub battery_percent: f64,
     /// How fast the battery drains.
     pub drain_percent_per_hour: f64,
-    /// Faults, in order of time.
+    /// Faults, in any order.
     #[serde(rename = "faults")]
     pub incidents: Vec<StrapIncident>,
 }
@@ -103,7 +104,8 @@ pub struct Strap {
 
 impl Strap {
     /// A strap that is switched on, with nobody connected.
-    pub fn new(settings: StrapSettings) -> Self {
+    pub fn new(mut settings: StrapSettings) -> Self {
+        settings.incidents = in_order(settings.incidents, |incident| incident.at_secs);
         let battery = Battery::new(settings.battery_percent, settings.drain_percent_per_hour);
         let beats = BeatDetector::default();
         let subscribed = Vec::new();

@@ -13,7 +13,7 @@ pub struct H10Settings {
     pub start_delay_secs: f64,
     /// The MTU of the link.
     pub mtu: u16,
-    /// Faults, in order of time.
+    /// Faults, in any order.
     #[serde(rename = "faults")]
     pub incidents: Vec<Incident>,
     /// The seed of the noise while it is off the skin.

@@ -3,6 +3,7 @@ use super::control::{self, Asked, FEATURES, Kind};
 use super::settings::{Fault, H10Settings, Incident};
 use super::stream::Stream;
 use crate::devices::battery::Battery;
+use crate::devices::faults::in_order;
 use crate::devices::heart_rate::BeatDetector;
 use crate::devices::pmd::{self, ALREADY_IN_STATE, INVALID_MTU};
 use crate::devices::{AttError, Wearer};
@@ -42,7 +43,8 @@ pub struct H10 {
 
 impl H10 {
     /// An H10 that is switched on, with nobody connected.
-    pub fn new(settings: H10Settings) -> Self {
+    pub fn new(mut settings: H10Settings) -> Self {
+        settings.incidents = in_order(settings.incidents, |incident| incident.at_secs);
         Self {
             noise: Noise::seeded(settings.seed),
             battery: Battery::new(settings.battery_percent, settings.drain_percent_per_hour),

@@ -2,6 +2,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::devices::Wearer;
+use crate::devices::faults::in_order;
 
 /// The time after which it sleeps, unless a command keeps it awake \[s\] (Open-Myo 3).
 const AWAKE_SECS: f64 = 30.0;
@@ -54,8 +55,9 @@ pub struct Myo {
 }
 
 impl Myo {
-    /// A Myo that is switched on and at rest, with faults in order of time.
+    /// A Myo that is switched on and at rest, with faults in any order.
     pub fn new(incidents: Vec<MyoIncident>) -> Self {
+        let incidents = in_order(incidents, |incident| incident.at_secs);
         Self { incidents, ..Self::default() }
     }
 

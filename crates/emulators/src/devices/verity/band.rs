@@ -3,6 +3,7 @@ use super::pulses::Pulses;
 use super::stream::Stream;
 use super::{VerityFault, VerityIncident, VeritySettings};
 use crate::devices::battery::Battery;
+use crate::devices::faults::in_order;
 use crate::devices::pmd::{ALREADY_IN_STATE, answer};
 use crate::devices::{AttError, Characteristic, Notice, Wearer};
 use crate::noise::Noise;
@@ -48,7 +49,8 @@ enum Next {
 
 impl Verity {
     /// A sensor that is switched on, with nobody connected.
-    pub fn new(settings: VeritySettings) -> Self {
+    pub fn new(mut settings: VeritySettings) -> Self {
+        settings.incidents = in_order(settings.incidents, |incident| incident.at_secs);
         Self {
             noise: Noise::seeded(settings.seed),
             battery: Battery::new(settings.battery_percent, settings.drain_percent_per_hour),

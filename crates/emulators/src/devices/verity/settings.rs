@@ -41,7 +41,7 @@ pub struct VeritySettings {
     pub battery_percent: f64,
     /// How fast the battery drains: by default within 20 hours, as the manufacturer states for a Verity Sense.
     pub drain_percent_per_hour: f64,
-    /// Faults, in order of time.
+    /// Faults, in any order.
     #[serde(rename = "faults")]
     pub incidents: Vec<VerityIncident>,
     /// The seed of the noise while it is off the skin.
