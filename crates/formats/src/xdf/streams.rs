@@ -115,6 +115,7 @@ impl Streams {
             if signal.is_empty() {
                 notes.push(format!("{} has no samples", signal.name));
             } else {
+                notes.extend(missing(&signal));
                 whole.push(signal);
             }
         }
@@ -203,6 +204,24 @@ fn breaks(samples: &Samples, rate_hz: f64) -> BTreeSet<usize> {
         start = end;
     }
     breaks
+}
+
+/// A note on where samples of a signal are missing between its runs, and for how long; `None` if none are.
+fn missing(signal: &Signal) -> Option<String> {
+    let Content::Even(runs) = &signal.content else { return None };
+    let width = signal.channels.len().max(1);
+    let end_ns =
+        |run: &Run| run.start_ns as f64 + (run.samples.len() / width) as f64 * run.period_ns;
+    let between = runs.windows(2).map(|pair| (pair[1].start_ns as f64 - end_ns(&pair[0])) / 1e9);
+    let between: Vec<f64> = between.filter(|secs| *secs > 0.5 / signal.rate_hz).collect();
+    let (name, total_secs) = (&signal.name, between.iter().sum::<f64>());
+    match between.len() {
+        0 => None,
+        1 => Some(format!("samples of {name} are missing once, for {total_secs:.3} s")),
+        count => Some(format!(
+            "samples of {name} are missing in {count} places, for {total_secs:.3} s in all"
+        )),
+    }
 }
 
 /// How often, in words.
