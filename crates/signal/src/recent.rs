@@ -25,7 +25,12 @@ impl Recent {
     }
 
     pub(crate) fn median(&self) -> Option<f64> {
-        let mut values = self.values;
+        self.median_of(|value| value)
+    }
+
+    /// The median of what a function makes of the values.
+    pub(crate) fn median_of(&self, of: impl Fn(f64) -> f64) -> Option<f64> {
+        let mut values = self.values.map(of);
         median(&mut values[..self.count])
     }
 }

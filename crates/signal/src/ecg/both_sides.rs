@@ -16,7 +16,8 @@ pub(super) fn consider_both_sides(candidates: &mut [Candidate]) {
         // The time before that one is the time after this one.
         let next = later.get(later.partition_point(|each| each.secs < until_secs));
         if let Some(next) = next.filter(|next| next.secs < until_secs + LATEST_SECS) {
-            candidates[place].restlessness = restlessness(&here, next);
+            let (restlessness, swell) = (restlessness(&here, next), swell(&here, next));
+            candidates[place] = Candidate { restlessness, swell, ..here };
         }
     }
 }
@@ -25,6 +26,11 @@ pub(super) fn consider_both_sides(candidates: &mut [Candidate]) {
 pub(super) fn restlessness(candidate: &Candidate, after: &Candidate) -> f64 {
     let after = after.restlessness * after.strength / candidate.strength;
     (candidate.restlessness * after).sqrt()
+}
+
+/// The swell of both sides, likewise.
+fn swell(candidate: &Candidate, after: &Candidate) -> f64 {
+    (candidate.swell * after.swell * after.strength / candidate.strength).sqrt()
 }
 
 #[cfg(test)]

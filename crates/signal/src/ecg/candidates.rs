@@ -1,5 +1,8 @@
 //! Candidate beats: the maxima of the QRS envelope.
 
+use std::collections::VecDeque;
+
+use super::flutter::SlowWaves;
 use super::history::History;
 use super::intake::Intake;
 use super::kernel::{Kernel, energy, sigma_secs};
@@ -34,6 +37,12 @@ pub(super) struct Candidate {
     pub(super) deflection: Deflection,
     /// The waveform around the deflection.
     pub(super) shape: Shape,
+    /// Its energy at the [frequency of flutter](super::flutter), as a multiple of its strength squared.
+    pub(super) breadth: f64,
+    /// The lower quartile of the envelope at that frequency in the time before it, as a share of its strength.
+    pub(super) swell: f64,
+    /// Whether a higher one is so near that the causal detector does not consider it.
+    pub(super) hidden: bool,
     /// Whether a long gap separates it from the candidate before.
     pub(super) after_gap: bool,
 }
@@ -43,8 +52,17 @@ impl Candidate {
     /// A candidate of no shape, in silence.
     pub(super) fn at(secs: f64, strength: f64) -> Candidate {
         let deflection = Deflection { sample: secs, upright: true };
-        let (restlessness, shape, after_gap) = (0.0, Shape::NONE, false);
-        Candidate { secs, strength, restlessness, deflection, shape, after_gap }
+        Candidate {
+            secs,
+            strength,
+            restlessness: 0.0,
+            deflection,
+            shape: Shape::NONE,
+            breadth: 0.0,
+            swell: 0.0,
+            hidden: false,
+            after_gap: false,
+        }
     }
 }
 
@@ -53,6 +71,8 @@ pub(super) struct Candidates {
     rate_hz: f64,
     /// How long a maximum must remain the highest [samples at the working rate]; all counts below are in the
     /// same unit.
+    spacing: i64,
+    /// How long after its maximum a candidate is described.
     wait: i64,
     intake: Intake,
     raw: History,
@@ -67,7 +87,10 @@ pub(super) struct Candidates {
     smooth: usize,
     quiet: i64,
     quiet_values: Vec<f64>,
+    slow_waves: SlowWaves,
     top: Option<(i64, f64)>,
+    /// The maxima that wait to be described.
+    waiting: VecDeque<(i64, f64)>,
     before: f64,
     peaks: PeakFinder,
     resumed: Option<i64>,
@@ -78,6 +101,15 @@ impl Candidates {
     ///
     /// Returns an error when the rate is not between 80 and 4000 Hz.
     pub(super) fn new(rate_hz: f64, latency_secs: f64) -> Result<Candidates, SignalError> {
+        Candidates::with_spacing(rate_hz, latency_secs, f64::INFINITY)
+    }
+
+    /// The same, but a maximum must remain the highest only for `spacing_secs`, if that is shorter.
+    pub(super) fn with_spacing(
+        rate_hz: f64,
+        latency_secs: f64,
+        spacing_secs: f64,
+    ) -> Result<Candidates, SignalError> {
         let rate_hz = checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)?;
         let intake = Intake::new(rate_hz);
         let working_hz = rate_hz / intake.group() as f64;
@@ -89,8 +121,10 @@ impl Candidates {
         let wait = ((latency_secs * working_hz) as usize).saturating_sub(lag);
         // Refining a peak needs less than a second of signal.
         let second = places(1.0);
+        let spacing = (spacing_secs * working_hz).min(wait as f64) as i64;
         Ok(Candidates {
             rate_hz,
+            spacing,
             wait: wait as i64,
             raw: History::new(second * intake.group()),
             working: History::new(second),
@@ -102,7 +136,9 @@ impl Candidates {
             smooth,
             quiet: quiet as i64,
             quiet_values: Vec::with_capacity((quiet + wait) / QUIET_STEP + 1),
+            slow_waves: SlowWaves::new(working_hz, QUIET_SECS),
             top: None,
+            waiting: VecDeque::with_capacity(wait + 1),
             before: 0.0,
             peaks: PeakFinder::new(working_hz, intake.group()),
             resumed: None,
@@ -127,13 +163,17 @@ impl Candidates {
             self.top = Some((place, energy));
         }
         self.before = energy;
-        let (top, energy) = self.top.filter(|(top, _)| place - top >= self.wait)?;
-        self.top = None;
+        let highest = self.top.take_if(|(top, _)| place - *top >= self.spacing);
+        self.waiting.extend(highest);
+        let due = self.waiting.front().filter(|(top, _)| place - top >= self.wait);
+        let (top, energy) = due.copied()?;
+        self.waiting.pop_front();
         Some(self.candidate(top, self.height(energy)))
     }
 
     fn energy_with(&mut self, sample: f64) -> f64 {
         self.working.push(sample);
+        self.slow_waves.push(&self.working);
         let samples = self.working.newest(self.even.length());
         let energy = self.sum.push(energy(&self.even, &self.odd, samples));
         self.energy.push(energy);
@@ -154,7 +194,19 @@ impl Candidates {
         let group = self.intake.group() as f64;
         let middle = (deflection.sample - (group - 1.0) / 2.0) / group;
         let shape = Shape::around(middle, &self.working, self.rate_hz / group);
-        Candidate { secs, strength, restlessness, deflection, shape, after_gap }
+        let breadth = self.slow_waves.energy_around(place, &self.working) / (strength * strength);
+        let swell = self.slow_waves.quiet_height() / strength;
+        Candidate {
+            secs,
+            strength,
+            restlessness,
+            deflection,
+            shape,
+            breadth,
+            swell,
+            hidden: false,
+            after_gap,
+        }
     }
 
     /// The lower quartile of the envelope around a maximum.

@@ -7,8 +7,8 @@ use super::both_sides;
 use super::candidates::{Candidate, Candidates};
 use super::deflections::Deflections;
 use super::judge::{
-    FIRST_CYCLE_SECS, LEARNING_SECS, Usual, is_alike, is_artefact, is_t_wave, share_at_first,
-    share_when_alike, stands_out, stands_out_at_first,
+    FIRST_CYCLE_SECS, LEARNING_SECS, UNKNOWN_DEVIATION, Usual, is_alike, is_artefact, is_t_wave,
+    share_at_first, share_when_alike, stands_out, stands_out_at_first,
 };
 use super::recent::{MEMORY, Recent};
 use super::shape::{Shape, alike};
@@ -218,7 +218,7 @@ impl BeatDetector {
         }
         let alike = self.alike(&candidate);
         let share = share_when_alike(&candidate, alike)
-            * share_at_first(&candidate, alike, secs / usual.cycle_secs);
+            * share_at_first(&candidate, alike, secs / usual.cycle_secs, usual.deviation);
         let is_fast = usual.cycle_secs < FAST_SECS && is_alike(alike);
         let is_t_wave = !is_fast && self.last.is_some_and(|last| is_t_wave(&candidate, &last));
         let surpasses = candidate.strength > share * usual.threshold(secs, candidate.restlessness);
@@ -288,11 +288,13 @@ impl BeatDetector {
 
     fn usual(&self, at_secs: f64) -> Usual {
         let cycle_secs = self.cycles_secs.median().unwrap_or(FIRST_CYCLE_SECS);
+        let deviation = self.cycles_secs.median_of(|each| (each / cycle_secs).ln().abs());
         Usual {
             beat: self.beats.median().unwrap_or(0.0),
             other: self.others.usual(at_secs, self.accepted, cycle_secs),
             wave: self.waves.median(at_secs),
             cycle_secs,
+            deviation: deviation.unwrap_or(UNKNOWN_DEVIATION),
         }
     }
 }

@@ -6,6 +6,8 @@ use super::candidates::Candidate;
 pub(super) const LEARNING_SECS: f64 = 2.0;
 /// The cardiac cycle assumed until one is known [s].
 pub(super) const FIRST_CYCLE_SECS: f64 = 0.8;
+/// The deviation of intervals assumed until one is known [log cycles]: no rhythm is regular.
+pub(super) const UNKNOWN_DEVIATION: f64 = 1.0;
 /// A candidate is rejected unless a quarter of the time before it is below this share of its height.
 const RESTLESS: f64 = 0.4;
 /// The same before it is known what follows: fibrillation of the ventricles has less quiet than beats.
@@ -47,6 +49,15 @@ const UNLIKE_SHARE: f64 = 0.8;
 const UNLIKE: (f64, f64) = (0.83, 0.93);
 const EARLY_CYCLES: (f64, f64) = (0.6, 0.8);
 const UNLIKE_RESTLESS: (f64, f64) = (0.2, 0.3);
+/// In a regular rhythm it is so for more of them: in full below the first deviation of intervals [log cycles], and not
+/// at all above the second.
+const REGULAR: (f64, f64) = (0.03, 0.08);
+const REGULAR_UNLIKE: (f64, f64) = (0.86, 0.96);
+const REGULAR_EARLY_CYCLES: (f64, f64) = (0.8, 0.9);
+const REGULAR_RESTLESS: (f64, f64) = (0.05, 0.15);
+/// Flutter of the ventricles exceeds this product of [breadth](Candidate::breadth) and [swell](Candidate::swell),
+/// nearly all beats do not.
+const FLUTTER: f64 = 11.0;
 /// A candidate higher than this many usual beats is an electrode movement.
 const HIGHEST_BEATS: f64 = 8.0;
 
@@ -61,6 +72,8 @@ pub(super) struct Usual {
     pub(super) wave: Option<f64>,
     /// The usual interval between beats [s].
     pub(super) cycle_secs: f64,
+    /// The median deviation of the intervals from it [log cycles].
+    pub(super) deviation: f64,
 }
 
 impl Usual {
@@ -98,7 +111,13 @@ pub(super) fn unrest(candidate: &Candidate, alike: f64) -> f64 {
 
 /// The same for a candidate of which nothing is known yet that follows it.
 pub(super) fn stands_out_at_first(candidate: &Candidate, alike: f64) -> bool {
-    stands_out(candidate, alike) && (is_alike(alike) || candidate.restlessness <= RESTLESS_AT_FIRST)
+    let is_quiet = is_alike(alike) || candidate.restlessness <= RESTLESS_AT_FIRST;
+    stands_out(candidate, alike) && is_quiet && flutter(candidate) <= 1.0
+}
+
+/// How much it looks like flutter of the ventricles, as a multiple of the most that beats do.
+pub(super) fn flutter(candidate: &Candidate) -> f64 {
+    candidate.breadth * candidate.swell / FLUTTER
 }
 
 /// The share of its threshold that a candidate with this similarity must exceed.
@@ -109,14 +128,24 @@ pub(super) fn share_when_alike(candidate: &Candidate, alike: f64) -> f64 {
 
 /// The multiple of its threshold that a candidate must exceed before it is known what follows: noise is unlike beats,
 /// early, and not in quiet.
-pub(super) fn share_at_first(candidate: &Candidate, alike: f64, cycles: f64) -> f64 {
-    let unlike = quiet(alike, UNLIKE);
-    let early = quiet(cycles, EARLY_CYCLES);
-    1.0 + UNLIKE_SHARE * unlike * early * (1.0 - quiet(candidate.restlessness, UNLIKE_RESTLESS))
+pub(super) fn share_at_first(
+    candidate: &Candidate,
+    alike: f64,
+    cycles: f64,
+    deviation: f64,
+) -> f64 {
+    let likelihood = |unlike, early, restless| {
+        let restless = 1.0 - quiet(candidate.restlessness, restless);
+        quiet(alike, unlike) * quiet(cycles, early) * restless
+    };
+    let in_any_rhythm = likelihood(UNLIKE, EARLY_CYCLES, UNLIKE_RESTLESS);
+    let in_a_regular_one = quiet(deviation, REGULAR)
+        * likelihood(REGULAR_UNLIKE, REGULAR_EARLY_CYCLES, REGULAR_RESTLESS);
+    1.0 + UNLIKE_SHARE * in_any_rhythm.max(in_a_regular_one)
 }
 
 /// From 1 at or below the first level to 0 at or above the second.
-fn quiet(level: f64, (quiet, restless): (f64, f64)) -> f64 {
+pub(super) fn quiet(level: f64, (quiet, restless): (f64, f64)) -> f64 {
     let share = ((restless - level) / (restless - quiet)).clamp(0.0, 1.0);
     if share.is_nan() { 0.0 } else { share }
 }
@@ -149,7 +178,7 @@ mod tests {
 
     /// The height that a beat which is due must exceed.
     fn due(other: f64, wave: f64, restlessness: f64) -> f64 {
-        let usual = Usual { beat: 1.0, other, wave: Some(wave), cycle_secs: 0.8 };
+        let usual = Usual { beat: 1.0, other, wave: Some(wave), cycle_secs: 0.8, deviation: 0.0 };
         usual.threshold(0.8, restlessness)
     }
 
@@ -163,13 +192,31 @@ mod tests {
     #[test]
     fn an_early_deflection_unlike_beats_must_be_higher_unless_it_stands_in_quiet() {
         let share = |restlessness: f64, alike: f64, cycles: f64| {
-            share_at_first(&Candidate { restlessness, ..Candidate::at(0.0, 1.0) }, alike, cycles)
+            let candidate = Candidate { restlessness, ..Candidate::at(0.0, 1.0) };
+            share_at_first(&candidate, alike, cycles, 0.2)
         };
         assert!(share(0.35, 0.5, 0.4) > 1.7);
         for (restlessness, alike, cycles) in [(0.1, 0.5, 0.4), (0.35, 0.95, 0.4), (0.35, 0.5, 1.0)]
         {
             assert!((share(restlessness, alike, cycles) - 1.0).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn in_a_regular_rhythm_a_deflection_unlike_beats_must_be_higher_also_a_little_early() {
+        let candidate = Candidate { restlessness: 0.15, ..Candidate::at(0.0, 1.0) };
+        let share = |cycles, deviation| share_at_first(&candidate, 0.5, cycles, deviation);
+        assert!(share(0.8, 0.02) > 1.7);
+        assert!((share(0.8, 0.1) - 1.0).abs() < 1e-9);
+        assert!((share(1.0, 0.02) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn broad_waves_without_a_pause_are_no_beats() {
+        let wave = |breadth, swell| Candidate { breadth, swell, ..Candidate::at(0.0, 1.0) };
+        assert!(stands_out_at_first(&wave(12.0, 0.1), 0.5));
+        assert!(stands_out_at_first(&wave(1.0, 1.5), 0.5));
+        assert!(!stands_out_at_first(&wave(12.0, 1.5), 0.5));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Selection of beats among many candidates by height and rhythm.
 
 use super::candidates::Candidate;
-use super::judge::{Usual, is_artefact, share_when_alike, unrest};
+use super::judge::{Usual, flutter, is_artefact, quiet, share_when_alike, unrest};
 
 /// The refractory period [s]: 240 beats a minute, or 270 where the usual cycle is not much longer [s].
 const REFRACTORY_SECS: f64 = 0.25;
@@ -21,6 +21,15 @@ const RHYTHM_WEIGHT: f64 = 0.8;
 const NOISE_WEIGHT: f64 = 8.0;
 /// Longer intervals cost as much as this one [cycles].
 const LONGEST_CYCLES: f64 = 4.0;
+/// The most that an interval costs besides if it fits neither the usual cycle nor the one before it.
+const MISFIT_WEIGHT: f64 = 1.0;
+/// The deviation of intervals that fit, as a multiple of the usual one, and the least [log cycles].
+const MISFIT_DEVIATIONS: f64 = 4.0;
+const LEAST_MISFIT: f64 = 0.08;
+/// Not at all for a candidate in quiet, below the first restlessness, and in full above the second.
+const MISFIT_RESTLESS: (f64, f64) = (0.1, 0.25);
+/// The score lost per factor of e that a candidate looks more like flutter than beats do.
+const FLUTTER_WEIGHT: f64 = 4.0;
 
 /// The usual heights and cycle around a candidate, and its similarity to beats.
 pub(super) struct Around {
@@ -35,8 +44,9 @@ struct Link {
     place: usize,
     /// The score of the best chain that ends with it.
     score: f64,
-    /// The link before it in that chain.
+    /// The link before it in that chain, and the interval since [log cycles].
     before: Option<usize>,
+    interval: f64,
 }
 
 /// The most probable beats of one stretch without a gap: the chain of candidates whose heights and intervals
@@ -58,8 +68,8 @@ pub(super) fn chain(
             && !is_artefact(&candidates[place], &usual[place].usual)
     };
     for place in (0..candidates.len()).filter(can_be) {
-        let (here, usual, alike) =
-            (candidates[place].secs, &usual[place].usual, usual[place].alike);
+        let (here, around) = (candidates[place].secs, &usual[place]);
+        let usual = &around.usual;
         let is_fast = usual.cycle_secs < FAST_CYCLE_SECS;
         let refractory_secs = if is_fast { FAST_REFRACTORY_SECS } else { REFRACTORY_SECS };
         while links.get(recent).is_some_and(|link| here - secs(link) >= refractory_secs) {
@@ -71,19 +81,43 @@ pub(super) fn chain(
         let weight = rhythm_weight(usual);
         let anew = weight * LONGEST_CYCLES.ln().powi(2);
         let far = best.filter(|&best| links[best].score > 0.0);
-        let mut top = (far.map_or(0.0, |far| links[far].score) - anew, far);
+        let mut top = (far.map_or(0.0, |far| links[far].score) - anew, far, f64::INFINITY);
+        let misfit = Misfit::of(&candidates[place], usual);
         for before in (0..recent).rev() {
-            let cycles = (here - secs(&links[before])) / usual.cycle_secs;
+            let link = &links[before];
+            let cycles = (here - secs(link)) / usual.cycle_secs;
             if cycles > LONGEST_CYCLES {
                 break;
             }
-            let score = links[before].score - weight * cycles.ln().powi(2);
-            top = if score > top.0 { (score, Some(before)) } else { top };
+            let interval = cycles.ln();
+            let cost = weight * interval * interval + misfit.cost(interval, link.interval);
+            let score = link.score - cost;
+            top = if score > top.0 { (score, Some(before), interval) } else { top };
         }
-        let score = top.0 + own_score(&candidates[place], usual, alike);
-        links.push(Link { place, score, before: top.1 });
+        let score = top.0 + own_score(&candidates[place], usual, around.alike);
+        links.push(Link { place, score, before: top.1, interval: top.2 });
     }
     follow_back(&links, begin, beats);
+}
+
+/// What intervals cost that don't fit the rhythm.
+struct Misfit {
+    most: f64,
+    /// The variance of intervals that fit [log cycles, squared].
+    variance: f64,
+}
+
+impl Misfit {
+    fn of(candidate: &Candidate, usual: &Usual) -> Misfit {
+        let most = MISFIT_WEIGHT * (1.0 - quiet(candidate.restlessness, MISFIT_RESTLESS));
+        Misfit { most, variance: (MISFIT_DEVIATIONS * usual.deviation).max(LEAST_MISFIT).powi(2) }
+    }
+
+    /// The cost of an interval, given the one before it [log cycles].
+    fn cost(&self, interval: f64, before: f64) -> f64 {
+        let off = (interval * interval).min((interval - before).powi(2));
+        self.most * (1.0 - (-off / (2.0 * self.variance)).exp())
+    }
 }
 
 /// Traces the best chain back and adds its beats.
@@ -103,10 +137,59 @@ fn own_score(candidate: &Candidate, usual: &Usual, alike: f64) -> f64 {
         * usual.threshold(usual.cycle_secs, candidate.restlessness);
     let score = HEIGHT_WEIGHT * (candidate.strength / threshold).ln();
     let score = score.clamp(-4.0 * MOST_HEIGHT, MOST_HEIGHT);
-    score - UNREST_WEIGHT * unrest(candidate, alike).max(1.0).ln()
+    score
+        - UNREST_WEIGHT * unrest(candidate, alike).max(1.0).ln()
+        - FLUTTER_WEIGHT * flutter(candidate).max(1.0).ln()
 }
 
 fn rhythm_weight(usual: &Usual) -> f64 {
     let noise = (usual.other / usual.beat).min(1.0);
     RHYTHM_WEIGHT + NOISE_WEIGHT * noise * noise
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CYCLE_SECS: f64 = 0.8;
+
+    /// The beats among candidates, where usual ones are 1 high and 0.8 s apart.
+    fn chosen(candidates: &[Candidate], deviation: f64) -> Vec<usize> {
+        let usual =
+            Usual { beat: 1.0, other: 0.05, wave: Some(0.1), cycle_secs: CYCLE_SECS, deviation };
+        let around: Vec<Around> = candidates.iter().map(|_| Around { usual, alike: 0.9 }).collect();
+        let mut beats = Vec::new();
+        chain(candidates, &around, 0, &mut beats);
+        beats
+    }
+
+    /// Twenty beats, with a candidate somewhat after the tenth that is a third higher than they are.
+    fn beats_and(after_secs: f64, restlessness: f64) -> Vec<Candidate> {
+        let beats = (0..20).map(|beat| Candidate::at(f64::from(beat) * CYCLE_SECS, 1.0));
+        let mut candidates: Vec<Candidate> = beats.collect();
+        let secs = candidates[9].secs + after_secs;
+        candidates.insert(10, Candidate { restlessness, ..Candidate::at(secs, 1.3) });
+        candidates
+    }
+
+    #[test]
+    fn noise_just_after_a_beat_does_not_replace_it_in_a_regular_rhythm() {
+        let on_time: Vec<usize> = (0..21).filter(|&place| place != 10).collect();
+        assert_eq!(chosen(&beats_and(0.2, 0.3), 0.02), on_time);
+        assert_eq!(chosen(&beats_and(0.4, 0.3), 0.02), on_time);
+        assert_eq!(chosen(&beats_and(0.4, 0.05), 0.02).len(), 21, "an early beat in quiet");
+    }
+
+    #[test]
+    fn waves_of_flutter_are_not_beats() {
+        let wave = |k: i32| Candidate {
+            restlessness: 0.25,
+            breadth: 10.0,
+            swell: 2.0 * f64::from(k % 2),
+            ..Candidate::at(f64::from(k) * 0.4, 1.0)
+        };
+        let candidates: Vec<Candidate> = (0..40).map(wave).collect();
+        let pauses: Vec<usize> = (0..40).step_by(2).collect();
+        assert_eq!(chosen(&candidates, 0.02), pauses);
+    }
 }

@@ -5,7 +5,7 @@ use super::both_sides::consider_both_sides;
 use super::candidates::{Candidate, Candidates};
 use super::causal::BeatDetector;
 use super::deflections::is_near;
-use super::judge::{FIRST_CYCLE_SECS, Usual, is_sure};
+use super::judge::{FIRST_CYCLE_SECS, UNKNOWN_DEVIATION, Usual, is_sure};
 use super::recent::{MEMORY, median};
 use super::rhythm::{self, chain};
 use super::shape::alike;
@@ -13,6 +13,10 @@ use crate::error::SignalError;
 
 /// How late a maximum of the envelope is known to remain the highest [s].
 const LATENCY_SECS: f64 = 0.255;
+/// How long a maximum of the envelope must remain the highest to be considered with the rhythm [s]: a deflection just
+/// after a beat may be higher. A first pass considers those that do for longer [s].
+const SPACING_SECS: f64 = 0.05;
+const HIDING_SECS: f64 = 0.18;
 /// The number of passes that choose beats anew from the statistics of the last choice.
 const PASSES: usize = 3;
 /// The number of cycles before and after that define what is usual, and the range of usual cycles [s].
@@ -29,12 +33,13 @@ const CYCLE_SECS: (f64, f64) = (0.22, 2.4);
 ///
 /// Returns an error for another rate.
 pub fn find_beats(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, SignalError> {
-    let mut candidates = Candidates::new(rate_hz, LATENCY_SECS)?;
+    let mut candidates = Candidates::with_spacing(rate_hz, LATENCY_SECS, SPACING_SECS)?;
     let mut detector = BeatDetector::over(candidates.clone());
     // The end of the recording counts as a gap.
     let beyond = std::iter::repeat_n(f64::NAN, candidates.latency());
     let samples = signal.iter().copied().chain(beyond);
     let mut found: Vec<Candidate> = samples.filter_map(|sample| candidates.push(sample)).collect();
+    hide_lower(&mut found);
     let mut places = first_pass(&mut detector, &found);
     consider_both_sides(&mut found);
     for _ in 0..PASSES {
@@ -46,10 +51,29 @@ pub fn find_beats(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, SignalError
     Ok(beats.filter(|beat| beat.sample <= signal.len() as f64 - 1.0).collect())
 }
 
+/// Hides the candidates that a higher one is so near to that the causal detector does not consider them.
+fn hide_lower(candidates: &mut [Candidate]) {
+    let mut top = None;
+    for place in 0..candidates.len() {
+        let here = candidates[place];
+        candidates[place].hidden = true;
+        let is_over = |&top: &usize| here.secs - candidates[top].secs >= HIDING_SECS;
+        if let Some(top) = top.take_if(|top| is_over(top)) {
+            candidates[top].hidden = false;
+        }
+        if top.is_none_or(|top: usize| here.strength > candidates[top].strength) {
+            top = Some(place);
+        }
+    }
+    if let Some(top) = top {
+        candidates[top].hidden = false;
+    }
+}
+
 /// The indices of the candidates that the causal detector accepts.
 fn first_pass(detector: &mut BeatDetector, candidates: &[Candidate]) -> Vec<usize> {
     let mut places = Vec::new();
-    for candidate in candidates {
+    for candidate in candidates.iter().filter(|each| !each.hidden) {
         detector.take(*candidate);
         while let Some((beat, _)) = detector.next_found() {
             let place = candidates.binary_search_by(|each| each.secs.total_cmp(&beat.secs));
@@ -75,7 +99,8 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
     let strength = |&place: &usize| candidates[place].strength;
     let heights: Vec<f64> = beats.iter().map(strength).collect();
     let is_beat = |place: &usize| beats.binary_search(place).is_ok();
-    let others: Vec<usize> = (0..candidates.len()).filter(|place| !is_beat(place)).collect();
+    let is_other = |place: &usize| !is_beat(place) && !candidates[*place].hidden;
+    let others: Vec<usize> = (0..candidates.len()).filter(is_other).collect();
     let other_heights: Vec<f64> = others.iter().map(strength).collect();
     let is_interval = |pair: &&[usize]| !candidates[pair[1]].after_gap;
     let pairs: Vec<&[usize]> = beats.windows(2).filter(is_interval).collect();
@@ -84,6 +109,11 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
     let cycles_secs: Vec<f64> = pairs.iter().map(secs).collect();
     let heights = Around::new(beats, &heights, MEMORY);
     let other_heights = Around::new(&others, &other_heights, MEMORY);
+    let around = Around::new(&ends, &cycles_secs, CYCLES);
+    let deviation =
+        |(&end, secs): (&usize, &f64)| (secs / around.median(end).unwrap_or(*secs)).ln().abs();
+    let deviations: Vec<f64> = ends.iter().zip(&cycles_secs).map(deviation).collect();
+    let deviations = Around::new(&ends, &deviations, CYCLES);
     let cycles_secs = Around::new(&ends, &cycles_secs, CYCLES);
     let waves: Vec<f64> = pairs.iter().map(|pair| highest_between(candidates, pair)).collect();
     let waves = Around::new(&ends, &waves, MEMORY);
@@ -107,6 +137,7 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
             other,
             wave: waves.median(place),
             cycle_secs,
+            deviation: deviations.median(place).unwrap_or(UNKNOWN_DEVIATION),
         };
         let candidate = &candidates[place];
         let alike = if is_sure(candidate, &usual) {
@@ -122,7 +153,8 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
 
 /// The height of the highest candidate between two beats.
 fn highest_between(candidates: &[Candidate], pair: &[usize]) -> f64 {
-    candidates[pair[0] + 1..pair[1]].iter().map(|each| each.strength).fold(0.0, f64::max)
+    let between = candidates[pair[0] + 1..pair[1]].iter().filter(|each| !each.hidden);
+    between.map(|each| each.strength).fold(0.0, f64::max)
 }
 
 /// Medians of the values around an index.
