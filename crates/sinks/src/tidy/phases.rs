@@ -159,7 +159,8 @@ impl PhaseTable {
         for of in self.rows.all() {
             let (subject, begin) = of;
             let phases = timeline.phases_of(subject);
-            let Some(phase) = phases.iter().find(|phase| phase.begin == *begin) else { continue };
+            // Somebody's own phase comes after the session's that it replaces.
+            let Some(phase) = phases.iter().rfind(|phase| phase.begin == *begin) else { continue };
             let occurrence = occurrences.entry((subject, &phase.label)).or_default();
             *occurrence += 1;
             let lasted = phase.end.map(|end| format!("{:.3}", end.secs_since(*begin)));

@@ -127,6 +127,18 @@ fn own_phases_that_began_before_the_session_s_have_their_length() {
 }
 
 #[test]
+fn values_of_own_phases_that_began_before_the_session_s_are_in_their_row() {
+    let mut session = Session::new();
+    session.phase(2.0, "all rest", 60.0);
+    let own = Stream::raw("/humans/persons/p001/task/phases", person(), Shape::Event);
+    session.take_at(1.0, 2.5, &own, event(EventKind::Phase, "baseline", f64::NAN, 60.0));
+    session.window("heart/phases", 50.0, window(48.0));
+    session.report(50.0, &own, event(EventKind::Phase, "1-back", f64::NAN, f64::NAN));
+    let table = session.run().text("phases.csv");
+    assert!(table.contains("\np001,baseline,1,2.000,48.000,"), "{table}");
+}
+
+#[test]
 fn a_report_belongs_to_the_phase_that_has_just_ended() {
     let mut session = Session::new();
     let reports = Stream::raw("/humans/persons/p001/task/reports", person(), Shape::Event);
