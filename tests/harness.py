@@ -189,7 +189,7 @@ class Stage:
 
     def ask(self, *arguments) -> subprocess.CompletedProcess:
         """Runs teampulse to its end; what computes as fast as it can leaves the processor to sessions beside it."""
-        program = self.start(*(["nice"] if arguments[0] in AT_LEISURE else []), TEAMPULSE, *arguments)
+        program = self.start(*(["nice"] if AT_LEISURE.intersection(arguments[:1]) else []), TEAMPULSE, *arguments)
         program.say_no_more()
         code = program.ended()
         return subprocess.CompletedProcess(program.command, code, program.stdout, program.stderr)
