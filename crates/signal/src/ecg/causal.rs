@@ -7,8 +7,9 @@ use super::both_sides;
 use super::candidates::{Candidate, Candidates};
 use super::deflections::Deflections;
 use super::judge::{
-    FIRST_CYCLE_SECS, LEARNING_SECS, UNKNOWN_DEVIATION, Usual, is_alike, is_artefact, is_t_wave,
-    share_at_first, share_when_alike, stands_out, stands_out_at_first,
+    FIRST_CYCLE_SECS, LEARNING_SECS, REGULAR, UNKNOWN_DEVIATION, Usual, flutter, is_alike,
+    is_artefact, is_t_wave, quiet, share_at_first, share_when_alike, stands_out,
+    stands_out_at_first,
 };
 use super::recent::{MEMORY, Recent};
 use super::shape::{Shape, alike};
@@ -22,14 +23,17 @@ const LATENCY_SECS: f64 = 0.213;
 const REFRACTORY_SECS: f64 = 0.16;
 /// Of two candidates closer than this [s], the first was a P wave if the second is higher.
 const P_WAVE_SECS: f64 = 0.25;
-/// A beat is missing after this many cycles; it is searched among candidates after this share of a cycle (as Pan &
-/// Tompkins 1985, doi:10.1109/TBME.1985.325532, do after 1.66 cycles).
+/// A beat is missing after this many cycles, in a regular rhythm after fewer; it is searched among candidates after this
+/// share of a cycle (as Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532, do after 1.66 cycles).
 const MISSED_CYCLES: f64 = 1.45;
-const EARLIEST_CYCLES: f64 = 0.3;
+const MISSED_CYCLES_IF_REGULAR: f64 = 1.3;
+const EARLIEST_CYCLES: f64 = 0.35;
 /// The share of the threshold that a missed beat must exceed.
 const SEARCH_BACK_SHARE: f64 = 0.8;
 /// The most restlessness before a missed beat, however quiet it is after it.
 const MOST_RESTLESS: f64 = 0.5;
+/// The most that a missed beat looks like flutter, as a multiple of the most that beats do.
+const MOST_FLUTTER: f64 = 2.0;
 /// The time without a beat after which the height of beats is relearnt [s].
 const SILENCE_SECS: f64 = 8.0;
 /// The shorter time [s] that applies while it was learnt from fewer beats than these.
@@ -186,7 +190,9 @@ impl BeatDetector {
     fn search_back(&mut self, until: &Candidate) -> bool {
         let usual = self.usual(until.secs);
         let Some(last) = self.last else { return false };
-        if until.secs - last.secs <= MISSED_CYCLES * usual.cycle_secs {
+        let missed_cycles = MISSED_CYCLES
+            + (MISSED_CYCLES_IF_REGULAR - MISSED_CYCLES) * quiet(usual.deviation, REGULAR);
+        if until.secs - last.secs <= missed_cycles * usual.cycle_secs {
             return false;
         }
         let earliest = last.secs + REFRACTORY_SECS.max(EARLIEST_CYCLES * usual.cycle_secs);
@@ -196,9 +202,12 @@ impl BeatDetector {
         let beat = best.filter(|best| {
             let least = SEARCH_BACK_SHARE * usual.threshold(usual.cycle_secs, best.restlessness);
             let alike = self.alike(best);
-            let quiet = Candidate { restlessness: both_sides::restlessness(best, until), ..*best };
             let least = least.max(usual.other) * share_when_alike(best, alike);
-            best.strength > least && best.restlessness < MOST_RESTLESS && stands_out(&quiet, alike)
+            let restlessness = both_sides::restlessness(best, until);
+            best.strength > least
+                && best.restlessness < MOST_RESTLESS
+                && flutter(best) <= MOST_FLUTTER
+                && stands_out(&Candidate { restlessness, ..*best }, alike)
         });
         beat.inspect(|beat| self.accept(*beat, Found::Later)).is_some()
     }
@@ -217,12 +226,13 @@ impl BeatDetector {
             return;
         }
         let alike = self.alike(&candidate);
+        let cycles = secs / usual.cycle_secs;
         let share = share_when_alike(&candidate, alike)
-            * share_at_first(&candidate, alike, secs / usual.cycle_secs, usual.deviation);
+            * share_at_first(&candidate, alike, cycles, usual.deviation);
         let is_fast = usual.cycle_secs < FAST_SECS && is_alike(alike);
         let is_t_wave = !is_fast && self.last.is_some_and(|last| is_t_wave(&candidate, &last));
         let surpasses = candidate.strength > share * usual.threshold(secs, candidate.restlessness);
-        if surpasses && stands_out_at_first(&candidate, alike) && !is_t_wave {
+        if surpasses && stands_out_at_first(&candidate, alike, cycles) && !is_t_wave {
             self.accept(candidate, found);
         } else {
             self.others.push(candidate.secs, candidate.strength);

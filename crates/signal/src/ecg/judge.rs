@@ -14,6 +14,11 @@ const RESTLESS: f64 = 0.4;
 const RESTLESS_AT_FIRST: f64 = 0.27;
 /// The same for candidates similar to beats: at high rates there is little quiet between beats.
 const RESTLESS_ALIKE: f64 = 0.6;
+/// Before it is known what follows, that also applies to a candidate which is on time: in full up to the first deviation
+/// from the usual interval [log cycles], and not at all from the second; none below the first similarity to beats, in full
+/// above the second.
+const ON_TIME: (f64, f64) = (0.15, 0.3);
+const ALIKE_ON_TIME: (f64, f64) = (0.7, 0.78);
 /// A T wave follows its beat within this time [s] (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532), and is
 /// lower than this share of it.
 pub(super) const T_WAVE_SECS: f64 = 0.36;
@@ -51,7 +56,7 @@ const EARLY_CYCLES: (f64, f64) = (0.6, 0.8);
 const UNLIKE_RESTLESS: (f64, f64) = (0.2, 0.3);
 /// In a regular rhythm it is so for more of them: in full below the first deviation of intervals [log cycles], and not
 /// at all above the second.
-const REGULAR: (f64, f64) = (0.03, 0.08);
+pub(super) const REGULAR: (f64, f64) = (0.03, 0.08);
 const REGULAR_UNLIKE: (f64, f64) = (0.86, 0.96);
 const REGULAR_EARLY_CYCLES: (f64, f64) = (0.8, 0.9);
 const REGULAR_RESTLESS: (f64, f64) = (0.05, 0.15);
@@ -109,10 +114,12 @@ pub(super) fn unrest(candidate: &Candidate, alike: f64) -> f64 {
     candidate.restlessness / if is_alike(alike) { RESTLESS_ALIKE } else { RESTLESS }
 }
 
-/// The same for a candidate of which nothing is known yet that follows it.
-pub(super) fn stands_out_at_first(candidate: &Candidate, alike: f64) -> bool {
-    let is_quiet = is_alike(alike) || candidate.restlessness <= RESTLESS_AT_FIRST;
-    stands_out(candidate, alike) && is_quiet && flutter(candidate) <= 1.0
+/// The same for a candidate so many cycles after the last beat, of which nothing is known yet that follows it.
+pub(super) fn stands_out_at_first(candidate: &Candidate, alike: f64, cycles: f64) -> bool {
+    let on_time = quiet(cycles.ln().abs(), ON_TIME) * (1.0 - quiet(alike, ALIKE_ON_TIME));
+    let most = RESTLESS_AT_FIRST + (RESTLESS_ALIKE - RESTLESS_AT_FIRST) * on_time;
+    let most = if is_alike(alike) { RESTLESS_ALIKE } else { most };
+    candidate.restlessness <= most && flutter(candidate) <= 1.0
 }
 
 /// How much it looks like flutter of the ventricles, as a multiple of the most that beats do.
@@ -214,9 +221,17 @@ mod tests {
     #[test]
     fn broad_waves_without_a_pause_are_no_beats() {
         let wave = |breadth, swell| Candidate { breadth, swell, ..Candidate::at(0.0, 1.0) };
-        assert!(stands_out_at_first(&wave(12.0, 0.1), 0.5));
-        assert!(stands_out_at_first(&wave(1.0, 1.5), 0.5));
-        assert!(!stands_out_at_first(&wave(12.0, 1.5), 0.5));
+        assert!(stands_out_at_first(&wave(12.0, 0.1), 0.5, 1.0));
+        assert!(stands_out_at_first(&wave(1.0, 1.5), 0.5, 1.0));
+        assert!(!stands_out_at_first(&wave(12.0, 1.5), 0.5, 1.0));
+    }
+
+    #[test]
+    fn a_deflection_like_beats_and_on_time_needs_less_quiet_before_it() {
+        let candidate = Candidate { restlessness: 0.5, ..Candidate::at(0.0, 1.0) };
+        assert!(stands_out_at_first(&candidate, 0.9, 1.1));
+        assert!(!stands_out_at_first(&candidate, 0.9, 1.4), "late");
+        assert!(!stands_out_at_first(&candidate, 0.6, 1.1), "unlike beats");
     }
 
     #[test]
