@@ -177,3 +177,11 @@ def test_no_bag_is_refused(stage):
     answer = calibrate(stage, stage.folder / "nowhere")
     assert answer.returncode == 1
     assert "nowhere" in answer.stderr
+
+
+def test_beats_have_the_latency_of_the_ecg_that_they_come_from(stage, demo_bag):
+    reference, beats = "/humans/persons/p001/truth/beats", "/humans/persons/p001/polar_h10/ecg/beats"
+    answer = stage.ask("calibrate", demo_bag, "--reference", reference, "--stream", beats, "--json")
+    found = json.loads(answer.stdout)
+    assert found["recorded_latency_secs"] == 0.05, found
+    assert abs(found["latency_secs"] - 0.05 - found["lag_secs"]) < 1e-4, found

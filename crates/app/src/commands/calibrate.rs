@@ -196,7 +196,9 @@ fn show(report: &CalibrationReport) {
     if let Some(interval_secs) = report.interval_secs {
         output::line(format!("over a connection interval of {} ms", 1e3 * interval_secs));
     }
-    output::line(format!("\n{}", edit::lines(&report.device, &report.clock())));
+    if report.doubt.is_none() {
+        output::line(format!("\n{}", edit::lines(&report.device, &report.clock())));
+    }
 }
 
 impl CalibrationReport {

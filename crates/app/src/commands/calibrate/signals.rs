@@ -90,6 +90,7 @@ pub(in crate::commands) fn record(
     let [a, b] = wanted;
     let mut seen = [SeenBy::new(bag, a)?, SeenBy::new(bag, b)?];
     let (mut has_latency, mut is_whole) = (false, true);
+    let origins = origins(bag, &seen[1].stream)?;
     for message in bag.messages(Some(span.from)) {
         let message = match message {
             Ok(message) => message,
@@ -114,17 +115,45 @@ pub(in crate::commands) fn record(
             }
         }
         if bag.streams()[message.stream].stream.shape == Shape::Status {
-            has_latency |= states_latency(&message, &seen[1].stream.name);
+            has_latency |= states_latency(&message, &origins);
         }
     }
     Ok(Recorded { seen, has_latency, is_whole })
 }
 
-/// Whether a message is the status of the stream and reports that its clock subtracts a latency.
-fn states_latency(message: &Message, stream: &str) -> bool {
+/// The names of a stream and of those that it was computed from, whose clock it goes by.
+///
+/// Returns an error if those belong to several devices: none of their latencies is that of the stream.
+fn origins(bag: &Bag, stream: &Stream) -> Result<Vec<String>, Failure> {
+    let mut names = vec![stream.name.clone()];
+    let mut devices: Vec<&str> = Vec::new();
+    let mut next = 0;
+    while let Some(name) = names.get(next) {
+        next += 1;
+        let known = bag.streams().iter().find(|known| known.stream.name == *name);
+        let Some(known) = known.map(|known| &known.stream) else { continue };
+        if known.inputs.is_empty() && !devices.contains(&known.device.as_str()) {
+            devices.push(&known.device);
+        }
+        let inputs = known.inputs.iter().filter(|input| !names.contains(*input));
+        let inputs: Vec<String> = inputs.cloned().collect();
+        names.extend(inputs);
+    }
+    if devices.len() < 2 {
+        return Ok(names);
+    }
+    let problem =
+        format!("{} is computed from several devices: {}", stream.name, devices.join(", "));
+    Err(Failure::new(problem).hint("give a stream of the one whose latency you want"))
+}
+
+/// Whether a message is the status of one of these streams and reports that its clock subtracts a latency.
+fn states_latency(message: &Message, streams: &[String]) -> bool {
     let with_latency = [ClockKind::OneWay as u8, ClockKind::SampleIndex as u8];
     match decode(msgs::StreamStatus::NAME, &message.cdr).map(|decoded| decoded.data) {
-        Ok(Data::Status(status)) => status.name == stream && with_latency.contains(&status.clock),
+        Ok(Data::Status(status)) => {
+            streams.contains(&status.name) && with_latency.contains(&status.clock)
+        }
         _ => false,
     }
 }
