@@ -57,6 +57,34 @@ def test_check_is_no_go_for_a_study_that_names_nothing(stage):
     assert any(line.startswith("missing  [[sources]]") and "teampulse scan" in line for line in lines), lines
 
 
+# Devices of this computer, and the node of a microphone, none of which is there.
+ABSENT = """
+[[sources]]
+type = "ttl"
+port = "/dev/absent"
+[[sources]]
+type = "camera"
+device = "absent"
+[[sources]]
+type = "ros_audio"
+topic = "/absent/audio"
+person = "p001"
+"""
+
+
+def test_devices_that_cannot_be_opened_are_no_go_and_missing_in_the_summary(stage, team):
+    study = stage.study(TEAM + ABSENT)
+    answer = stage.ask("check", study, "--out", stage.folder)
+    assert answer.returncode == 5, answer.stdout
+    wanted = ["ttl: failed to open /dev/absent", "camera: failed to", "/absent/audio: no sound is published there"]
+    for words in wanted:
+        assert f"missing  {words}" in answer.stdout, answer.stdout
+    answer = stage.ask("run", study, "--duration", 12, "--out", stage.folder / "out")
+    assert answer.returncode == 5, answer.stderr
+    summary = (harness.the_bag(stage.folder / "out") / "summary.md").read_text()
+    assert all(f"- {words}" in summary for words in wanted), summary
+
+
 def test_check_asks_for_the_room_that_the_study_keeps_free(stage, team):
     text = TEAM.replace('type = "bag"', 'type = "bag"\nkeep_free_mib = 1000000000')
     study = stage.study(text, "room.toml")

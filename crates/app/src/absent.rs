@@ -6,12 +6,13 @@ use std::path::Path;
 use std::time::Duration;
 
 use teampulse_core::session_streams::SESSION_EVENTS;
+use teampulse_core::source::SourceError;
 use teampulse_core::stream::{Origin, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_sinks::Unmet;
 
 use crate::failure::Failure;
-use crate::required::Requirements;
+use crate::required::{Requirements, with_unopened};
 use crate::tidied::SUMMARY;
 
 /// How long devices may take to appear: a scan and a connection of Bluetooth take several seconds.
@@ -24,9 +25,14 @@ const MARKERS: [&str; 2] = ["marker_lines", "ttl"];
 pub struct Absent(Vec<Unmet>);
 
 impl Absent {
-    /// Those of a session with these streams that lasted this long; none of a session that was too short for devices
-    /// to appear.
-    pub fn of(required: &Requirements, streams: &Streams, lasted: Duration) -> Absent {
+    /// Those of a session with these streams that lasted this long, in which the devices of some sources could not be
+    /// opened; none of a session that was too short for devices to appear.
+    pub fn of(
+        required: &Requirements,
+        streams: &Streams,
+        unopened: &[(String, SourceError)],
+        lasted: Duration,
+    ) -> Absent {
         if lasted < PATIENCE {
             return Absent(Vec::new());
         }
@@ -35,7 +41,7 @@ impl Absent {
         let raw: Vec<&Stream> = raw.filter(|stream| is_received(stream)).collect();
         let received: Vec<&Stream> =
             raw.iter().copied().filter(|stream| stream.has_health()).collect();
-        let mut absent = required.absent(&received);
+        let mut absent = with_unopened(required.absent(&received), unopened);
         let markers = required.kinds.iter().filter(|kind| MARKERS.contains(&kind.as_str())).count();
         if absent.is_empty() && raw.is_empty() && markers < required.kinds.len() {
             let but = if markers == 0 { "" } else { ", apart from those of markers" };
@@ -92,9 +98,10 @@ mod tests {
     fn a_session_with_nothing_but_markers_lacks_nothing() {
         let absent = |kinds: &[&str]| {
             let kinds = kinds.iter().map(|kind| (*kind).to_owned()).collect();
-            let required = Requirements { robots: Vec::new(), people: Vec::new(), kinds };
+            let (robots, people, voices) = (Vec::new(), Vec::new(), Vec::new());
+            let required = Requirements { robots, people, voices, kinds };
             let lasted = Duration::from_secs(20);
-            Absent::of(&required, &Streams::default(), lasted)
+            Absent::of(&required, &Streams::default(), &[], lasted)
                 .0
                 .into_iter()
                 .map(|it| it.what)

@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use teampulse_core::source::SourceError;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Signal, Stream};
 use teampulse_sinks::Unmet;
 use teampulse_sources::robots::{Robot, Robots, conformity};
+use teampulse_sources::ros_audio::RosAudio;
 use teampulse_sources::ros_people::{RosPeople, second_publishers};
 use teampulse_sources::{biosensors, hri, wearables};
 
@@ -30,6 +32,8 @@ pub struct Requirements {
     pub robots: Vec<Robots>,
     /// Its sources of people on ROS.
     pub people: Vec<RosPeople>,
+    /// Its microphones on ROS.
+    pub voices: Vec<RosAudio>,
     /// The types of all its sources.
     pub kinds: Vec<String>,
 }
@@ -40,6 +44,7 @@ impl Requirements {
         Ok(Requirements {
             robots: study.settings_of("sources", "robots")?,
             people: study.settings_of("sources", "people")?,
+            voices: study.settings_of("sources", "ros_audio")?,
             kinds: study.kinds("sources"),
         })
     }
@@ -80,8 +85,19 @@ impl Requirements {
         missing.extend(unpublished(&self.kinds, received));
         missing.extend(unseen(&self.kinds, received));
         missing.extend(unworn(&self.kinds, received));
+        missing.extend(unheard(&self.voices, received));
         missing
     }
+}
+
+/// Adds the sources whose device could not be opened to what is missing, unless they are among it.
+pub fn with_unopened(mut missing: Vec<Unmet>, unopened: &[(String, SourceError)]) -> Vec<Unmet> {
+    for (name, error) in unopened {
+        if !missing.iter().any(|each| each.what.starts_with(&format!("{name}:"))) {
+            missing.push(lacking(format!("{name}: failed to {error}"), error.hint()));
+        }
+    }
+    missing
 }
 
 fn lacking(what: impl Into<String>, fix: impl Into<String>) -> Unmet {
@@ -136,6 +152,16 @@ fn unseen(kinds: &[String], received: &[&Stream]) -> Option<Unmet> {
         let what = "anybody on camera: no face or body of a person of the study is published below /humans";
         lacking(what, "Start the nodes that publish them, stand before the camera, and check `face`, `body` and `id`.")
     })
+}
+
+/// The microphones on ROS that nothing publishes.
+fn unheard(voices: &[RosAudio], received: &[&Stream]) -> Vec<Unmet> {
+    let is_absent = |voice: &&RosAudio| !received.iter().any(|stream| voice.is_published(stream));
+    let absent = voices.iter().filter(is_absent).map(|voice| {
+        let what = format!("{}: no sound is published there", voice.topic);
+        lacking(what, "Start the node that publishes it, and check the ROS domain.")
+    });
+    absent.collect()
 }
 
 /// The devices of the study that send nothing.

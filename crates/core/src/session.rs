@@ -80,6 +80,8 @@ pub enum Pace {
 pub struct Outcome {
     /// The sources that gave up, with the reason.
     pub sources: Vec<(String, SourceError)>,
+    /// The sources whose device could not be opened during the whole session, with the last reason.
+    pub unopened: Vec<(String, SourceError)>,
     /// The sinks that ended early, with the reason.
     pub sinks: Vec<(&'static str, SinkError)>,
     /// How many readings were dropped in our own queue.
@@ -158,7 +160,7 @@ impl Session {
         tokio::select! {
             () = stop => {}
             () = self.commands.stopped() => {}
-            () = sources.all_ended(&mut outcome.sources) => {}
+            () = sources.all_ended(&mut outcome) => {}
             () = pump.ended() => {}
         }
         queue.close();
@@ -189,7 +191,7 @@ async fn end_sources(
     let mut patience = pin!(passed(SOURCES_PATIENCE));
     while !sources.is_empty() {
         let waits = tokio::select! {
-            () = sources.all_ended(&mut outcome.sources) => true,
+            () = sources.all_ended(outcome) => true,
             () = &mut patience => false,
             () = hurry.done() => false,
         };

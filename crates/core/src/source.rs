@@ -55,3 +55,12 @@ pub enum SourceError {
         hint: String,
     },
 }
+
+impl SourceError {
+    /// What the user can do; may be empty.
+    pub fn hint(&self) -> &str {
+        match self {
+            SourceError::Gone { hint, .. } | SourceError::Fatal { hint, .. } => hint,
+        }
+    }
+}

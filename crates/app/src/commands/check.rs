@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use teampulse_core::counted::counted;
+use teampulse_core::source::SourceError;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Shape, Stream};
 use teampulse_ros::buses::Buses;
@@ -28,7 +29,7 @@ use crate::machine;
 use crate::network;
 use crate::notes;
 use crate::output;
-use crate::required::{Requirements, no_person, no_robot};
+use crate::required::{Requirements, no_person, no_robot, with_unopened};
 use crate::setup::{Parts, Setup, Sources};
 use crate::stop::Stop;
 use crate::study::Study;
@@ -44,8 +45,8 @@ const NOTHING: &str =
 /// Reads the study, receives everything in it for a while without recording, and compares each robot with
 /// the robot profile. The result is no-go where a required stream is missing, where two devices publish the
 /// same signal of one person, where a wearable sends no samples, has no contact with the skin or a battery that
-/// does not last through the phases of the study, and where neither a robot nor a person of the study is present.
-/// Robots that are present but not named in the study are listed, too.
+/// does not last through the phases of the study, where any other device can't be opened, and where neither a robot
+/// nor a person of the study is present. Robots that are present but not named in the study are listed, too.
 #[derive(Debug, Args)]
 pub struct Check {
     /// The study
@@ -79,7 +80,7 @@ impl Check {
         output::lines(machine::check(&self.out));
         let (buses, keep_free_bytes) = (Arc::clone(&setup.buses), setup.keep_free_bytes());
         let unfit_fallback = setup.unfit_fallback();
-        let Heard { streams: heard, own_phases, worn, faults } =
+        let (Heard { streams: heard, own_phases, worn, faults }, unopened) =
             listen(setup, sources, self.seconds).await?;
         let width = heard.iter().map(|(_, status)| status.name.len()).max().unwrap_or(0);
         output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status, width)));
@@ -102,7 +103,7 @@ impl Check {
         let lacking = lacking(&required, &heard, &buses);
         let notes = idle.iter().chain(&overruled).chain(&lacking);
         output::lines(notes.map(|note| format!("note     {note}")));
-        let unmet = required.missing(&heard).into_iter();
+        let unmet = with_unopened(required.missing(&heard), &unopened).into_iter();
         output::lines(faults.iter().map(|fault| format!("fault    {fault}")));
         let mut missing: Vec<String> = unmet.map(|unmet| unmet.what).collect();
         missing.extend(absent_lsl);
@@ -148,8 +149,12 @@ fn messages_per_sec(heard: &[(Arc<Stream>, StreamStatus)]) -> f64 {
     messages.map(|(_, status)| status.rate_hz).sum()
 }
 
-/// Receives from a study's sources.
-async fn listen(setup: Setup, sources: Sources, duration_secs: f64) -> Result<Heard, Failure> {
+/// Receives from a study's sources; also returns those whose device could not be opened, with the reason.
+async fn listen(
+    setup: Setup,
+    sources: Sources,
+    duration_secs: f64,
+) -> Result<(Heard, Vec<(String, SourceError)>), Failure> {
     let listener = Listener::default();
     let parts = Parts { sources, sinks: vec![Box::new(listener.clone())], ..Parts::default() };
     let asked = Stop::default().asked(setup.clock.clone(), Some(duration_secs));
@@ -157,7 +162,7 @@ async fn listen(setup: Setup, sources: Sources, duration_secs: f64) -> Result<He
     if let Some((name, error)) = outcome.sources.into_iter().next() {
         return Err(Failure::new(format!("{name}: failed to {error}")));
     }
-    Ok(listener.heard())
+    Ok((listener.heard(), outcome.unopened))
 }
 
 fn stream_line(stream: &Stream, status: &StreamStatus, width: usize) -> String {

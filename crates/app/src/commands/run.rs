@@ -88,8 +88,10 @@ pub async fn watch(
     let session = setup.session(parts);
     let streams = session.streams.clone();
     let watch = Stopwatch::start();
-    let exit = conclude(stop.run(session, clock, duration_secs).await);
-    let absent = Absent::of(&required, &streams, watch.elapsed());
+    let mut outcome = stop.run(session, clock, duration_secs).await;
+    let unopened = std::mem::take(&mut outcome.unopened);
+    let exit = conclude(outcome);
+    let absent = Absent::of(&required, &streams, &unopened, watch.elapsed());
     absent.show();
     let exit = if absent.is_empty() || exit != Exit::Fine { exit } else { Exit::DeviceMissing };
     for later in ended.folders() {

@@ -8,6 +8,7 @@ use tokio::time::Instant;
 use crate::fault::{lasting, passing, with_hint};
 use crate::outlet::Outlet;
 use crate::panics::{at, watched_async};
+use crate::session::Outcome;
 use crate::source::{Source, SourceError};
 
 /// The pauses before a source is run again double from the first to the last. All current sources are on this machine
@@ -16,15 +17,18 @@ const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LAST_PAUSE: Duration = Duration::from_secs(5);
 /// After a source has run for this long, its pauses start from the first one again.
 const WELL: Duration = Duration::from_secs(30);
+/// A source whose runs all ended sooner than this has not opened its device.
+const OPENED: Duration = Duration::from_secs(2);
 
 /// Running sources.
 #[derive(Default)]
 pub(super) struct Sources {
-    running: JoinSet<(String, Ended)>,
+    running: JoinSet<(String, Ended, Option<SourceError>)>,
     names: Vec<String>,
 }
 
 /// How a source ended.
+#[derive(Debug)]
 enum Ended {
     /// It has no more data.
     Done,
@@ -38,24 +42,25 @@ impl Sources {
     pub(super) fn start(&mut self, name: String, source: Box<dyn Source>, outlet: Outlet) {
         self.names.push(name.clone());
         self.running.spawn(async move {
-            let ended = mind(&name, source, &outlet).await;
-            (name, ended)
+            let mut unopened = None;
+            let ended = mind(&name, source, &outlet, &mut unopened).await;
+            (name, ended, unopened)
         });
     }
 
     /// Waits until every source has ended, or one of them has failed for good.
-    pub(super) async fn all_ended(&mut self, failed: &mut Vec<(String, SourceError)>) {
+    pub(super) async fn all_ended(&mut self, outcome: &mut Outcome) {
         while let Some(ended) = self.running.join_next().await {
             // A task that can't be joined was aborted: it is still in the list of names.
-            let Ok((name, ended)) = ended else { continue };
+            let Ok((name, ended, unopened)) = ended else { continue };
             if let Some(index) = self.names.iter().position(|known| *known == name) {
                 self.names.swap_remove(index);
             }
             match ended {
-                Ended::Done => {}
-                Ended::Panicked(error) => failed.push((name, error)),
+                Ended::Done => outcome.unopened.extend(unopened.map(|error| (name, error))),
+                Ended::Panicked(error) => outcome.sources.push((name, error)),
                 Ended::Fatal(error) => {
-                    failed.push((name, error));
+                    outcome.sources.push((name, error));
                     return;
                 }
             }
@@ -74,11 +79,22 @@ impl Sources {
 }
 
 /// Runs a source, and restarts it after a pause whenever its device goes away.
-async fn mind(name: &str, mut source: Box<dyn Source>, outlet: &Outlet) -> Ended {
+///
+/// `unopened` is the last reason for which its device could not be opened, as long as it never was.
+async fn mind(
+    name: &str,
+    mut source: Box<dyn Source>,
+    outlet: &Outlet,
+    unopened: &mut Option<SourceError>,
+) -> Ended {
     let mut pause = FIRST_PAUSE;
+    let mut was_open = false;
     loop {
         let began = Instant::now();
-        match watched_async(source.run(outlet)).await {
+        let ended = watched_async(source.run(outlet)).await;
+        was_open |= began.elapsed() >= OPENED;
+        *unopened = unopened.take().filter(|_| !was_open);
+        match ended {
             Ok(Ok(())) => return Ended::Done,
             Ok(Err(_)) if outlet.is_closed() => return Ended::Done,
             Ok(Err(SourceError::Gone { message, hint })) => {
@@ -86,7 +102,9 @@ async fn mind(name: &str, mut source: Box<dyn Source>, outlet: &Outlet) -> Ended
                     pause = FIRST_PAUSE;
                 }
                 tracing::debug!("{name} is started again in {pause:?}");
-                outlet.happen(passing(with_hint(format!("{name}: failed to {message}"), &hint)));
+                let label = format!("{name}: failed to {message}");
+                outlet.happen(passing(with_hint(label, &hint)));
+                *unopened = Some(SourceError::Gone { message, hint }).filter(|_| !was_open);
             }
             Ok(Err(fatal)) => return Ended::Fatal(fatal),
             Err(panic) => {
@@ -143,8 +161,10 @@ mod tests {
         let connected = Arc::default();
         let strap = Strap { lasts_secs, connected: Arc::clone(&connected), most: 11 };
         let outlet = Queue::new().outlet(Clock::host(), Streams::default());
-        let ended = mind("strap", Box::new(strap), &outlet).await;
-        assert!(matches!(ended, Ended::Done));
+        let mut unopened = None;
+        let ended = mind("strap", Box::new(strap), &outlet, &mut unopened).await;
+        assert!(matches!(ended, Ended::Done), "{ended:?}");
+        assert_eq!(unopened.is_some(), lasts_secs < 2, "{unopened:?}");
         let connected = connected.lock().expect("nobody panicked");
         let lasted = Duration::from_secs(lasts_secs);
         connected.windows(2).map(|pair| (pair[1] - pair[0]).saturating_sub(lasted)).collect()

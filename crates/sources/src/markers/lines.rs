@@ -83,7 +83,7 @@ impl Source for Door {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         let listener = TcpListener::bind(self.listen).await.map_err(|error| SourceError::Gone {
             message: format!("listen for markers on {}: {error}", self.listen),
-            hint: "does another program use this port? Set another one as `listen`".into(),
+            hint: "does another program, or another source of the study, use this port? Set another one as `listen`".into(),
         })?;
         let places = Arc::new(Semaphore::new(MOST));
         let mut writers: JoinSet<()> = JoinSet::new();

@@ -129,6 +129,12 @@ impl RosAudio {
     fn stream(&self) -> Stream {
         self.kept().stream(&self.person, self.rate_hz.unwrap_or(0.0))
     }
+
+    /// Whether a stream is that of this microphone, and somebody publishes it.
+    pub fn is_published(&self, stream: &Stream) -> bool {
+        // What this computer reads itself has no publisher that offers it.
+        stream.name == self.stream().name && !stream.qos.is_empty()
+    }
 }
 
 fn is_sound(type_name: &str) -> bool {
