@@ -19,7 +19,7 @@ pub(super) const NAME: &str = "features.csv";
 /// The name of the file that describes its columns.
 pub(super) const SIDECAR: &str = "features.json";
 /// Its columns.
-pub(super) const COLUMNS: [(&str, Column); 10] = [
+pub(super) const COLUMNS: [(&str, Column); 11] = [
     ("start_secs", Column::united("Start of the window, since the start of the session.", "s")),
     ("window_secs", Column::united("Length of the window.", "s")),
     ("subject", Column::of("The subject: a person's pseudonym, a robot, the team or the session.")),
@@ -30,6 +30,10 @@ pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("unit", Column::of("The unit of the value and of its sigma; 1 for none.")),
     ("sigma", Column::of("The standard uncertainty of the value; empty where it can't be stated.")),
     ("reason", Column::of("Why there is no value.")),
+    (
+        "span",
+        Column::of("`phase` where the window is a whole phase; empty where it is a part of one."),
+    ),
 ];
 /// Windows arrive every second: the tolerance of their ends [ns].
 const TOLERANCE_NS: i64 = 500_000_000;
@@ -118,9 +122,13 @@ impl Features {
         let phase = cell(&on_one_line(section.phase.unwrap_or_default()));
         let FeatureValues { window_secs, coverage, quality, .. } = values;
         let of_window = format!("{begin_secs:.3},{window_secs},{subject},{phase},{source}");
+        let span = if is_of_phases(stream) { "phase" } else { "" };
         if has_coverage(stream) {
-            for (measure, share) in [(COVERAGE, coverage), (QUALITY, quality)] {
-                self.file.push(format_args!("{of_window},{measure},{share},1,,"))?;
+            // The quality of a link is a value of its own.
+            let is_own = |name: &str| stream.channels.iter().any(|channel| channel.name == name);
+            let shares = [(COVERAGE, coverage), (QUALITY, quality)].into_iter();
+            for (measure, share) in shares.filter(|(measure, _)| !is_own(measure)) {
+                self.file.push(format_args!("{of_window},{measure},{share},1,,,{span}"))?;
             }
         }
         for (k, channel) in stream.channels.iter().enumerate() {
@@ -132,7 +140,7 @@ impl Features {
             };
             let (channel, unit) = (cell(&channel.name), cell(&channel.unit));
             let of_value = format_args!("{channel},{value},{unit},{sigma},{reason}");
-            self.file.push(format_args!("{of_window},{of_value}"))?;
+            self.file.push(format_args!("{of_window},{of_value},{span}"))?;
         }
         Ok(())
     }

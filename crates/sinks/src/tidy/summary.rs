@@ -4,6 +4,7 @@ mod page;
 mod table;
 mod usable;
 mod stream_summary;
+mod rates;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,6 +16,7 @@ use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::loss::Loss;
 use teampulse_core::reports::Isa;
 use teampulse_core::sample::Record;
+use teampulse_core::session_streams::SESSION_EVENTS;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
 use teampulse_core::streams::Streams;
@@ -53,7 +55,10 @@ pub(super) struct Summary {
 /// The numbers of events of each kind.
 #[derive(Debug, Default)]
 struct Counts {
+    /// Markers among the session's own events.
     markers: u64,
+    /// Those of wearables, files and other programs.
+    other_markers: u64,
     reports: u64,
     /// The numbers of unused reports: about an unknown person, not a number, or outside their scale.
     about_nobody: u64,
@@ -156,7 +161,8 @@ impl Summary {
         let is_of_people = stream.about != About::Robot && stream.origin == Origin::Raw;
         match event.kind {
             EventKind::Intervention => self.counts.interventions += 1,
-            EventKind::Marker if is_of_people => self.counts.markers += 1,
+            EventKind::Marker if stream.name == SESSION_EVENTS => self.counts.markers += 1,
+            EventKind::Marker if is_of_people => self.counts.other_markers += 1,
             EventKind::Report => {
                 self.counts.reports += 1;
                 self.counts.take_unused(event, is_about_nobody(stream, event, timeline));

@@ -220,11 +220,11 @@ fn a_value_has_its_unit_and_what_has_none_its_reason() {
     session.phase(0.0, "baseline", 60.0);
     session.windows("heart/w30", 30..=30, 30.0);
     insta::assert_snapshot!(session.run().text("features.csv"), @r"
-    start_secs,window_secs,subject,phase,source,measure,value,unit,sigma,reason
-    0.000,30,p001,baseline,polar_h10/ecg,coverage,1,1,,
-    0.000,30,p001,baseline,polar_h10/ecg,quality,0.75,1,,
-    0.000,30,p001,baseline,polar_h10/ecg,ECG_Rate_Mean,71.5,bpm,,
-    0.000,30,p001,baseline,polar_h10/ecg,HRV_LF,,ms^2,,window too short
+    start_secs,window_secs,subject,phase,source,measure,value,unit,sigma,reason,span
+    0.000,30,p001,baseline,polar_h10/ecg,coverage,1,1,,,
+    0.000,30,p001,baseline,polar_h10/ecg,quality,0.75,1,,,
+    0.000,30,p001,baseline,polar_h10/ecg,ECG_Rate_Mean,71.5,bpm,,,
+    0.000,30,p001,baseline,polar_h10/ecg,HRV_LF,,ms^2,,window too short,
     ");
 }
 
@@ -356,7 +356,7 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     # trial
 
     2026-11-18 11:06:40 to 2026-11-18 11:07:40 (UTC), 1 min 1 s.
-    Markers set by people: 0. Self-reports: 0. Interventions: 0.
+    Markers: 0 in /session/events, 0 in other streams. Self-reports: 0. Interventions: 0.
 
     ## Phases
 
@@ -379,11 +379,12 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     |--------------|----------:|-------:|---------:|------:|-----:|-------:|
     | /robot1/odom |      20.0 |  75 %* |   100 %* | 50 %* |    3 |    1.0 |
 
-    usable: the share of each phase that has data good enough for values, or else of the windows that lie in it,
-    on average; with a *, where there are none, the share of time in which a stream arrived as it should;
-    - where a silence would mean nothing, such as for a key or the battery of a wearable. lost: on the way here
-    and in our own queue; ? = unknown. ± : how far a time may be off (95 %); - = not known: the computer that
-    measures stamps such a stream, and does not report its uncertainty.
+    rate: the median of the seconds in which samples arrived. usable: the share of each phase that has data good
+    enough for values, or else of the windows that lie in it, on average, and of the session that of its phases if
+    they cover it, or else of all windows; with a *, where there are none, the share of time in which a stream
+    arrived as it should; - where a silence would mean nothing, such as for a key or the battery of a wearable.
+    lost: on the way here and in our own queue; ? = unknown. ± : how far a time may be off (95 %); - = not known:
+    the computer that measures stamps such a stream, and does not report its uncertainty.
 
     ## What was lost or wrong
 
@@ -531,5 +532,5 @@ fn markers_of_files_and_of_wearables_count_as_those_of_the_session_do() {
     session.report(3.0, &robot, marker());
     session.report(4.0, &Stream::derived(&button, "state", Shape::Event), marker());
     let text = session.run().text("summary.md");
-    assert!(text.contains("Markers set by people: 2."), "{text}");
+    assert!(text.contains("Markers: 1 in /session/events, 1 in other streams."), "{text}");
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use teampulse_core::counted::counted;
 use teampulse_core::phases::Phase;
 use teampulse_core::reports::SCALE;
+use teampulse_core::session_streams::SESSION_EVENTS;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::Subject;
 use teampulse_core::time::Time;
@@ -56,8 +57,9 @@ impl Page<'_> {
         let unused = self.unused();
         writeln!(
             f,
-            "Markers set by people: {markers}. Self-reports: {reports}{unused}. Interventions: \
-             {interventions}.\n"
+            "Markers: {markers} in {SESSION_EVENTS}, {} in other streams. Self-reports: {reports}{unused}. \
+             Interventions: {interventions}.\n",
+            counts.other_markers
         )
     }
 
@@ -123,12 +125,12 @@ impl Page<'_> {
         }
         writeln!(
             f,
-            "usable: the share of each phase that has data good enough for values, or else of the \
-             windows that lie in it,\non average; with a *, where there are none, the share of time in which \
-             a stream arrived as it should;\n- where a silence would mean nothing, such as for a key or the \
-             battery of a wearable. lost: on the way here\nand in our own queue; ? = unknown. ± : how far a \
-             time may be off (95 %); - = not known: the computer that\nmeasures stamps such a stream, and does \
-             not report its uncertainty.\n"
+            "rate: the median of the seconds in which samples arrived. usable: the share of each phase that has data \
+             good\nenough for values, or else of the windows that lie in it, on average, and of the session that of its \
+             phases if\nthey cover it, or else of all windows; with a *, where there are none, the share of time in which \
+             a stream\narrived as it should; - where a silence would mean nothing, such as for a key or the battery of a \
+             wearable.\nlost: on the way here and in our own queue; ? = unknown. ± : how far a time may be off (95 %); \
+             - = not known:\nthe computer that measures stamps such a stream, and does not report its uncertainty.\n"
         )
     }
 

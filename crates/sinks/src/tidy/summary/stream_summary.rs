@@ -4,6 +4,10 @@ use std::collections::BTreeMap;
 
 use teampulse_core::status::{State, StreamStatus};
 
+use super::rates::Rates;
+
+/// The share of the session that phases have to cover to represent it.
+const COVERED: f64 = 0.95;
 /// The most reasons kept separately for one stream.
 const MOST_REASONS: usize = 16;
 
@@ -12,10 +16,10 @@ const MOST_REASONS: usize = 16;
 pub(super) struct StreamSummary {
     /// Its last status.
     pub(super) last: Option<StreamStatus>,
-    /// The number of seconds in which samples arrived.
-    came_secs: u32,
-    /// The sum of its rates in those seconds [Hz].
-    rates_hz: f64,
+    /// Its rates in the seconds in which samples arrived.
+    rates: Rates,
+    /// Whether it has been without a sample for a second.
+    was_awaited: bool,
     /// The seconds in which it was fine.
     fine: Shares,
     /// The usable shares of its windows; in a phase, of those within it.
@@ -65,8 +69,7 @@ impl StreamSummary {
     pub(super) fn take_status(&mut self, status: &StreamStatus) {
         self.last = Some(status.clone());
         if matches!(status.state, State::Ok | State::Degraded) && status.rate_hz > 0.0 {
-            self.came_secs += 1;
-            self.rates_hz += status.rate_hz;
+            self.rates.take(status.rate_hz);
         }
         // A stream is declared a moment before its first sample.
         if !matches!(status.state, State::Ok | State::Never) {
@@ -77,6 +80,10 @@ impl StreamSummary {
 
     /// Takes the state of a second, within a phase or not, of a stream whose silence would be a fault.
     pub(super) fn take_state(&mut self, state: State, phase: Option<&str>) {
+        // A stream is declared a moment before its first sample.
+        if state == State::Never && !std::mem::replace(&mut self.was_awaited, true) {
+            return;
+        }
         let is_fine = f64::from(u8::from(state == State::Ok));
         self.fine.take(is_fine, 1.0, phase);
     }
@@ -109,24 +116,31 @@ impl StreamSummary {
         self.phases.take(worth, length_secs, Some(phase));
     }
 
-    /// Its mean rate while samples arrived [Hz].
+    /// Its usual rate while samples arrived [Hz].
     pub(super) fn rate_hz(&self) -> Option<f64> {
-        (self.came_secs > 0).then(|| self.rates_hz / f64::from(self.came_secs))
+        self.rates.usual_hz()
     }
 
-    /// Its usable share.
+    /// Its usable share: from whole phases if they cover the session, else from windows.
     pub(super) fn usable(&self) -> Option<Usable> {
-        self.first(Shares::mean)
+        let (phases, windows) = (&self.phases, &self.windows);
+        let is_covered = phases.all.of >= COVERED * self.fine.all.of;
+        let computed = if is_covered { [phases, windows] } else { [windows, phases] };
+        self.first(computed, Shares::mean)
     }
 
-    /// Its usable share within a phase; `None` without values in it.
+    /// Its usable share within a phase: from the whole of it, otherwise from windows; `None` without values in it.
     pub(super) fn usable_in(&self, phase: &str) -> Option<Usable> {
-        self.first(|shares| shares.mean_in(phase))
+        self.first([&self.phases, &self.windows], |shares| shares.mean_in(phase))
     }
 
-    /// The share from whole phases if there are any, otherwise from windows, otherwise from its state.
-    fn first(&self, mean: impl Fn(&Shares) -> Option<f64>) -> Option<Usable> {
-        let computed = mean(&self.phases).or_else(|| mean(&self.windows));
+    /// The first of these shares that is known, otherwise that of its state.
+    fn first(
+        &self,
+        computed: [&Shares; 2],
+        mean: impl Fn(&Shares) -> Option<f64>,
+    ) -> Option<Usable> {
+        let computed = computed.into_iter().find_map(&mean);
         let by_state = || Some(Usable { share: mean(&self.fine)?, is_by_state: true });
         computed.map(|share| Usable { share, is_by_state: false }).or_else(by_state)
     }

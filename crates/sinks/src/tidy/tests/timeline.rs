@@ -51,6 +51,18 @@ fn a_phase_is_judged_as_a_whole_where_it_was() {
 }
 
 #[test]
+fn phases_that_do_not_cover_the_session_do_not_represent_it() {
+    let mut session = Session::new();
+    session.phase(40.0, "task", 20.0);
+    for secs in 0..60 {
+        session.report(f64::from(secs), &status_stream(), status(ECG, State::Ok, None));
+    }
+    session.windows("heart/w30", 30..=60, 30.0);
+    session.window("heart/phases", 60.0, covered(20.0, 0.2));
+    assert_eq!(usable(&session.run(), ECG), ["75 %", "15 %"]);
+}
+
+#[test]
 fn a_phase_in_which_no_window_lies_is_judged_by_the_state_of_the_stream() {
     let mut session = Session::new();
     session.phase(0.0, "baseline", 40.0);
