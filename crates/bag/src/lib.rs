@@ -27,7 +27,7 @@ pub use read::messages::{Message, Messages};
 pub use read::{Bag, BagStream, DAMAGE_NOTE};
 pub use recorded::Recorded;
 pub use recording::{Broken, Complete, Opening, Recording};
-pub use recover::{RecoveredFile, Report, recover};
+pub use recover::{RecoveredFile, Report, folder_with, recover};
 pub use sink::{BagSink, CONTINUES_NOTE, ENDED_NOTE, STUDY_NAME};
 pub use source::{Adapter, BagSource, Selection, Unread};
 pub use spill::Spill;

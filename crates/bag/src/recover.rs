@@ -12,7 +12,9 @@ use teampulse_messages::convert::schema_of;
 
 use crate::claim::claim;
 use crate::error::{BagError, Found};
-use crate::metadata::{FileSpan, Metadata, Topic};
+use crate::metadata::{
+    FILE_NAME, FileSpan, Metadata, ParsedMetadata, ROSBAG2_RECORD, SERIALIZED_KEY, Topic,
+};
 use crate::private;
 use crate::read::block::Entry;
 use crate::read::index::{Damage, Index};
@@ -58,11 +60,13 @@ impl RecoveredFile {
 }
 
 /// Repairs a bag: reads all of it, and rewrites each truncated or damaged file with all intact chunks, in
-/// order. `metadata.yaml` is rewritten.
+/// order. `metadata.yaml` is rewritten. The file of a bag's folder is repaired with its whole folder; a lone one notes
+/// its losses in itself.
 ///
 /// A bag that is still being recorded, or repaired by another program, is refused and not changed. The old file stays
 /// until the new one is safely on the disk, and is kept as `<name>.mcap.orig` if anything was lost from its middle.
 pub fn recover(path: &Path) -> Result<Report, BagError> {
+    let path = folder_with(path).unwrap_or(path);
     let mut bag = Bag::open(path)?;
     if let Some(made) = bag.parts().iter().find(|part| part.is_made) {
         return Err(BagError::NotABag { path: made.path.clone(), found: Found::Foreign });
@@ -71,9 +75,10 @@ pub fn recover(path: &Path) -> Result<Report, BagError> {
         return Err(BagError::InUse { path: part.path.clone() });
     }
     let stated = bag.stated_messages();
+    let lone = (!path.is_dir()).then(|| describe(&bag));
     let parts = bag.parts_mut().iter_mut().zip(stated);
-    let files: Vec<RecoveredFile> =
-        parts.map(|(part, stated)| recover_file(part, stated)).collect::<Result<_, _>>()?;
+    let recovered = parts.map(|(part, stated)| recover_file(part, stated, lone.clone()));
+    let files: Vec<RecoveredFile> = recovered.collect::<Result<_, _>>()?;
     drop(bag);
     if path.is_dir() {
         let bag = Bag::open(path)?;
@@ -82,6 +87,14 @@ pub fn recover(path: &Path) -> Result<Report, BagError> {
         metadata.save(path).map_err(BagError::io("write", path))?;
     }
     Ok(Report { files })
+}
+
+/// The folder of the bag to which a file belongs.
+pub fn folder_with(path: &Path) -> Option<&Path> {
+    let folder = path.parent().filter(|_| path.is_file())?;
+    let text = fs::read_to_string(folder.join(FILE_NAME)).ok()?;
+    let name = path.file_name()?.to_str()?;
+    ParsedMetadata::read(&text).files.iter().any(|file| file == name).then_some(folder)
 }
 
 /// Notes the losses, as the repaired files no longer show them.
@@ -102,9 +115,11 @@ fn note_losses(files: &[RecoveredFile], metadata: &mut Metadata) {
     }
 }
 
+/// Repairs a file; a lone one with the metadata of its bag, which then state its losses.
 fn recover_file(
     index: &mut Index,
     stated_messages: Option<u64>,
+    mut lone: Option<Metadata>,
 ) -> Result<RecoveredFile, BagError> {
     index.check();
     let mut recovered = RecoveredFile {
@@ -115,7 +130,14 @@ fn recover_file(
         original: None,
     };
     if !recovered.damage.is_empty() {
-        replace(index, &mut recovered)?;
+        let found = recovered.clone();
+        let noted = |messages| {
+            let kept = RecoveredFile { messages, ..found };
+            let lost_messages = lost_messages(&kept, stated_messages);
+            note_losses(&[RecoveredFile { lost_messages, ..kept }], lone.as_mut()?);
+            lone
+        };
+        replace(index, noted, &mut recovered)?;
     }
     recovered.lost_messages = lost_messages(&recovered, stated_messages);
     Ok(recovered)
@@ -128,12 +150,16 @@ fn lost_messages(file: &RecoveredFile, stated_messages: Option<u64>) -> Option<u
     lost.or(is_read.then_some(0))
 }
 
-/// Replaces a damaged file by its repaired version.
-fn replace(index: &Index, recovered: &mut RecoveredFile) -> Result<(), BagError> {
+/// Replaces a damaged file by its repaired version, with the metadata returned for the number of messages kept.
+fn replace(
+    index: &Index,
+    noted: impl FnOnce(u64) -> Option<Metadata>,
+    recovered: &mut RecoveredFile,
+) -> Result<(), BagError> {
     let path = &index.path;
     let unfinished = path.with_extension("mcap.recovering");
     recovered.messages =
-        rewrite(index, &unfinished).inspect_err(|_| drop(fs::remove_file(&unfinished)))?;
+        rewrite(index, noted, &unfinished).inspect_err(|_| drop(fs::remove_file(&unfinished)))?;
     if recovered.is_torn() {
         let original = free_name(path);
         fs::rename(path, &original).map_err(BagError::io("write", &original))?;
@@ -151,14 +177,22 @@ fn free_name(path: &Path) -> PathBuf {
     names.find(|name| !name.exists()).expect("there are more numbers than files")
 }
 
-/// Writes everything readable to another file and syncs it; returns the number of messages.
-fn rewrite(index: &Index, path: &Path) -> Result<u64, BagError> {
+/// Writes everything readable to another file, with the metadata returned for the number of its messages, and syncs it;
+/// returns that number.
+fn rewrite(
+    index: &Index,
+    noted: impl FnOnce(u64) -> Option<Metadata>,
+    path: &Path,
+) -> Result<u64, BagError> {
     let file = private::create(path).map_err(BagError::io("write", path))?;
     let disk = file.try_clone().map_err(BagError::io("write", path))?;
     let spare = Arc::new(Mutex::new(SpareFile::new(folder_of(path))));
     let mut part = Part::begin(path, file, spare, Compression::Zstd)?;
     copy_extras(index, &mut part)?;
-    copy_messages(index, &mut part)?;
+    if let Some(metadata) = noted(copy_messages(index, &mut part)?) {
+        let metadata = BTreeMap::from([(SERIALIZED_KEY.to_owned(), metadata.body())]);
+        part.annotate(ROSBAG2_RECORD, &metadata)?;
+    }
     let ended = part.finish()?;
     if ended.is_full {
         return Err(BagError::DiskFull { path: folder_of(path).to_owned() });
@@ -196,8 +230,9 @@ fn copy_extras(index: &Index, part: &mut Part<File>) -> Result<(), BagError> {
     Ok(())
 }
 
-/// Copies all messages in file order, each to its original channel.
-fn copy_messages(index: &Index, part: &mut Part<File>) -> Result<(), BagError> {
+/// Copies all messages in file order, each to its original channel; returns their number.
+fn copy_messages(index: &Index, part: &mut Part<File>) -> Result<u64, BagError> {
+    let mut messages = 0;
     let mut channels = BTreeMap::new();
     for (id, channel) in &index.channels {
         channels.insert(*id, part.channel(channel)?);
@@ -211,9 +246,10 @@ fn copy_messages(index: &Index, part: &mut Part<File>) -> Result<(), BagError> {
             let Entry { sequence, log_time, publish_time, .. } = entry;
             let header = MessageHeader { channel_id, sequence, log_time, publish_time };
             part.write(&header, &contents.records[entry.start..entry.end])?;
+            messages += 1;
         }
     }
-    Ok(())
+    Ok(messages)
 }
 
 /// The metadata of a bag for `metadata.yaml`.

@@ -326,6 +326,22 @@ fn a_recovered_bag_is_found_whole_and_left_as_it_is() {
 }
 
 #[test]
+fn a_file_is_repaired_with_its_folder_and_a_lone_one_notes_its_losses() {
+    let folder = tempdir().unwrap();
+    let (path, lone) = (folder.path().join("bag"), folder.path().join("lone.mcap"));
+    spoil(&path, Compression::Zstd, |file, flushed| file[flushed[1] as usize + 60] ^= 1);
+    fs::copy(path.join("bag_0.mcap"), &lone).unwrap();
+    for file in [path.join("bag_0.mcap"), lone.clone()] {
+        assert_eq!(recover(&file).unwrap().files[0].messages, 160);
+    }
+    let lost = |path: &Path| Bag::open(path).unwrap().lost_to_damage();
+    let text = "_0.mcap: 40 messages were lost to damage";
+    assert_eq!(lost(&path).unwrap(), format!("bag{text}"));
+    assert!(fs::read_to_string(path.join("metadata.yaml")).unwrap().contains("message_count: 160"));
+    assert_eq!(lost(&lone).unwrap(), "lone.mcap: 40 messages were lost to damage");
+}
+
+#[test]
 fn what_metadata_reports_and_is_not_there_is_lost() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("bag");

@@ -193,7 +193,7 @@ fn describe(bag: &Bag) -> BagInfo {
         }
     }
     streams.sort_by(|a, b| a.name.cmp(&b.name));
-    let before = bag.notes().get(DAMAGE_NOTE).map(|note| format!("before: {note}"));
+    let before = bag.notes().get(DAMAGE_NOTE).map(|note| format!("repaired; {note}"));
     BagInfo {
         path: bag.path().display().to_string(),
         messages: bag.messages_count(),

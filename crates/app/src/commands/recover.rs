@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use teampulse_bag::{BagError, Found, RecoveredFile};
+use teampulse_bag::{BagError, Found, RecoveredFile, folder_with};
 use teampulse_core::counted::counted;
 
 use crate::commands::info::damage_text;
@@ -15,7 +15,7 @@ use crate::tidied::{SUMMARY, write_tidy_files};
 /// Repairs a damaged bag: keeps all readable messages, in place, and writes the tidy files beside it.
 #[derive(Debug, Args)]
 pub struct Recover {
-    /// The bag's folder, or one of its .mcap files
+    /// The bag's folder, or one of its .mcap files: either way the whole bag is repaired
     bag: PathBuf,
 }
 
@@ -24,6 +24,7 @@ impl Recover {
     pub async fn run(self) -> Result<Exit, Failure> {
         // A link is kept, and its target is repaired.
         let path = self.bag.canonicalize().unwrap_or_else(|_| self.bag.clone());
+        let path = folder_with(&path).map(Path::to_owned).unwrap_or(path);
         let report = teampulse_bag::recover(&path).map_err(|error| self.refused(&error))?;
         report.files.iter().for_each(print_file);
         let is_mended = report.files.iter().any(|file| !file.damage.is_empty());
