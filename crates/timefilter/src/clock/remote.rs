@@ -57,8 +57,9 @@ const MOST_EVENTS: usize = 16;
 /// The shift follows offset and skew by slewing, so that within an epoch time order is preserved. A timestamp
 /// is rejected, and has no effect on the model, if it is more than 0.1 s earlier than the fastest messages
 /// allow or more than one second later. Two kinds of late messages are accepted: those that continue their
-/// stream in order (a network backlog), and the first message of a stream, if it is at most five seconds late
-/// and the clock is known from probes (its receiver held it until they were answered). If all timestamps are
+/// stream in order (a network backlog), and the first message of a stream, if it is at most five seconds late, or not
+/// later than the backlog of other streams that is arriving, and the clock is known from probes (its receiver held it
+/// until they were answered). If all timestamps are
 /// rejected for three seconds, the clock has jumped. A timestamp of zero counts as missing.
 ///
 /// Timestamps of when a device took a measurement ([`StampOf::Measured`]) precede their arrival by the
@@ -256,6 +257,7 @@ impl Remote {
         self.bursts = Bursts::default();
         self.doubt = Doubt::default();
         self.rejected.forget();
+        self.backlogs.forget();
         let was_off = self.trusted.take() == Some(false);
         self.begin_epoch(secs);
         self.judge();

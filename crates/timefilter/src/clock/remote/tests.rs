@@ -256,6 +256,27 @@ fn what_was_held_until_probes_were_answered_keeps_its_stamps() {
 }
 
 #[test]
+fn a_backlog_keeps_its_stamps_though_a_message_is_there_twice_and_another_out_of_order() {
+    let mut computer = Computer::new(0, 0);
+    computer.run_with_probes(0, 20);
+    let second = |secs| START + secs * SECOND;
+    let (late, back) = (second(20)..second(40), second(40));
+    let mut disbelieved = 0;
+    for (place, sent) in late.clone().step_by(50_000_000).enumerate() {
+        let stamp = if place == 20 { sent - 120_000_000 } else { sent };
+        for _ in 0..=usize::from(place % 50 == 10) {
+            let corrected = computer.arrives(stamp, back);
+            disbelieved += usize::from(corrected.disbelieved);
+            assert!(place == 20 || (corrected.measured - sent).abs() < 2_000_000, "{place}");
+        }
+    }
+    assert_eq!(disbelieved, 1);
+    // A stream that began during the outage, in the middle of the backlog.
+    let (worst_nanos, disbelieved) = held(&mut computer, 7, second(25)..second(40), back);
+    assert!(worst_nanos < 2_000_000 && disbelieved == 0, "{worst_nanos} {disbelieved}");
+}
+
+#[test]
 fn stored_samples_for_late_joiners_do_not_set_the_clock() {
     let mut computer = Computer::new(0, 0);
     for k in 0..5 {
