@@ -18,6 +18,7 @@ use teampulse_messages::convert::encode;
 use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 use teampulse_ros::sink::{Publish, RosSink};
+use teampulse_sources::emulated::Wardrobe;
 use teampulse_sources::simulated::{SimulatedPerson, SimulatedTeam};
 
 use crate::commands::emulate::{Served, wardrobe};
@@ -167,11 +168,12 @@ impl Simulate {
         // Deadlines come sooner by a clock that runs fast.
         team.speed *= 1.0 + self.clock_skew_ppm * 1e-6;
         let clock = if is_simulated { Clock::settable() } else { host.clone() };
-        let mut sources = match &self.wearables {
-            Some(_) => SimulatedPerson::wearing(&team, &team.wearables),
+        let wardrobe = self.wearables.is_some().then(|| wardrobe(&team)).transpose()?;
+        let mut sources = match &wardrobe {
+            Some(worn) => SimulatedPerson::wearing(&team, &team.wearables, Some(worn.clock())),
             None => SimulatedPerson::of(&team),
         };
-        let served = self.serve(&team, is_simulated).await?;
+        let served = self.serve(&team, wardrobe.as_ref(), is_simulated).await?;
         let robotic = team.build().map_err(|error| Failure::new(error.message))?;
         sources.push(("simulation".into(), robotic));
         let sinks = sinks(&bus, time, &host, people);
@@ -219,9 +221,12 @@ impl Simulate {
     async fn serve(
         &self,
         team: &SimulatedTeam,
+        wardrobe: Option<&Wardrobe>,
         is_simulated: bool,
     ) -> Result<Option<Served>, Failure> {
-        let Some(folder) = &self.wearables else { return Ok(None) };
+        let Some((folder, wardrobe)) = self.wearables.as_ref().zip(wardrobe) else {
+            return Ok(None);
+        };
         if is_simulated {
             let failure = Failure::new("wearables run in real time, not by /clock");
             let failure = failure.hint("remove `speed` and `clock`, or --wearables");
@@ -229,7 +234,7 @@ impl Simulate {
         }
         std::fs::create_dir_all(folder)
             .map_err(|error| Failure::to(format!("create {}: {error}", folder.display())))?;
-        Served::open(&wardrobe(team)?, &team.wearables, Some(folder)).await.map(Some)
+        Served::open(wardrobe, &team.wearables, Some(folder)).await.map(Some)
     }
 }
 

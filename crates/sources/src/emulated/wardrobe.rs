@@ -45,6 +45,11 @@ impl Wardrobe {
         Ok(Wardrobe { people, clock: Stopwatch::start() })
     }
 
+    /// The time since the devices were switched on, from which the bodies live.
+    pub fn clock(&self) -> Stopwatch {
+        self.clock
+    }
+
     pub(super) fn worn_by(&self, person: &str) -> Result<Dressed, PersonError> {
         let wearer = self.people.get(person).ok_or_else(|| PersonError(person.to_owned()))?;
         Ok(Dressed { wearer: wearer.clone(), clock: self.clock })

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use async_trait::async_trait;
-use teampulse_core::clock::Clock;
+use teampulse_core::clock::{Clock, Stopwatch};
 use teampulse_core::data::{Data, Event, Wave};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::source::{Reading, Source, SourceError};
@@ -29,21 +29,24 @@ pub struct SimulatedPerson {
     operator: Operator,
     rates: Rates,
     until_secs: Option<f64>,
+    /// The time since which the body lives, if devices share it.
+    lives: Option<Stopwatch>,
 }
 
 impl SimulatedPerson {
     /// The people of a team, by id: `p001` and so on. The settings have been checked.
     pub fn of(team: &SimulatedTeam) -> Vec<(String, Box<dyn Source>)> {
-        SimulatedPerson::wearing(team, &[])
+        SimulatedPerson::wearing(team, &[], None)
     }
 
-    /// The same people, without the sensors of the wearables that they also wear.
+    /// The same people, without the sensors of the wearables that they also wear, which measure the same body at the same time.
     pub fn wearing(
         team: &SimulatedTeam,
         wearables: &[EmulatedWearable],
+        lives: Option<Stopwatch>,
     ) -> Vec<(String, Box<dyn Source>)> {
         let person = |number| {
-            let person = SimulatedPerson::new(team, number, wearables);
+            let person = SimulatedPerson { lives, ..SimulatedPerson::new(team, number, wearables) };
             (format!("person {}", person.id), Box::new(person) as Box<dyn Source>)
         };
         (1..=team.people).map(person).collect()
@@ -61,14 +64,15 @@ impl SimulatedPerson {
         let body = body.expect("the settings have been checked");
         let operator = Operator::new(body, model.task_of_person(number));
         let until_secs = team.steps.map(f64::from);
-        SimulatedPerson { id, operator, rates, until_secs }
+        SimulatedPerson { id, operator, rates, until_secs, lives: None }
     }
 }
 
 #[async_trait]
 impl Source for SimulatedPerson {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        let start = outlet.clock().now();
+        let lived = self.lives.map_or(Duration::ZERO, |lives| lives.elapsed());
+        let start = outlet.clock().now() - lived;
         let streams = Streams::declare(&self.id, &self.rates, outlet);
         tokio::select! {
             () = self.live(start, &streams, outlet) => {}
