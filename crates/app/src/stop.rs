@@ -53,7 +53,7 @@ impl Stop {
     /// Resolves on a second Ctrl-C or SIGTERM: slow steps are then skipped.
     pub async fn hurried(self) {
         self.reached(2).await;
-        say("stopping now: data that is not on disk within a few seconds is lost");
+        say("stopping now: what is not finished within a few seconds is abandoned");
     }
 
     /// Runs a session until it ends or is asked to.

@@ -70,7 +70,7 @@ pub(super) fn suggestion(message: &str) -> Option<String> {
         return Some("write one of these words".to_owned());
     }
     let elsewhere = elsewhere::belongs(wrong);
-    Some(elsewhere.unwrap_or_else(|| "remove it; `teampulse list` shows all settings".to_owned()))
+    Some(elsewhere.unwrap_or_else(|| "remove it; `teampulse schema` lists all settings".to_owned()))
 }
 
 /// The known word that is nearest to another, if one is near.

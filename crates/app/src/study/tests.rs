@@ -351,7 +351,7 @@ fn every_mistake_that_is_often_made_has_a_hint() {
         (
             "[session]\nzzz = 1",
             "unknown field `zzz`",
-            "remove it; `teampulse list` shows all settings",
+            "remove it; `teampulse schema` lists all settings",
         ),
         ("[session]\nclock = \"sundial\"", "unknown variant", "write one of these words"),
         (

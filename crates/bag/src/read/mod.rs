@@ -81,7 +81,7 @@ impl Bag {
     pub fn open(path: &Path) -> Result<Bag, BagError> {
         let (files, metadata) = if path.is_dir() { files_of(path)? } else { only(path) };
         let parts = files.iter().map(|file| Index::open(file)).collect::<Result<Vec<_>, _>>()?;
-        if path.is_file() && parts.iter().all(Index::is_empty_file) {
+        if !path.is_dir() && parts.iter().all(Index::is_empty_file) {
             return Err(BagError::NotABag { path: path.to_owned(), found: Found::Empty });
         }
         let (streams, places, channels) = (Vec::new(), HashMap::new(), Vec::new());

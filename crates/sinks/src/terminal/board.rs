@@ -317,7 +317,7 @@ impl Board {
         let faults = self.faults.all().iter();
         lines.extend(faults.map(|fault| format!("fault: {}", fault.words())));
         let needs = self.team.needs();
-        lines.extend(needs.map(|need| format!("{} needs someone: {}", need.who, need.why)));
+        lines.extend(needs.map(|need| format!("{} {}: {}", need.who, need.words(), need.why)));
         let troubled = self.statuses().filter(|status| self.is_trouble(status));
         lines.extend(troubled.map(|status| format!("  {}", full_line(status))));
         lines

@@ -53,6 +53,13 @@ pub(super) struct Need<'a> {
     pub since: Time,
 }
 
+impl Need<'_> {
+    /// What is said of the robot or person.
+    pub fn words(&self) -> &'static str {
+        if self.tier == Some(Tier::Note) { "is worth a look" } else { "needs someone" }
+    }
+}
+
 impl Team {
     /// Takes the state of the team from a record of its stream.
     pub fn take(&mut self, stream: &Stream, values: &FeatureValues) {
@@ -208,6 +215,7 @@ mod tests {
         let tiers: Vec<_> = team.needs().map(|need| (need.tier, need.why)).collect();
         let act = (Some(Tier::Act), "HR above 120 1/min".to_owned());
         assert_eq!(tiers, [act, (Some(Tier::Note), "skin dry".to_owned())]);
+        assert!(team.needs().map(|need| need.words()).eq(["needs someone", "is worth a look"]));
         say(&mut team, 3, "p001 is no longer worth a look: skin dry");
         say(&mut team, 4, "p001 may still need someone, no value comes: HR above 120 1/min");
         let why = |team: &Team| needs(team).remove(0);

@@ -101,7 +101,7 @@ pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
 }
 
 /// The hint on invalid times.
-const TIMES: &str = "times count from the start of the session: 0 or more";
+const TIMES: &str = "times count from the start of the session: from 0 to 1000000000 s";
 
 /// The latest start or end of a phase [s]: far beyond any session, and still a valid time.
 const LATEST_SECS: f64 = 1e9;
