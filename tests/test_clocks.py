@@ -1,5 +1,7 @@
 """Other computers' clocks: stamps that are off are recognised, and by how much is known."""
 
+import os
+import signal
 import struct
 import sys
 import time
@@ -24,6 +26,7 @@ robots = 2
 
 OFFSET_SECS, SKEW_PPM = 1.5, 40
 TWO_WAY, REMOTE = 2, 4
+PERSON = "/humans/persons/p001"
 
 
 def off(stage, study: Path) -> float:
@@ -128,6 +131,36 @@ def test_stamps_alone_find_an_offset_to_twenty_milliseconds(stage, figure):
     assert status.content.clock == REMOTE
     assert "off" in status.content.reason
     assert wrong_ms < 20
+
+
+def test_samples_that_arrive_after_a_standstill_keep_their_times(stage, figure):
+    people = '[[sources]]\ntype = "people"\nnamespace = "/humans/persons/*"\n[simulate]\npeople = 1\n'
+    study, out = stage.study(TEAM.replace("[simulate]\n", people)), stage.folder / "sessions"
+    stage.teampulse("simulate", study).wait_for("simulating")
+    monitor = stage.teampulse("run", study, "--duration", 32, "--out", out)
+    harness.eventually(lambda: out.exists() and list(out.glob("*/*.mcap")))
+    time.sleep(10)
+    # For longer than DDS waits for a participant that is silent.
+    os.kill(monitor.pid, signal.SIGSTOP)
+    time.sleep(13)
+    os.kill(monitor.pid, signal.SIGCONT)
+    assert monitor.ended(within_secs=60) in (0, 3), monitor.report()
+    bag, late, worst_secs = harness.the_bag(out), 0, 0.0
+    for topic in (f"{PERSON}/simulated/ecg", f"{PERSON}/simulated/emg", "/robot1/odom", "/robot2/odom"):
+        stamps = [stamp_secs(each.content.header) for each in bags.messages(bag, topic)]
+        sent = bags.sent_secs(bag, topic)
+        late += sum(log_secs - stamp > 1 for log_secs, stamp in zip(logged_secs(bag, topic), stamps, strict=True))
+        worst_secs = max(worst_secs, *(abs(stamp - each) for stamp, each in zip(stamps, sent, strict=True)))
+    figure(f"{late} samples after a standstill of 13 s: at most {1e3 * worst_secs:.1f} ms off (bar 50)")
+    assert late and worst_secs < 0.05
+
+
+def stamp_secs(header) -> float:
+    return header.stamp.sec + header.stamp.nanosec * 1e-9
+
+
+def logged_secs(bag: Path, topic: str) -> list[float]:
+    return [each.log_secs for each in bags.messages(bag, topic)]
 
 
 def test_any_node_may_ask_a_computer_for_its_clock(stage, figure):

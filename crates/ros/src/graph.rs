@@ -63,9 +63,12 @@ impl Graph {
     /// The name of the computer behind an endpoint: its host and process if its participant announces them,
     /// otherwise its node. Different for each participant.
     pub fn computer(&self, of: Gid) -> String {
-        let participant = of.participant();
-        let known = self.computers.get(&participant);
-        known.map_or_else(|| participant.to_string(), |known| known.name.clone())
+        self.named_computer(of).map_or_else(|| of.participant().to_string(), str::to_owned)
+    }
+
+    /// The same, if its participant announces it and is present.
+    pub fn named_computer(&self, of: Gid) -> Option<&str> {
+        Some(self.computers.get(&of.participant())?.name.as_str())
     }
 
     /// The host of an endpoint, if its participant announces it: all processes of a host have one clock.
