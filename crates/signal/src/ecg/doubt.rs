@@ -35,6 +35,9 @@ const LEAST_LIKE: f64 = 0.92;
 const MOST_ODD: f64 = 0.05;
 const MOST_SATURATED: f64 = 0.1;
 const MOST_ECHOED: f64 = 0.3;
+/// Where above this share of beats has an echo, every second beat is missed.
+const ALL_ECHOED: f64 = 0.6;
+const MOST_OF_ECHOED: f64 = 0.05;
 const MOST_LOST: f64 = 0.06;
 /// Steps, or noise, may be taken for beats where the tenth of the highest beats is above this multiple of the tenth of
 /// the lowest, beats are less similar than this, and the kurtosis of the signal is below this. Where amplitudes swing
@@ -143,7 +146,11 @@ impl Doubt {
         };
         let is_uneven =
             self.uneven > UNEVEN && self.like < UNEVEN_LIKE && self.kurtosis < UNEVEN_KURTOSIS;
-        let limits = [(self.turns > MOST_TURNS, MOST_OF_TURNS), (is_uneven, MOST_UNEVEN)];
+        let limits = [
+            (self.turns > MOST_TURNS, MOST_OF_TURNS),
+            (self.echoed > ALL_ECHOED, MOST_OF_ECHOED),
+            (is_uneven, MOST_UNEVEN),
+        ];
         let most = limits
             .iter()
             .filter(|(applies, _)| *applies)
@@ -218,6 +225,14 @@ mod tests {
     fn beats_and_their_t_waves_in_turn_are_no_rate() {
         assert!(probability(&beats([800.0; 2], [1.0; 2], 0.99), 20.0) > 0.9);
         assert!(probability(&beats([530.0, 235.0], [1.0, 1.2], 0.99), 20.0) <= 0.2);
+    }
+
+    #[test]
+    fn beats_that_each_have_an_echo_are_every_second_one() {
+        let regular =
+            Doubt { kurtosis: 20.0, ..Doubt::of(&beats([800.0; 2], [1.0; 2], 0.99), None) };
+        assert!(Doubt { echoed: 0.95, ..regular }.probability(0.9, 1.0) < 0.1);
+        assert!(Doubt { echoed: 0.2, ..regular }.probability(0.9, 1.0) > 0.9);
     }
 
     #[test]
