@@ -90,6 +90,15 @@ impl Calibrate {
         warn_of_damage(&bag);
         let span = Span::of(&bag, self.from, self.to);
         let recorded = record(&bag, [&self.reference, &self.stream], span)?;
+        if recorded.devices.len() > 1 {
+            // None of their latencies is that of the stream.
+            let devices = recorded.devices.join(", ");
+            return Err(Failure::new(format!(
+                "{} is computed from several devices: {devices}",
+                self.stream
+            ))
+            .hint("give a stream of the one whose latency you want"));
+        }
         let [reference, stream] = &recorded.seen;
         let found = calibrate(reference.seen(), stream.seen(), self.max_lag);
         let found = found.map_err(|error| Failure::to(error).hint(error.hint()))?;

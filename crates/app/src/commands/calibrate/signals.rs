@@ -77,6 +77,8 @@ pub(in crate::commands) struct Recorded {
     pub seen: [SeenBy; 2],
     /// Whether the times of the second stream have a fixed latency subtracted.
     pub has_latency: bool,
+    /// The devices from whose streams the second stream was computed.
+    pub devices: Vec<String>,
     /// Whether all of the bag could be read.
     pub is_whole: bool,
 }
@@ -90,7 +92,7 @@ pub(in crate::commands) fn record(
     let [a, b] = wanted;
     let mut seen = [SeenBy::new(bag, a)?, SeenBy::new(bag, b)?];
     let (mut has_latency, mut is_whole) = (false, true);
-    let origins = origins(bag, &seen[1].stream)?;
+    let (origins, devices) = origins(bag, &seen[1].stream);
     for message in bag.messages(Some(span.from)) {
         let message = match message {
             Ok(message) => message,
@@ -118,33 +120,26 @@ pub(in crate::commands) fn record(
             has_latency |= states_latency(&message, &origins);
         }
     }
-    Ok(Recorded { seen, has_latency, is_whole })
+    Ok(Recorded { seen, has_latency, devices, is_whole })
 }
 
-/// The names of a stream and of those that it was computed from, whose clock it goes by.
-///
-/// Returns an error if those belong to several devices: none of their latencies is that of the stream.
-fn origins(bag: &Bag, stream: &Stream) -> Result<Vec<String>, Failure> {
+/// The names of a stream and of those that it was computed from, whose clock it goes by, and their devices.
+fn origins(bag: &Bag, stream: &Stream) -> (Vec<String>, Vec<String>) {
     let mut names = vec![stream.name.clone()];
-    let mut devices: Vec<&str> = Vec::new();
+    let mut devices: Vec<String> = Vec::new();
     let mut next = 0;
     while let Some(name) = names.get(next) {
         next += 1;
         let known = bag.streams().iter().find(|known| known.stream.name == *name);
         let Some(known) = known.map(|known| &known.stream) else { continue };
-        if known.inputs.is_empty() && !devices.contains(&known.device.as_str()) {
-            devices.push(&known.device);
+        if known.inputs.is_empty() && !devices.contains(&known.device) {
+            devices.push(known.device.clone());
         }
         let inputs = known.inputs.iter().filter(|input| !names.contains(*input));
         let inputs: Vec<String> = inputs.cloned().collect();
         names.extend(inputs);
     }
-    if devices.len() < 2 {
-        return Ok(names);
-    }
-    let problem =
-        format!("{} is computed from several devices: {}", stream.name, devices.join(", "));
-    Err(Failure::new(problem).hint("give a stream of the one whose latency you want"))
+    (names, devices)
 }
 
 /// Whether a message is the status of one of these streams and reports that its clock subtracts a latency.
