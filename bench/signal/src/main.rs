@@ -20,6 +20,7 @@ mod rolling;
 mod golden;
 mod records;
 mod noise;
+mod recorded;
 mod resampling;
 mod unkind;
 mod voice;
@@ -33,6 +34,7 @@ fn main() -> ExitCode {
     let outcome = match words[..] {
         ["beats", data] => beats::measure(Path::new(data)),
         ["beats", data, "each"] => beats::list(Path::new(data)),
+        ["recorded", data] => recorded::measure(Path::new(data)),
         ["eda", data] => eda::measure(Path::new(data)),
         ["emg", data] => emg::measure(Path::new(data)),
         ["wristband", data] => wristband::measure(Path::new(data)),

@@ -18,6 +18,7 @@ use random::Random;
 
 pub use measure::measure;
 pub use peers::write;
+pub use windows::{How, Window, windows};
 
 /// Makes one signal of a kind.
 pub type Make = fn(&mut Random, &'static str) -> Unkind;
@@ -40,6 +41,11 @@ impl Unkind {
         let is_fair = !beats_secs.is_empty();
         let glitches_secs = Vec::new();
         Unkind { kind, is_ppg: false, rate_hz, signal, beats_secs, glitches_secs, is_fair }
+    }
+
+    /// An ECG that was recorded.
+    pub fn recorded(rate_hz: f64, signal: Vec<f64>, beats_secs: Vec<f64>) -> Unkind {
+        Unkind::new("recorded", rate_hz, signal, beats_secs)
     }
 
     /// Changes the samples of a span.

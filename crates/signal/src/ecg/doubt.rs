@@ -3,10 +3,13 @@
 use super::judge::T_WAVE_SECS;
 use super::signs::Signs;
 use super::windows::WindowBeat;
+use crate::analysis::Span;
 use crate::robust::{interpolated, median_in_place, quantile_in_place};
 
 /// An interval is odd when it deviates from the median by more than this share.
 const ODD: f64 = 0.25;
+/// The longest usual interval [ms].
+const LONGEST_USUAL_MS: f64 = 3000.0;
 /// A beat is unlike those before it below this similarity.
 const UNLIKE: f64 = 0.8;
 /// A deflection between beats is unexplained above this share of their height.
@@ -19,44 +22,105 @@ const ECHO_SHARE: f64 = 0.15;
 /// Two intervals in turn may be those of beats and of their T waves: the shorter one is that of a T wave, and the
 /// longer one above this multiple of it.
 const T_WAVE_TURN: f64 = 1.5;
-/// Above this share of all intervals they are, and the rate is at most this probable.
+/// Above this share of all intervals they are.
 const MOST_TURNS: f64 = 0.3;
-const MOST_OF_TURNS: f64 = 0.2;
 
 /// The probability from signal quality alone, when there is no other evidence against the rate. Even in heavy
 /// noise, beats without such evidence are nearly always right.
-const OF_QUALITY: [(f64, f64); 6] =
-    [(0.0, 0.0), (0.03, 0.03), (0.06, 0.78), (0.2, 0.79), (0.25, 0.93), (1.0, 0.99)];
-/// The limits above which each share counts against it.
-const MOST_UNEXPLAINED: f64 = 0.08;
+const OF_QUALITY: [(f64, f64); 4] = [(0.0, 0.0), (0.03, 0.03), (0.06, 0.93), (1.0, 0.99)];
+
+/// The mean interval and the median one agree within this share: few beats are missed, and few false.
+const AGREEING: f64 = 0.07;
+/// The limits above which each share speaks against the rate.
 const MOST_DOUBLED: f64 = 0.05;
 const MOST_ODD_UNLIKE: f64 = 0.03;
 const LEAST_LIKE: f64 = 0.92;
 const MOST_ODD: f64 = 0.05;
 const MOST_SATURATED: f64 = 0.1;
-const MOST_ECHOED: f64 = 0.3;
+const MOST_LOST: f64 = 0.06;
+/// Deflections between this share of beats that are as large as this share of a beat, while heights are uneven or
+/// intervals do not agree, or nearly as large as a beat; in noise, between more beats, smaller ones.
+const MOST_UNEXPLAINED: f64 = 0.08;
+const RIVAL: f64 = 0.6;
+const RIVAL_UNEVEN: f64 = 1.7;
+const EQUAL_RIVAL: f64 = 0.9;
+const NOISY_QUALITY: f64 = 0.6;
+const NOISY_UNEXPLAINED: f64 = 0.4;
+const NOISY_RIVAL: f64 = 0.35;
+/// Where mean and median agree, up to two signs leave the rate right, but not with as many odd intervals of unlike beats
+/// and as much variation as noise has.
+const NOISE_ODD_UNLIKE: f64 = 0.1;
+const IRREGULAR: f64 = 0.12;
+const OF_SIGNS: f64 = 0.93;
+/// The probability with evidence against the rate.
+const DOUBTFUL: f64 = 0.79;
+const OF_LOST: f64 = 0.5;
+const OF_THREE_AGREEING: f64 = 0.6;
+const OF_THREE: f64 = 0.1;
+const WRONG: f64 = 0.05;
+
+/// A beat is missed in each interval where deflections are as large as this share of a beat, in slow [ms] or irregular
+/// rhythms; in irregular ones of doubled intervals, where they are smaller.
+const MISSED_RIVAL: f64 = 0.7;
+const MISSED_UNEXPLAINED: f64 = 0.01;
+const MISSED_SLOW_MS: f64 = 1050.0;
+const MISSED_DOUBLED_RIVAL: f64 = 0.5;
 /// Where above this share of beats has an echo, every second beat is missed.
 const ALL_ECHOED: f64 = 0.6;
-const MOST_OF_ECHOED: f64 = 0.05;
-const MOST_LOST: f64 = 0.06;
-/// Steps, or noise, may be taken for beats where the tenth of the highest beats is above this multiple of the tenth of
-/// the lowest, beats are less similar than this, and the kurtosis of the signal is below this. Where amplitudes swing
-/// with the breath, beats are more similar, and narrow.
+
+/// Intervals near a multiple of the median have lost no beats where mean and median agree and intervals vary less than
+/// this, or where a clear signal has none for a while: beats as similar as this, a rate ratio above this, and intervals
+/// that cover this much of the span, of which this much is living.
+const STEADY: f64 = 0.2;
+const CLEAR_LIKE: f64 = 0.994;
+const CLEAR_ODD: f64 = 0.4;
+const CLEAR_COVERED: f64 = 0.8;
+const CLEAR_LIVING: std::ops::Range<f64> = 0.8..0.95;
+const CLEAR_RATIO: f64 = 0.8;
+/// In a signal less clear than this they have, the more signs, the surer.
+const UNCLEAR_LIKE: f64 = 0.988;
+const OF_UNCLEAR: [f64; 3] = [0.35, 0.3, 0.1];
+
+/// A span is silent below this share of living signal: where beats are as clear as this, the heart pauses, unless
+/// intervals cover this share. Less covered than that is doubtful in any signal.
+const SILENT_LIVING: f64 = 0.84;
+const SILENT_LIKE: f64 = 0.99;
+const SILENT_KURTOSIS: f64 = 7.5;
+const SILENT_COVERED: f64 = 0.9;
+const VERY_SILENT_LIVING: f64 = 0.75;
+const LITTLE_COVERED: f64 = 0.65;
+/// Intervals that cover less than these are few, and hardly any.
+const FEW_COVERED: f64 = 0.25;
+const OF_FEW: f64 = 0.25;
+const HARDLY_COVERED: f64 = 0.035;
+
+/// Steps, or noise, may be taken for beats of this height and rate [ms] where the tenth of the highest is above this
+/// multiple of the tenth of the lowest, beats are less similar than this, and the kurtosis of the signal is below this.
+/// Where amplitudes swing with the breath, beats are more similar, and narrow.
 const UNEVEN: f64 = 1.3;
 const UNEVEN_LIKE: f64 = 0.975;
-const UNEVEN_KURTOSIS: f64 = 8.0;
-const MOST_UNEVEN: f64 = 0.79;
-/// Where nearly every interval has an unexplained deflection, a whole rhythm may be missed.
-const MOSTLY_UNEXPLAINED: f64 = 0.6;
-/// A span is live above this share of living signal; in any other span that share, raised to the power below,
-/// scales the probability: a flat, saturated or silent signal hides beats.
-const LIVELY: f64 = 0.95;
-const LIVING_WEIGHT: f64 = 1.25;
-const MOST_UNLIVELY: f64 = 0.79;
+const UNEVEN_KURTOSIS: f64 = 9.5;
+const STEP_MS: f64 = 750.0;
+/// They are no steps if they are slower than this and have larger deflections between them, or are less similar, in
+/// noise, than this, unless they are odd, very uneven or vary.
+const FAST_STEP_MS: f64 = 540.0;
+const STEP_RIVAL: f64 = 0.42;
+const STEP_ODD: f64 = 0.02;
+const VERY_UNEVEN: f64 = 2.4;
+const STEP_LIKE: f64 = 0.84;
+const STEP_VARIATION: f64 = 0.05;
 
 /// Shares of beats, each between 0 and 1, and of the signal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Doubt {
+    /// The median interval [ms]; NaN without any.
+    pub(super) usual_ms: f64,
+    /// The rate of the mean interval as a multiple of that of the median one; NaN without intervals.
+    pub(super) rate_ratio: f64,
+    /// The mean deviation of intervals from the median one [shares of it].
+    pub(super) variation: f64,
+    /// The share of the span that intervals cover; 1 if what is left is shorter than one.
+    pub(super) covered: f64,
     /// The mean similarity to the beats before.
     pub(super) like: f64,
     /// The share of beats after an odd interval.
@@ -72,6 +136,9 @@ pub(super) struct Doubt {
     /// The share of beats preceded by a deflection as high as a beat where there is no T or P wave: a missed
     /// beat.
     pub(super) unexplained: f64,
+    /// The median size of the highest deflection in the middle of an interval, as a share of the size of a beat; 0
+    /// where intervals are too short for one.
+    pub(super) rival: f64,
     /// The share of beats preceded by a deflection of their own form where there is no T or P wave, however
     /// low: a missed beat of a heart whose beats alternate in height.
     pub(super) echoed: f64,
@@ -84,7 +151,8 @@ pub(super) struct Doubt {
 }
 
 impl Doubt {
-    pub(super) fn of(beats: &[WindowBeat], signs: Option<Signs>) -> Doubt {
+    /// The evidence of the beats of a span.
+    pub(super) fn of(beats: &[WindowBeat], signs: Option<Signs>, span: Span) -> Doubt {
         let intervals_ms: Vec<f64> = beats.iter().filter_map(|beat| beat.rr_ms).collect();
         let usual_ms = median_in_place(&mut intervals_ms.clone()).unwrap_or(f64::NAN);
         let heights = beats.iter().filter_map(|beat| Some(beat.looks?.height));
@@ -104,7 +172,13 @@ impl Doubt {
                 .is_some_and(|echo| echo.correlation > ECHO_CORRELATION && echo.share > ECHO_SHARE)
         };
         let share = |count: usize| count as f64 / beats.len().max(1) as f64;
+        let rivals = beats.iter().filter_map(|beat| Some(beat.echo?.share));
+        let total_ms = intervals_ms.iter().sum::<f64>();
         Doubt {
+            usual_ms,
+            rate_ratio: usual_ms * intervals_ms.len() as f64 / total_ms,
+            variation: variation(&intervals_ms, usual_ms),
+            covered: covered(total_ms, usual_ms, span),
             lost: lost(&intervals_ms, usual_ms),
             turns: turns(&intervals_ms),
             doubled: doubled(intervals_ms),
@@ -114,55 +188,124 @@ impl Doubt {
             odd: share(beats.iter().filter(is_odd).count()),
             odd_unlike: share(beats.iter().filter(is_odd).filter(is_unlike).count()),
             unexplained: share(beats.iter().filter(is_unexplained).count()),
+            rival: median_in_place(&mut rivals.collect::<Vec<_>>()).unwrap_or(0.0),
             echoed: share(beats.iter().filter(is_echoed).count()),
             uneven: uneven(&mut heights),
         }
     }
 
     /// The probability that the rate is correct within 10 %, given the signal quality and the share of
-    /// living signal, calibrated on simulated signals of 24 kinds (`bench/signal/measure_unkind choosing`).
+    /// living signal, calibrated on simulated signals of 24 kinds (`bench/signal/measure_unkind choosing`) and on
+    /// recorded ones in recorded noise.
     ///
-    /// The more independent evidence there is against the rate, the less.
+    /// The more independent signs there are against the rate, the less; few where mean and median interval agree. It
+    /// is limited where another explanation is likely: missed beats, pauses, steps.
     pub(super) fn probability(&self, quality: f64, living: f64) -> f64 {
-        let is_lively = living > LIVELY;
-        let is_echoed = self.echoed > MOST_ECHOED;
-        let speaks_against = [
-            self.unexplained > MOST_UNEXPLAINED,
+        let is_losing = self.lost > MOST_LOST
+            && !self.is_clear(living)
+            && !(self.agrees() && self.variation < STEADY);
+        let has_rivals = self.has_rivals(quality);
+        let signs = [
+            has_rivals,
             self.doubled > MOST_DOUBLED,
             self.odd_unlike > MOST_ODD_UNLIKE,
             self.like < LEAST_LIKE && self.odd > MOST_ODD,
             self.saturated > MOST_SATURATED,
-            is_echoed,
-            self.lost > MOST_LOST,
+            is_losing,
         ];
-        let most = match speaks_against.iter().filter(|&&speaks| speaks).count() {
+        let signs = signs.iter().filter(|&&speaks| speaks).count();
+        let is_noise = self.odd_unlike > NOISE_ODD_UNLIKE && self.variation > IRREGULAR;
+        let is_harmless =
+            self.agrees() && !(has_rivals || is_losing || is_noise || self.doubled > MOST_DOUBLED);
+        let most = match signs {
             0 => 1.0,
-            1 if self.unexplained >= MOSTLY_UNEXPLAINED => 0.35,
-            1 if is_lively && !is_echoed && self.odd < MOST_ODD => 0.93,
-            1 => 0.79,
-            2 => 0.6,
-            3 => 0.25,
-            _ => 0.2,
+            1 | 2 if is_harmless => OF_SIGNS,
+            1 => DOUBTFUL,
+            2 if self.agrees() && !is_losing => DOUBTFUL,
+            2 => OF_LOST,
+            _ if self.agrees() => OF_THREE_AGREEING,
+            _ => OF_THREE,
         };
-        let is_uneven =
-            self.uneven > UNEVEN && self.like < UNEVEN_LIKE && self.kurtosis < UNEVEN_KURTOSIS;
+        let of_steps = if self.agrees() { DOUBTFUL } else { OF_LOST };
+        let of_few = if signs > 1 { OF_FEW } else { DOUBTFUL };
+        let of_unclear = OF_UNCLEAR[signs.clamp(1, OF_UNCLEAR.len()) - 1];
         let limits = [
-            (self.turns > MOST_TURNS, MOST_OF_TURNS),
-            (self.echoed > ALL_ECHOED, MOST_OF_ECHOED),
-            (is_uneven, MOST_UNEVEN),
+            (self.is_missed() || self.echoed > ALL_ECHOED || self.turns > MOST_TURNS, WRONG),
+            (self.covered < HARDLY_COVERED, WRONG),
+            (self.covered < FEW_COVERED, of_few),
+            (is_losing && self.like < UNCLEAR_LIKE, of_unclear),
+            (self.is_silent(living), DOUBTFUL),
+            (self.may_be_steps(quality), of_steps),
         ];
-        let most = limits
-            .iter()
-            .filter(|(applies, _)| *applies)
-            .map(|(_, limit)| *limit)
-            .fold(most, f64::min);
-        let probability = interpolated(&OF_QUALITY, quality).min(most);
-        if is_lively {
-            probability
-        } else {
-            (probability * living.max(0.0).powf(LIVING_WEIGHT)).min(MOST_UNLIVELY)
-        }
+        let limits = limits.iter().filter(|(applies, _)| *applies).map(|(_, limit)| *limit);
+        interpolated(&OF_QUALITY, quality).min(limits.fold(most, f64::min))
     }
+
+    /// Whether mean and median interval agree.
+    fn agrees(&self) -> bool {
+        (self.rate_ratio - 1.0).abs() < AGREEING
+    }
+
+    /// Whether deflections between beats may be beats.
+    fn has_rivals(&self, quality: f64) -> bool {
+        let is_noisy = quality < NOISY_QUALITY
+            && self.unexplained > NOISY_UNEXPLAINED
+            && self.rival > NOISY_RIVAL;
+        let is_odd = self.uneven > RIVAL_UNEVEN || self.rival > EQUAL_RIVAL || !self.agrees();
+        is_noisy || is_odd && self.unexplained > MOST_UNEXPLAINED && self.rival > RIVAL
+    }
+
+    /// Whether a beat is missed in each interval.
+    fn is_missed(&self) -> bool {
+        let is_irregular = self.variation > IRREGULAR;
+        let has_rivals = self.unexplained > MISSED_UNEXPLAINED && self.rival > MISSED_RIVAL;
+        let is_doubled = self.doubled > MOST_DOUBLED && self.rival > MISSED_DOUBLED_RIVAL;
+        has_rivals && self.usual_ms > MISSED_SLOW_MS || is_irregular && (has_rivals || is_doubled)
+    }
+
+    /// Whether long intervals of a clear signal are those of an electrode that was off.
+    fn is_clear(&self, living: f64) -> bool {
+        self.like > CLEAR_LIKE
+            && self.odd < CLEAR_ODD
+            && self.covered > CLEAR_COVERED
+            && self.rate_ratio > CLEAR_RATIO
+            && CLEAR_LIVING.contains(&living)
+    }
+
+    /// Whether the heart may pause in a part of the span.
+    fn is_silent(&self, living: f64) -> bool {
+        let is_pausing = self.like > SILENT_LIKE
+            && self.kurtosis > SILENT_KURTOSIS
+            && (self.covered < SILENT_COVERED || living < VERY_SILENT_LIVING);
+        let is_lost_clearly = self.lost > MOST_LOST && self.is_clear(living);
+        living < SILENT_LIVING && !is_lost_clearly && (is_pausing || self.covered < LITTLE_COVERED)
+    }
+
+    /// Whether beats may be steps.
+    fn may_be_steps(&self, quality: f64) -> bool {
+        let is_odd = self.odd > STEP_ODD || self.uneven > VERY_UNEVEN;
+        let is_fast = self.usual_ms < FAST_STEP_MS || self.rival < STEP_RIVAL;
+        let is_noise =
+            self.like < STEP_LIKE && quality < NOISY_QUALITY && self.variation < STEP_VARIATION;
+        self.uneven > UNEVEN
+            && self.like < UNEVEN_LIKE
+            && self.kurtosis < UNEVEN_KURTOSIS
+            && self.usual_ms < STEP_MS
+            && (is_odd || is_fast && !is_noise)
+    }
+}
+
+/// The mean deviation of intervals from the usual one, as a share of it.
+fn variation(intervals_ms: &[f64], usual_ms: f64) -> f64 {
+    let deviations = intervals_ms.iter().map(|rr_ms| (rr_ms / usual_ms - 1.0).abs());
+    deviations.sum::<f64>() / intervals_ms.len().max(1) as f64
+}
+
+/// The share of a span that intervals cover, the median of which is given; 1 of a span too short for one.
+fn covered(total_ms: f64, usual_ms: f64, span: Span) -> f64 {
+    let span_ms = 1e3 * span.secs();
+    let usual_ms = if usual_ms.is_nan() { LONGEST_USUAL_MS } else { usual_ms };
+    if span_ms - total_ms < usual_ms { 1.0 } else { total_ms / span_ms }
 }
 
 /// The share of beats that are missing if every interval near a multiple of the usual one has lost some.
@@ -217,22 +360,63 @@ mod tests {
         (0..40).map(beat).collect()
     }
 
+    /// The evidence of these beats, which fill their span, in a signal of this kurtosis.
+    fn doubt(beats: &[WindowBeat], kurtosis: f64) -> Doubt {
+        let total_ms: f64 = beats.iter().filter_map(|beat| beat.rr_ms).sum();
+        let span = Span { begin_ns: 0, end_ns: (1e6 * total_ms) as i64 };
+        Doubt { kurtosis, ..Doubt::of(beats, None, span) }
+    }
+
     fn probability(beats: &[WindowBeat], kurtosis: f64) -> f64 {
-        Doubt { kurtosis, ..Doubt::of(beats, None) }.probability(0.9, 1.0)
+        doubt(beats, kurtosis).probability(0.9, 1.0)
+    }
+
+    fn regular() -> Doubt {
+        doubt(&beats([800.0; 2], [1.0; 2], 0.99), 20.0)
     }
 
     #[test]
     fn beats_and_their_t_waves_in_turn_are_no_rate() {
-        assert!(probability(&beats([800.0; 2], [1.0; 2], 0.99), 20.0) > 0.9);
+        assert!(regular().probability(0.9, 1.0) > 0.9);
         assert!(probability(&beats([530.0, 235.0], [1.0, 1.2], 0.99), 20.0) <= 0.2);
     }
 
     #[test]
     fn beats_that_each_have_an_echo_are_every_second_one() {
-        let regular =
-            Doubt { kurtosis: 20.0, ..Doubt::of(&beats([800.0; 2], [1.0; 2], 0.99), None) };
-        assert!(Doubt { echoed: 0.95, ..regular }.probability(0.9, 1.0) < 0.1);
-        assert!(Doubt { echoed: 0.2, ..regular }.probability(0.9, 1.0) > 0.9);
+        assert!(Doubt { echoed: 0.95, ..regular() }.probability(0.9, 1.0) < 0.1);
+        assert!(Doubt { echoed: 0.2, ..regular() }.probability(0.9, 1.0) > 0.9);
+    }
+
+    #[test]
+    fn deflections_as_large_as_beats_are_missed_beats_of_slow_rhythms() {
+        let slow = doubt(&beats([1200.0; 2], [1.0; 2], 0.99), 20.0);
+        assert!(slow.probability(0.9, 1.0) > 0.9);
+        assert!(Doubt { unexplained: 0.9, rival: 0.9, ..slow }.probability(0.9, 1.0) < 0.1);
+        assert!(Doubt { unexplained: 0.9, rival: 0.2, ..slow }.probability(0.9, 1.0) > 0.9);
+    }
+
+    #[test]
+    fn odd_intervals_are_harmless_where_mean_and_median_agree() {
+        let odd = Doubt { odd_unlike: 0.08, odd: 0.08, like: 0.9, ..regular() };
+        assert!(odd.probability(0.9, 1.0) > 0.9);
+        assert!(Doubt { rate_ratio: 1.1, ..odd }.probability(0.9, 1.0) < 0.8);
+        let noisy = Doubt { odd_unlike: 0.2, odd: 0.3, variation: 0.2, ..odd };
+        assert!(noisy.probability(0.9, 1.0) < 0.8);
+    }
+
+    #[test]
+    fn lost_beats_are_harmless_in_a_clear_signal_alone() {
+        let lost = Doubt { lost: 0.15, rate_ratio: 0.85, covered: 0.9, like: 0.997, ..regular() };
+        assert!(lost.probability(0.9, 0.9) > 0.9);
+        assert!(Doubt { like: 0.98, ..lost }.probability(0.9, 0.9) < 0.4);
+    }
+
+    #[test]
+    fn a_clear_signal_without_beats_may_be_a_pause() {
+        let paused = Doubt { covered: 0.7, like: 0.995, ..regular() };
+        assert!(paused.probability(0.9, 0.7) < 0.8);
+        assert!(Doubt { like: 0.97, ..paused }.probability(0.9, 0.7) > 0.9);
+        assert!(Doubt { covered: 0.02, ..paused }.probability(0.9, 0.7) < 0.1);
     }
 
     #[test]

@@ -159,7 +159,7 @@ impl EcgWindows {
         let living = living.max(0.0).min(1.0 - silent_there);
         let quality = quality(&beats, &pieces, 1.0);
         let is_poor = quality * living < LEAST_QUALITY;
-        let quality = Doubt::of(&beats, signs).probability(quality, living);
+        let quality = Doubt::of(&beats, signs, span).probability(quality, living);
         let mut values = rates(&beats, span).to_vec();
         values.push(self.breathing_rate(&beats, span));
         values.extend(self.heart.measure_after(span, last).values);
