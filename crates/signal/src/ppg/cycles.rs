@@ -92,7 +92,7 @@ impl Cycles {
             (self.harmonics > TWO_PULSES, 0.05),
             (self.harmonics < HARDLY_A_PULSE, 0.15),
             (self.crest_secs > LATEST_CREST_SECS && self.crest_height > CREST_HEIGHT, 0.2),
-            (self.rest > MOST_REST && self.harmonics < ROUND, 0.55),
+            (self.rest > MOST_REST && self.harmonics < ROUND, 0.63),
             (self.usual_secs > SLOW_SECS, 0.7),
             (self.alternation > MOST_ALTERNATION, 0.75),
             (self.rest > MOST_REST, 0.79),
