@@ -48,9 +48,10 @@ const NOISY_QUALITY: f64 = 0.6;
 const NOISY_UNEXPLAINED: f64 = 0.4;
 const NOISY_RIVAL: f64 = 0.35;
 /// Where mean and median agree, up to two signs leave the rate right, but not with as many odd intervals of unlike beats
-/// and as much variation as noise has.
+/// and as much variation as noise has, nor with fewer intervals than this, in which both agree by chance.
 const NOISE_ODD_UNLIKE: f64 = 0.1;
 const IRREGULAR: f64 = 0.12;
+const LEAST_INTERVALS: usize = 15;
 const OF_SIGNS: f64 = 0.93;
 /// The probability with evidence against the rate.
 const DOUBTFUL: f64 = 0.79;
@@ -113,6 +114,8 @@ const STEP_VARIATION: f64 = 0.05;
 /// Shares of beats, each between 0 and 1, and of the signal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Doubt {
+    /// The number of intervals.
+    pub(super) intervals: usize,
     /// The median interval [ms]; NaN without any.
     pub(super) usual_ms: f64,
     /// The rate of the mean interval as a multiple of that of the median one; NaN without intervals.
@@ -175,6 +178,7 @@ impl Doubt {
         let rivals = beats.iter().filter_map(|beat| Some(beat.echo?.share));
         let total_ms = intervals_ms.iter().sum::<f64>();
         Doubt {
+            intervals: intervals_ms.len(),
             usual_ms,
             rate_ratio: usual_ms * intervals_ms.len() as f64 / total_ms,
             variation: variation(&intervals_ms, usual_ms),
@@ -215,8 +219,9 @@ impl Doubt {
         ];
         let signs = signs.iter().filter(|&&speaks| speaks).count();
         let is_noise = self.odd_unlike > NOISE_ODD_UNLIKE && self.variation > IRREGULAR;
-        let is_harmless =
-            self.agrees() && !(has_rivals || is_losing || is_noise || self.doubled > MOST_DOUBLED);
+        let is_harmless = self.intervals >= LEAST_INTERVALS
+            && self.agrees()
+            && !(has_rivals || is_losing || is_noise || self.doubled > MOST_DOUBLED);
         let most = match signs {
             0 => 1.0,
             1 | 2 if is_harmless => OF_SIGNS,
@@ -400,6 +405,7 @@ mod tests {
         let odd = Doubt { odd_unlike: 0.08, odd: 0.08, like: 0.9, ..regular() };
         assert!(odd.probability(0.9, 1.0) > 0.9);
         assert!(Doubt { rate_ratio: 1.1, ..odd }.probability(0.9, 1.0) < 0.8);
+        assert!(Doubt { intervals: 10, ..odd }.probability(0.9, 1.0) < 0.8);
         let noisy = Doubt { odd_unlike: 0.2, odd: 0.3, variation: 0.2, ..odd };
         assert!(noisy.probability(0.9, 1.0) < 0.8);
     }

@@ -22,7 +22,7 @@ const ALL: [(&str, &str, &str); 13] = [
     (
         "ECG_Quality",
         "1",
-        "probability that the mean rate is within 10 %: 0.03, 0.93 and 0.99 at a signal quality of 0.03, 0.06 and 1, linear between, and at most what these leave: deflections between beats that are as large as beats or of their form, intervals twice as long as others or near a multiple of the median, odd intervals of unlike beats, saturation, unless they are few and the mean interval is within 7 % of the median one; pauses of a clear signal; few intervals; beats as uneven as steps (ecg/doubt.rs); signal quality: likeness / (1 + (between / 0.18)³); likeness: mean over beats of 2⟨a, b⟩ / (⟨a, a⟩ + ⟨b, b⟩) with the third-likest of the 8 before (0.1 s before to 0.15 s after, clean, without the line that fits best); between: median |clean|, median of pieces of 4 s, over the median height of beats; {}",
+        "probability that the mean rate is within 10 %: 0.03, 0.93 and 0.99 at a signal quality of 0.03, 0.06 and 1, linear between, and at most what these leave: deflections between beats that are as large as beats or of their form, intervals twice as long as others or near a multiple of the median, odd intervals of unlike beats, saturation, unless they are few and the mean of 15 intervals or more is within 7 % of the median; pauses of a clear signal; few intervals; beats as uneven as steps (ecg/doubt.rs); signal quality: likeness / (1 + (between / 0.18)³); likeness: mean over beats of 2⟨a, b⟩ / (⟨a, a⟩ + ⟨b, b⟩) with the third-likest of the 8 before (0.1 s before to 0.15 s after, clean, without the line that fits best); between: median |clean|, median of pieces of 4 s, over the median height of beats; {}",
     ),
     (
         "ECG_kSQI",
