@@ -85,8 +85,8 @@ const OF_UNCLEAR: [f64; 3] = [0.35, 0.3, 0.1];
 /// A span is silent below this share of living signal: where beats are as clear as this, the heart pauses, unless
 /// intervals cover this share. Less covered than that is doubtful in any signal.
 const SILENT_LIVING: f64 = 0.84;
-const SILENT_LIKE: f64 = 0.99;
-const SILENT_KURTOSIS: f64 = 7.5;
+const SILENT_LIKE: f64 = 0.98;
+const SILENT_KURTOSIS: f64 = 6.0;
 const SILENT_COVERED: f64 = 0.9;
 const VERY_SILENT_LIVING: f64 = 0.75;
 const LITTLE_COVERED: f64 = 0.65;
@@ -104,7 +104,7 @@ const UNEVEN_KURTOSIS: f64 = 9.5;
 const STEP_MS: f64 = 750.0;
 /// They are no steps if they are slower than this and have larger deflections between them, or are less similar, in
 /// noise, than this, unless they are odd, very uneven or vary.
-const FAST_STEP_MS: f64 = 540.0;
+const FAST_STEP_MS: f64 = 650.0;
 const STEP_RIVAL: f64 = 0.42;
 const STEP_ODD: f64 = 0.02;
 const VERY_UNEVEN: f64 = 2.4;
