@@ -9,6 +9,7 @@ mod failure;
 mod folder;
 mod machine;
 mod network;
+mod outcome;
 mod output;
 mod setup;
 mod controls;

@@ -8,7 +8,7 @@ use teampulse_core::sink::SinkError;
 
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::setup::conclude;
+use crate::outcome::conclude;
 use crate::stop::Stop;
 
 /// Runs a session to the end of the recording. An interruption by a signal is a failure: what exists at

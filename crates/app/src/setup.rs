@@ -9,14 +9,12 @@ use teampulse_bag::Growth;
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
-use teampulse_core::counted::counted;
-use teampulse_core::panics::at;
 use teampulse_core::registry::{Component, Settings};
-use teampulse_core::session::{NamedFeature, Outcome, Pace, Session, WorkerEnd};
-use teampulse_core::sink::{Sink, SinkError};
+use teampulse_core::session::{NamedFeature, Outcome, Pace, Session};
+use teampulse_core::sink::Sink;
 use teampulse_core::source::Source;
 use teampulse_core::streams::Streams;
-use teampulse_core::worker::{Worker, WorkerCounts};
+use teampulse_core::worker::Worker;
 use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
 use teampulse_ros::BusId;
@@ -44,7 +42,6 @@ use crate::folder::{Claimed, bag_folder};
 use crate::machine::unfit;
 use crate::network::default_bus;
 use crate::notes;
-use crate::output::say;
 use crate::required::Requirements;
 use crate::study::{SessionClock, Study, StudyError};
 
@@ -477,55 +474,6 @@ pub fn tidy(study: &Study, context: &SinkContext) -> Result<Option<Box<dyn Sink>
     }
     let tidy = own.into_iter().next().unwrap_or_default().build(context);
     tidy.map(Some).map_err(|error| study.error(("sinks", ""), error.message, error.hint).into())
-}
-
-/// The exit code of a session that has ended; prints what went wrong on standard error.
-pub fn conclude(outcome: Outcome) -> Exit {
-    let mut exit = Exit::Fine;
-    let mut blame = |failure: Failure, code| {
-        failure.show();
-        exit = if exit == Exit::Failed { exit } else { code };
-    };
-    if outcome.dropped > 0 {
-        let dropped = counted(outcome.dropped, "sample was", "samples were");
-        let message = format!("{dropped} dropped in our own queue");
-        blame(Failure::new(message), Exit::DataLost);
-    }
-    for (name, error) in outcome.sinks {
-        let failure = Failure::new(format!("{name}: failed to {error}"));
-        match error {
-            SinkError::Lost { hint, .. } => blame(failure.hint(hint), Exit::DataLost),
-            SinkError::Failed { hint, .. } => blame(failure.hint(hint), Exit::Failed),
-        }
-    }
-    for WorkerEnd { name, counts: WorkerCounts { taken, skipped }, error } in outcome.workers {
-        if taken + skipped == 0 {
-            say(format!("{name}: no samples arrived on its streams"));
-        } else if skipped > 0 {
-            let all = counted(taken + skipped, "sample", "samples");
-            say(format!("{name}: processed {taken} of {all}"));
-        }
-        if let Some(error) = error {
-            let failure = Failure::new(format!("{name}: failed to {error}"));
-            blame(failure.hint(error.hint), Exit::DataLost);
-        }
-    }
-    for broken in outcome.features {
-        let failure = Failure::new(format!("{broken}{}", at(&broken.panic)));
-        let hint = "all raw data was recorded; please report this bug in teampulse";
-        blame(failure.hint(hint), Exit::DataLost);
-    }
-    for what in outcome.undone {
-        blame(Failure::new(format!("ended before all work was finished: {what}")), Exit::DataLost);
-    }
-    for (name, error) in outcome.sources {
-        blame(Failure::new(format!("{name}: failed to {error}")), Exit::Failed);
-    }
-    for panic in outcome.pump.iter().chain(&outcome.strays) {
-        let failure = Failure::new(format!("a part of teampulse panicked: {panic}{}", at(panic)));
-        blame(failure.hint("please report this bug in teampulse"), Exit::Failed);
-    }
-    exit
 }
 
 #[cfg(test)]

@@ -12,8 +12,9 @@ use crate::commands::info::open;
 use crate::commands::replay::{clocks_of, source_of, study_of};
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::outcome::conclude;
 use crate::output::say;
-use crate::setup::{conclude, features, sink_context, tidy};
+use crate::setup::{features, sink_context, tidy};
 use crate::stop::Stop;
 
 /// The summary page of a bag: what was usable, and what was lost.

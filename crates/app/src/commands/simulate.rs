@@ -26,8 +26,8 @@ use crate::commands::run::seconds;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::network;
+use crate::outcome::conclude;
 use crate::output::say;
-use crate::setup::conclude;
 use crate::stop::Stop;
 use crate::study::{SessionClock, Study, StudyError};
 

@@ -14,8 +14,8 @@ use teampulse_ros::bus::Bus;
 use teampulse_ros::sink::{Publish, RosSink};
 
 use crate::exit::Exit;
+use crate::outcome::conclude;
 use crate::output::say;
-use crate::setup::conclude;
 use crate::stop::Stop;
 
 /// How often to check whether the end is reached, and whether a browser still shows the page.
