@@ -5,7 +5,6 @@ use std::time::Duration;
 use async_trait::async_trait;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use teampulse_core::clock::Stopwatch;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
@@ -14,6 +13,7 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 
 use super::link::Conversation;
+use super::session_time::SessionTime;
 use super::uses::Use;
 use super::worn::Worn;
 use crate::SourceContext;
@@ -68,7 +68,7 @@ impl Component<dyn Source, SourceContext> for EmpaticaE4 {
             error.at("device").with_hint("give each the id of its own E4, such as \"9ff167\"")
         })?;
         let session = E4Session::new(E4Settings { device: self.device, ..E4Settings::default() });
-        let conversation = Conversation { session, worn, clock: Stopwatch::start() };
+        let conversation = Conversation { session, worn, clock: SessionTime::start() };
         Ok(Box::new(E4 { server: self.server, conversation, _uses: [names, device] }))
     }
 }

@@ -9,6 +9,7 @@ use teampulse_devices::{ByteSession, Output};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::time::{sleep, timeout};
 
+use super::session_time::SessionTime;
 use super::worn::Worn;
 
 /// The longest time without a check of the session.
@@ -23,7 +24,7 @@ pub(super) struct Conversation<S> {
     pub(super) session: S,
     pub(super) worn: Worn,
     /// The time of the session.
-    pub(super) clock: Stopwatch,
+    pub(super) clock: SessionTime,
 }
 
 impl<S: ByteSession> Conversation<S> {
@@ -33,7 +34,7 @@ impl<S: ByteSession> Conversation<S> {
     where
         L: AsyncRead + AsyncWrite + Unpin,
     {
-        self.session.start(self.clock.elapsed());
+        self.session.start(self.clock.now());
         let mut bytes = [0; 4096];
         let mut leaving: Option<Stopwatch> = None;
         loop {
@@ -43,30 +44,25 @@ impl<S: ByteSession> Conversation<S> {
             if leaving.as_ref().is_some_and(|since| since.elapsed() >= FAREWELL) {
                 return Ok(());
             }
+            let pause = self.clock.wait(self.session.next_tick(), LOOK);
             tokio::select! {
                 read = link.read(&mut bytes) => match read {
                     Ok(0) if leaving.is_some() => return Ok(()),
                     Ok(0) => return Err(gone("continue: the connection was closed")),
                     Ok(count) => {
-                        let now = self.clock.elapsed();
+                        let now = self.clock.now();
                         self.session.receive(bytes.get(..count).unwrap_or_default(), now);
                     }
                     Err(error) => return Err(gone(&format!("read from the device: {error}"))),
                 },
-                () = sleep(self.pause()) => {}
+                () = sleep(pause) => {}
                 () = outlet.closed(), if leaving.is_none() => {
                     leaving = Some(Stopwatch::start());
-                    self.session.stop(self.clock.elapsed());
+                    self.session.stop(self.clock.now());
                 }
             }
-            self.session.tick(self.clock.elapsed());
+            self.session.tick(self.clock.now());
         }
-    }
-
-    /// How long there is nothing to do, unless bytes arrive.
-    fn pause(&self) -> Duration {
-        let left = |at: Duration| at.saturating_sub(self.clock.elapsed());
-        self.session.next_tick().map_or(LOOK, left).min(LOOK)
     }
 
     /// Carries out the session's requests and hands over its readings; returns whether it has ended.

@@ -1,6 +1,7 @@
 //! Wearables that this computer reads itself, over their own protocols (`teampulse-devices`).
 
 mod link;
+mod session_time;
 mod worn;
 mod beats;
 pub(crate) mod uses;

@@ -5,7 +5,6 @@ use std::time::Duration;
 use async_trait::async_trait;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use teampulse_core::clock::Stopwatch;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
@@ -13,6 +12,7 @@ use teampulse_devices::shimmer3::{Sensors, ShimmerSession, ShimmerSettings};
 use tokio::time::timeout;
 
 use super::link::Conversation;
+use super::session_time::SessionTime;
 use super::uses::Use;
 use super::worn::Worn;
 use crate::SourceContext;
@@ -120,7 +120,7 @@ impl Component<dyn Source, SourceContext> for Shimmer3 {
         let settings =
             ShimmerSettings { rate_hz: self.rate_hz, sensors, ..ShimmerSettings::default() };
         let session = ShimmerSession::new(settings);
-        let conversation = Conversation { session, worn, clock: Stopwatch::start() };
+        let conversation = Conversation { session, worn, clock: SessionTime::start() };
         Ok(Box::new(Shimmer { port: self.port, conversation, _uses: [names, port] }))
     }
 }

@@ -19,6 +19,7 @@ use teampulse_devices::{Error, GattSession, Output};
 
 use super::{Answer, Bluetooth, BluetoothError, GattLink, Seen, Wanted};
 use crate::SourceContext;
+use crate::wearables::session_time::SessionTime;
 use crate::wearables::uses::{Use, Uses};
 use crate::wearables::worn::Worn;
 
@@ -80,7 +81,7 @@ struct Conversation<S> {
     session: S,
     worn: Worn,
     /// The time of the session.
-    clock: Stopwatch,
+    clock: SessionTime,
     /// The use of the names of its streams.
     _names: Use,
 }
@@ -129,7 +130,7 @@ impl<S: Wearable> Wireless<S> {
             hint: error.hint,
         })?;
         let session = S::session(&self.settings, seen);
-        Ok(Conversation { session, worn, clock: Stopwatch::start(), _names: names })
+        Ok(Conversation { session, worn, clock: SessionTime::start(), _names: names })
     }
 }
 
@@ -145,7 +146,7 @@ impl<S: Wearable> Conversation<S> {
         let mut requests = VecDeque::new();
         let mut pending: Option<Pending> = None;
         let mut leaving: Option<Stopwatch> = None;
-        self.session.start(self.clock.elapsed());
+        self.session.start(self.clock.now());
         loop {
             let ended = self.take_outputs(&mut requests, outlet);
             if pending.is_none() {
@@ -164,10 +165,11 @@ impl<S: Wearable> Conversation<S> {
             if leaving.as_ref().is_some_and(|since| since.elapsed() >= FAREWELL) {
                 return Ok(());
             }
+            let pause = self.clock.wait(self.session.next_tick(), LOOK);
             tokio::select! {
                 value = link.next() => match value {
                     Some((characteristic, value)) => {
-                        self.session.receive(characteristic, &value, self.clock.elapsed());
+                        self.session.receive(characteristic, &value, self.clock.now());
                     }
                     None if leaving.is_some() => return Ok(()),
                     None => return Err(BluetoothError::Lost.into()),
@@ -177,25 +179,19 @@ impl<S: Wearable> Conversation<S> {
                     self.take_answer(answer);
                 }
                 Some(instruction) = commands.recv() => self.session.obey(&instruction.command),
-                () = sleep(self.pause()) => {}
+                () = sleep(pause) => {}
                 () = outlet.closed(), if leaving.is_none() => {
                     leaving = Some(Stopwatch::start());
-                    self.session.stop(self.clock.elapsed());
+                    self.session.stop(self.clock.now());
                 }
             }
             self.worn.count_lost(link.take_lost(), outlet);
-            self.session.tick(self.clock.elapsed());
+            self.session.tick(self.clock.now());
         }
     }
 
-    /// How long there is nothing to do, unless something arrives.
-    fn pause(&self) -> Duration {
-        let left = |at: Duration| at.saturating_sub(self.clock.elapsed());
-        self.session.next_tick().map_or(LOOK, left).min(LOOK)
-    }
-
     fn take_answer(&mut self, answer: Answer) {
-        let now = self.clock.elapsed();
+        let now = self.clock.now();
         match answer {
             Answer::Done(characteristic, Some(value)) => {
                 self.session.receive(characteristic, &value, now);
