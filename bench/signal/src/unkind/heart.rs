@@ -83,11 +83,23 @@ pub fn add_beat(signal: &mut [f64], rate_hz: f64, beat: Beat, form: &Form) {
 }
 
 pub fn add_wave(signal: &mut [f64], rate_hz: f64, at_secs: f64, height: f64, width_secs: f64) {
-    let (from, to) = (at_secs - 4.5 * width_secs, at_secs + 4.5 * width_secs);
+    add_sides(signal, rate_hz, at_secs, height, (width_secs, width_secs));
+}
+
+/// Adds a wave with another width before its crest than after it [s].
+fn add_sides(
+    signal: &mut [f64],
+    rate_hz: f64,
+    at_secs: f64,
+    height: f64,
+    (rise_secs, fall_secs): (f64, f64),
+) {
+    let (from, to) = (at_secs - 4.5 * rise_secs, at_secs + 4.5 * fall_secs);
     let end = ((to * rate_hz).ceil().max(0.0) as usize).min(signal.len());
     let begin = ((from * rate_hz).floor().max(0.0) as usize).min(end);
     for (k, value) in signal[begin..end].iter_mut().enumerate() {
         let secs = (begin + k) as f64 / rate_hz - at_secs;
+        let width_secs = if secs < 0.0 { rise_secs } else { fall_secs };
         *value += height * (-(secs / width_secs).powi(2) / 2.0).exp();
     }
 }
@@ -108,9 +120,12 @@ pub fn cycle_secs(beats_secs: &[f64], place: usize) -> f64 {
     secs(place).or_else(|| secs(place.checked_sub(1)?)).unwrap_or(0.8)
 }
 
-/// A pulse wave: its diastolic wave of a height, so long after the systolic one [s, in a
-/// cycle of 1 s]: never more than 0.45 s, in slow cycles either.
+/// A pulse wave: how fast its systolic wave rises and falls, the height of its diastolic one, and how long after the
+/// systolic one that is: never more than 0.45 s, in slow cycles either. Times are in a cycle of 1 s [s].
 pub struct Wave {
+    /// The standard deviation of the systolic wave's front, and that of its back.
+    pub rise: f64,
+    pub fall: f64,
     pub dicrotic: f64,
     pub after: f64,
 }
@@ -122,10 +137,11 @@ pub fn ppg(rate_hz: f64, beats_secs: &[f64], wave: &Wave, gain: impl Fn(usize) -
         let cycle = cycle_secs(beats_secs, place);
         let (height, pull) = (gain(place), cycle.clamp(0.2, 1.6));
         // Systole lasts nearly as long at any rate, the rest gives way.
-        let width = (0.11 * pull.sqrt()).min(0.17 * cycle);
-        add_wave(&mut signal, rate_hz, at_secs, height, width);
+        let width = |secs: f64| (secs * pull.sqrt()).min(0.17 * cycle);
+        let (rise, fall) = (width(wave.rise), width(wave.fall));
+        add_sides(&mut signal, rate_hz, at_secs, height, (rise, fall));
         let after = (wave.after * pull.sqrt()).min(0.45);
-        add_wave(&mut signal, rate_hz, at_secs + after, height * wave.dicrotic, 1.2 * width);
+        add_wave(&mut signal, rate_hz, at_secs + after, height * wave.dicrotic, 1.2 * fall);
     }
     signal
 }

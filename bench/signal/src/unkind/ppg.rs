@@ -1,6 +1,7 @@
 //! Unkind PPGs.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use super::heart::{SECS, Wave, add_wave, ppg, rhythm};
 use super::noise::{add, deviation, hum, mains_wander, mixed, pink, wander, white};
@@ -48,7 +49,14 @@ fn of(
 
 /// A wave whose second crest does not stand out much.
 fn usual_wave(random: &mut Random) -> Wave {
-    Wave { dicrotic: random.within(0.15..0.5), after: random.within(0.27..0.36) }
+    wave(random, 0.15..0.5, 0.27..0.36)
+}
+
+/// A wave as sharp as recorded ones are, or as round.
+fn wave(random: &mut Random, dicrotic: Range<f64>, after: Range<f64>) -> Wave {
+    let rise = random.within(0.04..0.12);
+    let fall = rise * random.within(1.0..2.0);
+    Wave { rise, fall, dicrotic: random.within(dicrotic), after: random.within(after) }
 }
 
 fn beating(random: &mut Random, kind: &'static str, rate_per_min: f64) -> Unkind {
@@ -65,7 +73,7 @@ fn plain(random: &mut Random, kind: &'static str) -> Unkind {
 fn strong(random: &mut Random, kind: &'static str) -> Unkind {
     let rate = random.within(38.0..75.0);
     let (rate_hz, beats) = (device_hz(random), rhythm(random, rate));
-    let wave = Wave { dicrotic: random.within(0.4..0.9), after: random.within(0.35..0.48) };
+    let wave = wave(random, 0.4..0.9, 0.35..0.48);
     of(random, kind, rate_hz, ppg(rate_hz, &beats, &wave, |_| 1.0), beats)
 }
 

@@ -1,37 +1,21 @@
-//! The mean cycle of a span, and evidence against its pulse rate.
+//! The mean cycle of a span.
 
 use std::f64::consts::TAU;
 
 use super::pulses::Shaped;
 use super::smoothed::Part;
-use crate::robust::{interpolated, median_in_place};
+use super::train::{alternate, bends, mean_size};
+use crate::robust::median_in_place;
 
 /// The number of points per cycle, from peak to peak.
 const PLACES: usize = 24;
 /// The fewest cycles for a mean.
 const LEAST_CYCLES: usize = 5;
-
-/// The probability by the similarity of cycles, when there is no other evidence against the rate.
-const OF_LIKENESS: [(f64, f64); 5] =
-    [(0.0, 0.0), (0.4, 0.25), (0.5, 0.75), (0.6, 0.95), (1.0, 0.99)];
-/// A sine is not a pulse but aliased mains; a near-sine is hardly a pulse, and with other components it may
-/// be footsteps.
-const SINE: f64 = 0.03;
-const HARDLY_A_PULSE: f64 = 0.09;
-const ROUND: f64 = 0.29;
-/// Where the harmonics are larger than this multiple of the fundamental, each cycle holds two pulses.
-const TWO_PULSES: f64 = 2.0;
-/// The latest diastolic wave [s]; a later crest is a missed weak pulse.
-const LATEST_CREST_SECS: f64 = 0.46;
-const CREST_HEIGHT: f64 = 0.08;
-/// A residual this large may be a second rhythm.
-const MOST_REST: f64 = 0.005;
-/// Pulses as slow as this [s] may be every second one of a bigeminy.
-const SLOW_SECS: f64 = 1.12;
-/// Intervals that alternate more are a bigeminy or diastolic waves.
-const MOST_ALTERNATION: f64 = 0.04;
+/// Bends of intervals alternate where more than this share has the opposite sign of the one before.
+const ALTERNATING: f64 = 0.8;
 
 /// The mean cycle, and its variation.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Cycles {
     /// Second and third harmonic over the first: present in a pulse, zero in a sine.
     pub(super) harmonics: f64,
@@ -43,6 +27,8 @@ pub(super) struct Cycles {
     pub(super) rest: f64,
     /// The alternation of intervals between long and short [shares of the mean].
     pub(super) alternation: f64,
+    /// The mean deviation of intervals from their mean [shares of it].
+    pub(super) variation: f64,
     /// The total duration [s].
     pub(super) secs: f64,
     /// The median interval [s].
@@ -79,26 +65,10 @@ impl Cycles {
             crest_height,
             rest: rest(&cycles, &mean),
             alternation: alternation(&intervals),
+            variation: variation(&intervals),
             secs: intervals.iter().sum(),
             usual_secs,
         })
-    }
-
-    /// The probability that the rate is correct within 10 %, given the similarity of cycles, calibrated on
-    /// simulated signals of 16 kinds (`bench/signal/measure_unkind choosing`).
-    pub(super) fn probability(&self, likeness: f64) -> f64 {
-        let speaks_against = [
-            (self.harmonics < SINE, 0.02),
-            (self.harmonics > TWO_PULSES, 0.05),
-            (self.harmonics < HARDLY_A_PULSE, 0.15),
-            (self.crest_secs > LATEST_CREST_SECS && self.crest_height > CREST_HEIGHT, 0.2),
-            (self.rest > MOST_REST && self.harmonics < ROUND, 0.63),
-            (self.usual_secs > SLOW_SECS, 0.7),
-            (self.alternation > MOST_ALTERNATION, 0.75),
-            (self.rest > MOST_REST, 0.79),
-        ];
-        let most = speaks_against.iter().filter(|(speaks, _)| *speaks).map(|(_, most)| *most);
-        most.fold(interpolated(&OF_LIKENESS, likeness), f64::min)
     }
 }
 
@@ -170,14 +140,15 @@ fn rest(cycles: &[[f64; PLACES]], mean: &[f64; PLACES]) -> f64 {
     left / all
 }
 
-/// The amplitude of the alternating component of intervals: half the mean of second differences with
-/// alternating signs.
+/// The mean deviation of intervals from their mean [shares of it].
+fn variation(intervals: &[f64]) -> f64 {
+    let mean = mean_size(intervals);
+    let deviations: Vec<f64> = intervals.iter().map(|interval| interval - mean).collect();
+    mean_size(&deviations) / mean
+}
+
+/// The amplitude of the alternating component of intervals [shares of the mean]; 0 if they do not alternate.
 fn alternation(intervals: &[f64]) -> f64 {
-    let mean = intervals.iter().sum::<f64>() / intervals.len() as f64;
-    let bends: Vec<f64> =
-        intervals.windows(3).map(|three| (three[1] - three[0].midpoint(three[2])) / 2.0).collect();
-    let turned = bends.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count();
-    let share = turned as f64 / (bends.len().max(2) - 1) as f64;
-    let size = bends.iter().map(|bend| bend.abs()).sum::<f64>() / bends.len().max(1) as f64;
-    if share > 0.8 { size / mean } else { 0.0 }
+    let bends = bends(intervals);
+    if alternate(&bends) > ALTERNATING { mean_size(&bends) / mean_size(intervals) } else { 0.0 }
 }

@@ -38,6 +38,8 @@ pub mod analysis;
 mod store;
 mod view;
 mod cycles;
+mod train;
+mod doubt;
 mod values;
 mod judge;
 mod blocks;

@@ -2,28 +2,22 @@
 
 use super::analysis::Settings;
 use super::cycles::Cycles;
+use super::doubt::{Doubt, MOST_FLAGGED};
 use super::pieces::Pieces;
 use super::pulse::Pulse;
 use super::pulses::Pulses;
 use super::quality::Quality;
 use super::runs::Runs;
 use super::smoothed::Smoothed;
+use super::train::Train;
 use super::values;
-use super::view::{OfSignal, View};
+use super::view::View;
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Track, Value, Windows};
 use crate::hrv::{BEFORE_SECS, HeartWindows};
 use crate::respiration::derived::BreathingWindows;
 
-/// The largest flagged share for which the rest is reported.
-const MOST_FLAGGED: f64 = 0.5;
-
 /// The smallest probability of the rate for which it is reported.
 const LEAST_PROBABILITY: f64 = 0.4;
-/// The smallest share of the span that intervals must cover: short ones may be the remains of a bigeminy.
-const LEAST_COVERED: f64 = 0.75;
-const MOST_OF_FEW: f64 = 0.75;
-/// The factor on the quality of a span that is mostly flagged.
-const FLAGGED_SHARE: f64 = 0.3;
 /// The delay in which pulses are not known yet [s].
 const UNKNOWN_SECS: f64 = 0.5;
 
@@ -110,16 +104,16 @@ impl PpgWindows {
     }
 
     /// The probability that the pulse rate is correct within 10 %.
-    fn probability(&self, view: &View, of_signal: &OfSignal, span: Span) -> f64 {
-        let seen = self.smoothed.part(self.smoothed.held());
-        match Cycles::of(&seen, &view.neighbours(), self.signal.rate_hz()) {
-            Some(cycles) if cycles.secs < LEAST_COVERED * span.secs() => {
-                cycles.probability(of_signal.quality).min(MOST_OF_FEW)
-            }
-            Some(cycles) => cycles.probability(of_signal.quality),
-            None if of_signal.flagged > MOST_FLAGGED => FLAGGED_SHARE * of_signal.quality,
-            None => of_signal.quality.min(MOST_OF_FEW),
-        }
+    fn probability(&self, view: &View, span: Span) -> f64 {
+        let (seen, rate_hz) = (self.smoothed.part(self.smoothed.held()), self.signal.rate_hz());
+        let doubt = Doubt {
+            train: Train::of(&view.pulses_inside(), rate_hz),
+            cycles: Cycles::of(&seen, &view.neighbours(), rate_hz),
+            flagged: view.flagged(),
+            skewness: view.skewness().unwrap_or(f64::NAN),
+            secs: span.secs(),
+        };
+        doubt.probability()
     }
 
     fn discard_moved(&self, quality: &mut Quality) {
@@ -158,14 +152,12 @@ impl PpgWindows {
         view.holes().for_each(|(from_ns, to_ns)| heart.mark_gap(from_ns, to_ns));
         let mut of_pulses = view.of_pulses(span, &self.breathing);
         let mut of_heart = heart.measure_after(span, last).values;
-        let mut of_signal = view.of_signal();
-        of_signal.quality = self.probability(&view, &of_signal, span);
-        if of_signal.flagged > MOST_FLAGGED || of_signal.quality < LEAST_PROBABILITY {
+        let quality = self.probability(&view, span);
+        if view.flagged() > MOST_FLAGGED || quality < LEAST_PROBABILITY {
             of_pulses.fill(Err(Reason::Quality));
             of_heart.fill(Err(Reason::Quality));
         }
-        let quality = of_signal.quality;
-        let values = [of_pulses, of_signal.values(), of_heart].concat();
+        let values = [of_pulses, view.of_signal(quality).values(), of_heart].concat();
         Measured { coverage, quality, values }
     }
 }

@@ -43,7 +43,7 @@ const TABLE: [(&str, &str, &str); 14] = [
     (
         "PPG_Quality",
         "1",
-        "probability that the rate is within 10 %: by the mean over time of the correlation with the median pulse (of the span and 60 s before) times the living share, at most what a sine, a late second crest, a second rhythm, alternating intervals and slow pulses leave (ppg/cycles.rs)",
+        "probability that the rate is within 10 %: 0.98 unless there is evidence against it (0.79), such as broad waves that may be footsteps, a residual beside the mean cycle, slow pulses of which every second one may be missed, odd intervals; strong evidence (0.275), such as a late second crest; or no pulse at all (0.05) (ppg/doubt.rs)",
     ),
     ("PPG_Flagged", "1", "share of the span without a cycle of quality 0.8 or more"),
     ("PPG_Flat", "1", "share of samples that are missing or stay the same for more than 0.2 s"),

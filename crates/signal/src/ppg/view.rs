@@ -31,8 +31,8 @@ pub(super) struct View {
 
 /// The values reported at any quality.
 pub(super) struct OfSignal {
-    pub(super) quality: f64,
-    pub(super) flagged: f64,
+    quality: f64,
+    flagged: f64,
     flat: f64,
     skewness: Result<f64, Reason>,
     pulses: usize,
@@ -76,19 +76,34 @@ impl View {
 
     /// The good pulses of the span itself.
     fn good_inside(&self) -> Vec<usize> {
-        let is_inside = |index: &usize| self.pulses[*index].pulse.sample >= self.inside as f64;
-        self.good().filter(is_inside).collect()
+        self.good().filter(|&index| self.is_inside(&self.pulses[index])).collect()
     }
 
-    pub(super) fn of_signal(&self) -> OfSignal {
+    /// The pulses of the span itself, good or not.
+    pub(super) fn pulses_inside(&self) -> Vec<&Pulse> {
+        let inside = self.pulses.iter().filter(|shaped| self.is_inside(shaped));
+        inside.map(|shaped| &shaped.pulse).collect()
+    }
+
+    fn is_inside(&self, shaped: &Shaped) -> bool {
+        shaped.pulse.sample >= self.inside as f64
+    }
+
+    /// The values reported at any quality, with the quality.
+    pub(super) fn of_signal(&self, quality: f64) -> OfSignal {
         let (begin, end) = (self.inside as f64, self.living.samples.end as f64);
         OfSignal {
-            quality: self.quality.mean(begin, self.known),
-            flagged: self.quality.flagged(begin, self.known),
+            quality,
+            flagged: self.flagged(),
             flat: 1.0 - self.living.share(begin, end),
             skewness: self.skewness(),
             pulses: self.good_inside().len(),
         }
+    }
+
+    /// The share of the span that is flagged.
+    pub(super) fn flagged(&self) -> f64 {
+        self.quality.flagged(self.inside as f64, self.known)
     }
 
     /// Rates, shapes and breathing, in the order of the values.
@@ -137,7 +152,7 @@ impl View {
     }
 
     /// Elgendi (2016), doi:10.3390/bioengineering3040021.
-    fn skewness(&self) -> Result<f64, Reason> {
+    pub(super) fn skewness(&self) -> Result<f64, Reason> {
         let pieces: Vec<f64> = self.pieces.iter().map(|piece| piece.skewness).collect();
         let nothing = if pieces.is_empty() { Reason::Short } else { Reason::Undefined };
         median(&pieces).ok_or(nothing)

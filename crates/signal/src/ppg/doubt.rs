@@ -1,0 +1,305 @@
+//! Evidence against a pulse rate.
+
+use super::cycles::Cycles;
+use super::train::Train;
+
+/// The probability that a rate is correct within 10 % without and with evidence against it. There are four levels, so
+/// that each is the share that was right among the windows of simulated signals that have it
+/// (`bench/signal/measure_unkind choosing`).
+const SURE: f64 = 0.98;
+const DOUBTFUL: f64 = 0.79;
+const UNLIKELY: f64 = 0.275;
+const WRONG: f64 = 0.05;
+
+/// The largest flagged share of a span of which the rest is reported.
+pub(super) const MOST_FLAGGED: f64 = 0.5;
+/// Fewer pulses than this are no rhythm.
+const LEAST_COUNT: usize = 5;
+/// With too few good cycles for a mean, pulses are noise where more than this share of intervals is odd; or fewer, in a
+/// span that is flagged above that share.
+const NOISE_ODD: f64 = 0.345;
+const FLAGGED_NOISE_ODD: f64 = 0.11;
+const NOISE_FLAGGED: f64 = 0.91;
+
+/// A sine is not a pulse but aliased mains, and so is what has nearly no fundamental. A near-sine is hardly a pulse.
+const SINE: f64 = 0.03;
+const HARDLY_A_PULSE: f64 = 0.09;
+const NO_FUNDAMENTAL: f64 = 10.0;
+/// Where the harmonics are larger than this multiple of the fundamental, each cycle may hold two pulses.
+const TWO_PULSES: f64 = 2.0;
+
+/// The latest diastolic wave [s]; a later crest is a missed weak pulse. So may be one this late, where pulses were lost.
+const LATEST_CREST_SECS: f64 = 0.46;
+const CREST_HEIGHT: f64 = 0.08;
+const LATE_CREST_SECS: f64 = 0.32;
+
+/// Footsteps are broader than pulses [shares of a cycle]. A broad wave may be theirs if the mean cycle leaves more than
+/// this residual, or amplitudes are jagged or alternate.
+const BROAD: f64 = 0.39;
+const MOST_REST: f64 = 0.005;
+const JAGGED: f64 = 0.05;
+/// A large residual may be a second rhythm beside narrower pulses, too.
+const LARGE_REST: f64 = 0.05;
+const NEARLY_BROAD: f64 = 0.32;
+
+/// Pulses as fast as this [s] are perhaps every diastolic wave as well; intervals or amplitudes then alternate.
+const FAST_SECS: f64 = 0.47;
+const FAST_ALTERNATION: f64 = 0.011;
+const FAST_ALTERNATE: f64 = 0.8;
+const FAST_JAGGED: f64 = 0.06;
+/// Pulses as slow as this [s] may be every second one of a bigeminy: they rise in a smaller share of a cycle, and the
+/// signal is more skewed. Or the baseline wanders; this leaves a residual.
+const SLOW_SECS: f64 = 1.12;
+const FAST_RISE: f64 = 0.13;
+const SKEWED: f64 = 0.9;
+const WANDER_REST: f64 = 0.04;
+/// Few hearts are as slow as this [s], and wander often is.
+const VERY_SLOW_SECS: f64 = 1.9;
+
+/// Amplitudes alternate strictly above this share; with odd intervals, or good cycles in less than this share of the
+/// span, the lower pulses of a bigeminy are flagged.
+const STRICTLY_ALTERNATE: f64 = 0.95;
+const ALTERNATE_COVERED: f64 = 0.6;
+
+/// Intervals that alternate more are a bigeminy. Others that vary more than this are hardly a heart's.
+const MOST_ALTERNATION: f64 = 0.04;
+const MOST_VARIATION: f64 = 0.07;
+/// More intervals than this are odd, while good cycles cover less than this share of the span.
+const MOST_ODD: f64 = 0.2;
+const LEAST_COVERED: f64 = 0.75;
+/// The usual interval of good cycles differs from that of all by more than this share: pulses between them are flagged,
+/// or false.
+const MOST_OFF: f64 = 0.05;
+
+/// What is known of the pulses of a span.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Doubt {
+    pub(super) train: Train,
+    /// The mean of good cycles; `None` with too few.
+    pub(super) cycles: Option<Cycles>,
+    /// The share of the span that is flagged.
+    pub(super) flagged: f64,
+    /// The skewness of the signal; NaN if unknown.
+    pub(super) skewness: f64,
+    /// The duration of the span [s].
+    pub(super) secs: f64,
+}
+
+impl Doubt {
+    /// The probability that the rate is correct within 10 %.
+    pub(super) fn probability(&self) -> f64 {
+        match &self.cycles {
+            None if self.is_noise() => WRONG,
+            None => DOUBTFUL,
+            Some(cycles) if is_sine(cycles) => WRONG,
+            Some(_) if self.flagged > MOST_FLAGGED => UNLIKELY,
+            Some(cycles) if self.is_unlikely(cycles) => UNLIKELY,
+            Some(cycles) if self.is_doubtful(cycles) => DOUBTFUL,
+            Some(_) => SURE,
+        }
+    }
+
+    fn is_noise(&self) -> bool {
+        let Train { count, odd, .. } = self.train;
+        count < LEAST_COUNT
+            || odd > NOISE_ODD
+            || (odd > FLAGGED_NOISE_ODD && self.flagged > NOISE_FLAGGED)
+    }
+
+    fn is_unlikely(&self, cycles: &Cycles) -> bool {
+        let is_second = self.is_second_rhythm(cycles);
+        let is_varied = cycles.variation > MOST_VARIATION;
+        [
+            cycles.crest_secs > LATEST_CREST_SECS && cycles.crest_height > CREST_HEIGHT,
+            is_second && (is_varied || cycles.alternation > MOST_ALTERNATION),
+            cycles.harmonics < HARDLY_A_PULSE && (is_second || is_varied),
+            self.is_doubled(cycles),
+        ]
+        .contains(&true)
+    }
+
+    fn is_doubtful(&self, cycles: &Cycles) -> bool {
+        let is_part = cycles.secs < LEAST_COVERED * self.secs;
+        let is_odd = self.train.odd > MOST_ODD;
+        let is_varied = cycles.variation > MOST_VARIATION;
+        let off = cycles.usual_secs / self.train.usual_secs - 1.0;
+        [
+            cycles.harmonics > TWO_PULSES,
+            self.is_second_rhythm(cycles),
+            cycles.rest > LARGE_REST && self.width(cycles) > NEARLY_BROAD,
+            self.is_slow(cycles),
+            self.is_missing_low(cycles),
+            is_varied && cycles.alternation < MOST_ALTERNATION,
+            is_part && is_odd,
+            is_part && cycles.crest_secs > LATE_CREST_SECS,
+            off.abs() > MOST_OFF,
+        ]
+        .contains(&true)
+    }
+
+    /// Whether the waves may be those of another rhythm, with the pulse between them.
+    fn is_second_rhythm(&self, cycles: &Cycles) -> bool {
+        let Train { jagged, alternate, .. } = self.train;
+        let is_mixed = cycles.rest > MOST_REST || jagged > JAGGED || alternate > STRICTLY_ALTERNATE;
+        self.width(cycles) > BROAD && is_mixed
+    }
+
+    /// Whether diastolic waves may be counted.
+    fn is_doubled(&self, cycles: &Cycles) -> bool {
+        let Train { jagged, alternate, .. } = self.train;
+        let is_alternating = cycles.alternation > FAST_ALTERNATION
+            || (alternate > FAST_ALTERNATE && jagged > FAST_JAGGED);
+        cycles.usual_secs < FAST_SECS && is_alternating
+    }
+
+    /// Whether every second pulse may be missed, or wander taken for pulses.
+    fn is_slow(&self, cycles: &Cycles) -> bool {
+        let rise = self.train.rise_secs / cycles.usual_secs;
+        let is_strange = rise < FAST_RISE
+            || self.skewness > SKEWED
+            || cycles.rest > WANDER_REST
+            || cycles.usual_secs > VERY_SLOW_SECS;
+        cycles.usual_secs > SLOW_SECS && is_strange
+    }
+
+    /// Whether the lower ones of alternating pulses may be flagged.
+    fn is_missing_low(&self, cycles: &Cycles) -> bool {
+        let is_part = cycles.secs < ALTERNATE_COVERED * self.secs;
+        self.train.alternate > STRICTLY_ALTERNATE && (is_part || self.train.odd > MOST_ODD)
+    }
+
+    /// The width of pulses at half of their amplitude [shares of a cycle].
+    fn width(&self, cycles: &Cycles) -> f64 {
+        self.train.width_secs / cycles.usual_secs
+    }
+}
+
+fn is_sine(cycles: &Cycles) -> bool {
+    cycles.harmonics < SINE || cycles.harmonics > NO_FUNDAMENTAL
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A clean pulse at 75/min, in half a minute.
+    fn clean() -> (Doubt, Cycles) {
+        let train = Train {
+            count: 37,
+            usual_secs: 0.8,
+            odd: 0.0,
+            jagged: 0.02,
+            alternate: 0.5,
+            rise_secs: 0.12,
+            width_secs: 0.2,
+        };
+        let cycles = Cycles {
+            harmonics: 0.6,
+            crest_secs: 0.3,
+            crest_height: 0.1,
+            rest: 0.02,
+            alternation: 0.0,
+            variation: 0.03,
+            secs: 29.0,
+            usual_secs: 0.8,
+        };
+        let (flagged, skewness) = (0.0, 0.5);
+        (Doubt { train, cycles: None, flagged, skewness, secs: 30.0 }, cycles)
+    }
+
+    fn of_cycles(change: impl Fn(&mut Cycles)) -> f64 {
+        let (doubt, mut cycles) = clean();
+        change(&mut cycles);
+        Doubt { cycles: Some(cycles), ..doubt }.probability()
+    }
+
+    fn of_train(change: impl Fn(&mut Train)) -> f64 {
+        let (mut doubt, cycles) = clean();
+        change(&mut doubt.train);
+        Doubt { cycles: Some(cycles), ..doubt }.probability()
+    }
+
+    #[test]
+    fn a_clean_pulse_is_trusted() {
+        assert_eq!(of_cycles(|_| ()), SURE);
+        assert_eq!(of_train(|train| (train.rise_secs, train.width_secs) = (0.08, 0.1)), SURE);
+    }
+
+    #[test]
+    fn a_few_good_cycles_among_flagged_ones_say_little() {
+        let (mut doubt, cycles) = clean();
+        doubt.flagged = 0.6;
+        assert_eq!(Doubt { cycles: Some(cycles), ..doubt }.probability(), UNLIKELY);
+    }
+
+    #[test]
+    fn mains_are_no_pulse() {
+        assert_eq!(of_cycles(|cycles| cycles.harmonics = 0.01), WRONG);
+        assert_eq!(of_cycles(|cycles| cycles.harmonics = 12.0), WRONG);
+    }
+
+    #[test]
+    fn a_late_crest_is_a_missed_pulse() {
+        assert_eq!(of_cycles(|cycles| cycles.crest_secs = 0.5), UNLIKELY);
+    }
+
+    #[test]
+    fn broad_waves_with_a_residual_may_be_steps() {
+        assert_eq!(of_train(|train| train.width_secs = 0.35), DOUBTFUL);
+        let broad = |change: fn(&mut Cycles)| {
+            let (mut doubt, mut cycles) = clean();
+            doubt.train.width_secs = 0.35;
+            change(&mut cycles);
+            Doubt { cycles: Some(cycles), ..doubt }.probability()
+        };
+        assert_eq!(broad(|cycles| cycles.rest = 0.001), SURE);
+        assert_eq!(broad(|cycles| cycles.variation = 0.1), UNLIKELY);
+    }
+
+    #[test]
+    fn fast_pulses_in_turn_may_be_diastolic_waves() {
+        let fast = |alternate| {
+            let (mut doubt, mut cycles) = clean();
+            cycles.usual_secs = 0.4;
+            doubt.train =
+                Train { usual_secs: 0.4, width_secs: 0.1, jagged: 0.1, alternate, ..doubt.train };
+            Doubt { cycles: Some(cycles), ..doubt }.probability()
+        };
+        assert_eq!((fast(0.6), fast(1.0)), (SURE, UNLIKELY));
+    }
+
+    #[test]
+    fn slow_pulses_with_a_fast_rise_may_be_half_of_them() {
+        let slow = |rise_secs| {
+            let (mut doubt, mut cycles) = clean();
+            cycles.usual_secs = 1.3;
+            doubt.train = Train { usual_secs: 1.3, rise_secs, ..doubt.train };
+            Doubt { cycles: Some(cycles), ..doubt }.probability()
+        };
+        assert_eq!((slow(0.2), slow(0.12)), (SURE, DOUBTFUL));
+    }
+
+    #[test]
+    fn few_good_cycles_among_odd_intervals_are_doubtful() {
+        let (mut doubt, mut cycles) = clean();
+        cycles.secs = 15.0;
+        assert_eq!(Doubt { cycles: Some(cycles), ..doubt }.probability(), SURE);
+        doubt.train.odd = 0.3;
+        assert_eq!(Doubt { cycles: Some(cycles), ..doubt }.probability(), DOUBTFUL);
+    }
+
+    #[test]
+    fn without_cycles_odd_intervals_are_noise() {
+        let (mut doubt, _) = clean();
+        assert_eq!(doubt.probability(), DOUBTFUL);
+        doubt.train.odd = 0.4;
+        assert_eq!(doubt.probability(), WRONG);
+    }
+
+    #[test]
+    fn a_few_pulses_are_no_rhythm() {
+        let (mut doubt, _) = clean();
+        doubt.train.count = 2;
+        assert_eq!(doubt.probability(), WRONG);
+    }
+}
