@@ -27,15 +27,16 @@ use crate::csv::{exact_secs, number, quoted};
 
 /// The longest wait for input before looking again.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How late a sample may arrive within its stream and still be placed [ns].
-const LATENESS_NANOS: i64 = 100_000_000;
+/// How late a sample may arrive within its stream and still be placed [ns]: a recording is read far faster than it was
+/// made, so rows can wait for what a strap sends in batches, or after an outage.
+const LATENESS_NANOS: i64 = 10_000_000_000;
 /// The shortest and the longest time that rows wait for a silent stream [ns].
-const LEAST_IDLE_NANOS: i64 = 2_000_000_000;
+const LEAST_IDLE_NANOS: i64 = 60_000_000_000;
 const MOST_IDLE_NANOS: i64 = 600_000_000_000;
 /// How long uncertainties are kept for rows still to come [s].
 const LONGEST_WAIT_SECS: usize = 700;
-/// The samples kept of a stream while rows wait for another: 16 s at 1 kHz.
-const CAPACITY: usize = 16_384;
+/// The samples kept of a stream while rows wait for another: two minutes at 1 kHz.
+const CAPACITY: usize = 1 << 17;
 /// The most numbers kept of one stream, whatever its width.
 const KEPT_NUMBERS: usize = 1 << 22;
 
