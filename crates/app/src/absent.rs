@@ -1,7 +1,6 @@
 //! What a study requires and a whole session lacked.
 
-use std::fs::OpenOptions;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 use std::time::Duration;
 
@@ -9,7 +8,7 @@ use teampulse_core::session_streams::SESSION_EVENTS;
 use teampulse_core::source::SourceError;
 use teampulse_core::stream::{Origin, Stream};
 use teampulse_core::streams::Streams;
-use teampulse_sinks::Unmet;
+use teampulse_sinks::{LOST_OR_WRONG, NOTHING_NOTICED, Unmet};
 
 use crate::failure::Failure;
 use crate::required::{Requirements, with_unopened};
@@ -69,15 +68,27 @@ impl Absent {
         if self.is_empty() || !summary.exists() {
             return Ok(());
         }
-        append(&summary, &self.section()).map_err(|error| {
+        self.add_to(&summary).map_err(|error| {
             Failure::new(format!("failed to write {}: {error}", summary.display()))
         })
     }
 
-    fn section(&self) -> String {
-        let lines: Vec<String> =
-            self.0.iter().map(|Unmet { what, .. }| format!("- {what}\n")).collect();
-        format!("\n## Missing during the whole session\n\n{}", lines.concat())
+    fn add_to(&self, summary: &Path) -> io::Result<()> {
+        let page = std::fs::read_to_string(summary)?;
+        std::fs::write(summary, self.added_to(&page))
+    }
+
+    /// The page with them at the start of what was wrong.
+    fn added_to(&self, page: &str) -> String {
+        let missing =
+            |Unmet { what, .. }: &Unmet| format!("- Missing during the whole session: {what}\n");
+        let lines: String = self.0.iter().map(missing).collect();
+        let head = format!("{LOST_OR_WRONG}\n\n");
+        let Some((before, after)) = page.split_once(&head) else {
+            return format!("{page}\n{head}{lines}");
+        };
+        let after = after.strip_prefix(&format!("{NOTHING_NOTICED}\n")).unwrap_or(after);
+        format!("{before}{head}{lines}{after}")
     }
 }
 
@@ -86,13 +97,20 @@ fn is_received(stream: &Stream) -> bool {
     stream.origin == Origin::Raw && stream.name != SESSION_EVENTS
 }
 
-fn append(path: &Path, text: &str) -> io::Result<()> {
-    OpenOptions::new().append(true).open(path)?.write_all(text.as_bytes())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_summary_states_what_was_missing_where_it_states_what_was_wrong() {
+        let unmet = Unmet { what: "no robot matches /robot*".into(), fix: String::new() };
+        let absent = Absent(vec![unmet]);
+        let missing = "- Missing during the whole session: no robot matches /robot*\n";
+        let page = |wrong: &str| format!("# a\n\n{LOST_OR_WRONG}\n\n{wrong}\n## Where\n");
+        let nothing = page(&format!("{NOTHING_NOTICED}\n"));
+        assert_eq!(absent.added_to(&nothing), page(missing));
+        assert_eq!(absent.added_to(&page("- a fault\n")), page(&format!("{missing}- a fault\n")));
+    }
 
     #[test]
     fn a_session_with_nothing_but_markers_lacks_nothing() {

@@ -228,21 +228,21 @@ impl Setup {
         Ok(sinks)
     }
 
-    /// The disk space that a recording needs to begin, beyond what every recording needs [bytes]: zero
-    /// where it may continue elsewhere.
+    /// The disk space that a recording needs to begin, beyond what every recording needs [bytes].
     pub fn keep_free_bytes(&self) -> u64 {
-        let bags = self.study.settings_of::<Bag>("sinks", "bag").unwrap_or_default();
-        let bags = bags.into_iter().filter(|bag| bag.fallback.is_none());
-        bags.map(|bag| bag.keep_free_mib.saturating_mul(1 << 20)).max().unwrap_or(0)
+        self.bags().iter().map(keep_free_bytes).max().unwrap_or(0)
     }
 
     /// Why a recording could not continue in its fallback.
     pub fn unfit_fallback(&self) -> Option<String> {
-        let bags = self.study.settings_of::<Bag>("sinks", "bag").unwrap_or_default();
-        bags.iter().find_map(|bag| {
-            let reason = unfit(bag.fallback.as_deref()?, 0)?;
+        self.bags().iter().find_map(|bag| {
+            let reason = unfit(bag.fallback.as_deref()?, keep_free_bytes(bag))?;
             Some(format!("the recording could not continue in its fallback: {reason}"))
         })
+    }
+
+    fn bags(&self) -> Vec<Bag> {
+        self.study.settings_of("sinks", "bag").unwrap_or_default()
     }
 
     /// The settings of the terminal's view.
@@ -463,6 +463,11 @@ fn name(kinds: &[String], place: usize, own: Option<String>) -> String {
         None if is_alone => kind.clone(),
         None => format!("{kind} {number}"),
     }
+}
+
+/// The space that a bag leaves free [bytes].
+fn keep_free_bytes(bag: &Bag) -> u64 {
+    bag.keep_free_mib.saturating_mul(1 << 20)
 }
 
 /// The tidy files of a bag: as the study configures them, or with defaults; none where it disables them.

@@ -9,7 +9,7 @@ use teampulse_core::session::Session;
 use teampulse_messages::convert::encode;
 
 use crate::commands::info::open;
-use crate::commands::replay::{clocks_of, source_of, study_of};
+use crate::commands::replay::{clocks_of, describe_recording, source_of, study_of};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::outcome::conclude;
@@ -27,7 +27,7 @@ pub async fn write_tidy_files(folder: &Path) -> Result<Exit, Failure> {
     let Some(study) = study_of(&bag)? else { return Ok(Exit::Fine) };
     let clock = Clock::settable();
     let mut context = sink_context(&study, folder, &clock);
-    context.damage = bag.lost_to_damage();
+    describe_recording(&mut context, &bag);
     let Some(tidy) = tidy(&study, &context)? else { return Ok(Exit::Fine) };
     say(format!("writing the tidy files of {} (summary.md and the tables)", folder.display()));
     let session = Session {

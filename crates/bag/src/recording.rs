@@ -21,7 +21,7 @@ use teampulse_messages::convert::encode;
 
 use crate::error::BagError;
 use crate::growth::Growth;
-use crate::sink::{BagSink, CONTINUES_NOTE, ENDED_NOTE, STUDY_NAME};
+use crate::sink::{BagSink, CONTINUES_NOTE, ENDED_NOTE, JOINED_NOTE, STUDY_NAME};
 use crate::write::BagWriter;
 use crate::write::part::Attachment;
 
@@ -92,6 +92,9 @@ struct Losses {
     in_our_queue: u64,
 }
 
+/// Why a recording ended that a command stopped.
+pub const STOPPED: &str = "a command stopped the recording";
+
 impl Recording {
     /// Creates the bag of a sink.
     pub(crate) fn begin(sink: BagSink) -> Result<Recording, SinkError> {
@@ -118,7 +121,8 @@ impl Recording {
     /// Begins in a running session: at its start all streams are described, and the state at that time is published
     /// again, active phases with their remaining duration.
     #[must_use]
-    pub fn in_session(self, opening: Opening) -> Recording {
+    pub fn in_session(mut self, opening: Opening) -> Recording {
+        self.writer.note(JOINED_NOTE, "the session was running already".into());
         Recording { opening: Some(opening), ..self }
     }
 
@@ -147,6 +151,7 @@ impl Recording {
 
     /// Records what it [begins with](Recording::in_session), and nothing else.
     pub fn record_opening(mut self, inbox: &Inbox) -> Result<(), Broken> {
+        self.writer.note(ENDED_NOTE, "it is a snapshot".into());
         let taken = caught(|| self.open(inbox.streams()).map(|_| Complete::WithSession));
         self.end(taken, inbox).map(drop)
     }
@@ -166,6 +171,7 @@ impl Recording {
                 hint: "record to a faster disk, or record less".into(),
             }),
             Ok(Ok(by_command)) => {
+                self.writer.note(ENDED_NOTE, STOPPED.into());
                 complete = by_command;
                 None
             }

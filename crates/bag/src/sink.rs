@@ -15,6 +15,9 @@ pub const ENDED_NOTE: &str = "teampulse.ended_early";
 /// The key of the note with the folder of the bag that a recording continues.
 pub const CONTINUES_NOTE: &str = "teampulse.continues";
 
+/// The key of the note that the session was running already when the bag began.
+pub const JOINED_NOTE: &str = "teampulse.joined";
+
 /// Records a session into a bag.
 #[derive(Clone, Debug)]
 pub struct BagSink {

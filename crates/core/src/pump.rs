@@ -22,7 +22,9 @@ use crate::life::Life;
 use crate::loss::Loss;
 use crate::outlet::Item;
 use crate::sample::{Record, Sample, Turn};
-use crate::session_streams::{END, clock_events, descriptions, health, is_end, session_events};
+use crate::session_streams::{
+    SESSION_EVENTS, clock_events, descriptions, end_event, health, is_end, session_events,
+};
 use crate::source::Reading;
 use crate::status::StreamStatus;
 use crate::stream::{Origin, Shape, Stream, StreamId};
@@ -56,6 +58,8 @@ pub struct Pump {
     /// The number of readings that were skipped for lack of time, by stream.
     left_out: BTreeMap<StreamId, u64>,
     broken: Vec<Broken>,
+    /// Whether the end of the session was taken.
+    has_ended: bool,
 }
 
 impl Pump {
@@ -80,6 +84,7 @@ impl Pump {
             dropped: 0,
             left_out: BTreeMap::new(),
             broken: Vec::new(),
+            has_ended: false,
         }
     }
 
@@ -160,9 +165,29 @@ impl Pump {
         for (stream, count) in std::mem::take(&mut self.left_out) {
             self.take(Item::Dropped { stream, count });
         }
-        let label = END.to_owned();
-        let event = Event { kind: EventKind::Clock, label, value: f64::NAN, duration_secs: 0.0 };
-        self.happen(event, now);
+        self.happen(end_event(), now);
+    }
+
+    /// Ends a recording: where it has no end of its session, as it was cut off, phases end with its last record. This end
+    /// is computed with, but not recorded.
+    pub(crate) fn close_recording(&mut self) {
+        let Some((stream, _)) = self.streams.find(SESSION_EVENTS) else { return };
+        if self.has_ended || self.track(stream).is_none() {
+            return;
+        }
+        let end = Sample {
+            stream,
+            measured: self.last,
+            log_time: self.last,
+            device_time: None,
+            source_time: None,
+            period_ns: 0.0,
+            index: 0,
+            turn: Turn::OnTime,
+            data: Data::Event(Arc::new(end_event())),
+        };
+        self.extractors.push(&end, &mut self.given);
+        self.settle(self.last);
     }
 
     /// Takes in an event of the session itself.
@@ -235,6 +260,7 @@ impl Pump {
         self.record(sample);
         self.settle(log_time);
         if is_end {
+            self.has_ended = true;
             self.publish_health(log_time, |_| true);
         }
     }

@@ -1,7 +1,7 @@
 //! The streams of a session itself: its events, the events of its clocks, and the descriptions of
 //! its streams.
 
-use crate::data::{Data, EventKind};
+use crate::data::{Data, Event, EventKind};
 use crate::qos::Qos;
 use crate::stream::{About, Origin, Shape, Signal, Stream, Subject};
 
@@ -18,6 +18,12 @@ pub fn session_events() -> Stream {
     stream.qos = vec![Qos::latched(1000)];
     stream.doc = "phases, markers and faults of the session".into();
     stream
+}
+
+/// The event with which a session ends.
+pub(crate) fn end_event() -> Event {
+    let (kind, label) = (EventKind::Clock, END.to_owned());
+    Event { kind, label, value: f64::NAN, duration_secs: 0.0 }
 }
 
 /// Whether this event ends a session: the last losses have been reported by then.

@@ -33,7 +33,7 @@ pub use terminal::{
     Board, Colours, Estimates, Kept, NextPhase, Scroll, Terminal, TerminalContext, View,
     WarningOutput, leave_screen,
 };
-pub use tidy::Tidy;
+pub use tidy::{LOST_OR_WRONG, NOTHING_NOTICED, Tidy};
 
 /// The table of all sinks.
 pub const SINKS: &[Entry<dyn Sink, SinkContext>] = &[
@@ -71,6 +71,8 @@ pub struct SinkContext {
     pub damage: Option<String>,
     /// Whether the recording is of another program, which records no end of a session.
     pub is_imported: bool,
+    /// Which part of its session the recording is that this session is computed from.
+    pub part: Part,
     /// What the terminal shows.
     pub terminal: TerminalContext,
     /// What is published on ROS, and where.
@@ -91,11 +93,21 @@ impl SinkContext {
             growth: Growth::default(),
             damage: None,
             is_imported: false,
+            part: Part::default(),
             terminal: TerminalContext::default(),
             ros: RosContext::default(),
             dashboard: DashboardContext::default(),
         }
     }
+}
+
+/// Which part of its session a recording is: all of it, unless stated otherwise.
+#[derive(Clone, Debug, Default)]
+pub struct Part {
+    /// Whether the session was running already when it began.
+    pub has_joined: bool,
+    /// Why it ended before the session.
+    pub ended: Option<String>,
 }
 
 /// Notifies the sinks that write beside a bag that it has ended early, and where the recording continues.

@@ -5,13 +5,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use teampulse_bag::{Bag, BagSink, BagSource, DAMAGE_NOTE, Options, Place, STUDY_NAME, Selection};
+use teampulse_bag::{
+    Bag, BagSink, BagSource, DAMAGE_NOTE, ENDED_NOTE, JOINED_NOTE, Options, Place, STUDY_NAME,
+    Selection,
+};
 use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::session::Session;
 use teampulse_core::sink::Sink;
 use teampulse_messages::convert::encode;
-use teampulse_sinks::{Continuation, ContinuingBag, SinkContext};
+use teampulse_sinks::{Continuation, ContinuingBag, Part, SinkContext};
 use teampulse_sources::robots::{Choice, Robots};
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
@@ -89,7 +92,7 @@ pub async fn replayed_from(
     let (text, out) = (study.text().to_owned(), folder.clone());
     let clock = Clock::settable();
     let mut context = sink_context(study, &folder, &clock);
-    context.damage = bag.lost_to_damage();
+    describe_recording(&mut context, &bag);
     context.is_imported = is_imported;
     let unread = source.unread();
     let session = Session {
@@ -116,10 +119,19 @@ pub fn sinks_into(
     Ok(sinks)
 }
 
+/// Describes the recording from which a session is computed: what it lost, and which part of its session it is.
+pub fn describe_recording(context: &mut SinkContext, bag: &Bag) {
+    let notes = bag.notes();
+    context.damage = bag.lost_to_damage();
+    context.is_imported = notes.contains_key(IMPORTED);
+    context.part =
+        Part { has_joined: notes.contains_key(JOINED_NOTE), ended: notes.get(ENDED_NOTE).cloned() };
+}
+
 /// The notes of a bag that was computed from another: that its times are final, that it is of another program, and what
 /// it lost to damage.
 pub fn kept_notes(bag: &Bag) -> BTreeMap<String, String> {
-    let kept = [RETIMED, IMPORTED]
+    let kept = [RETIMED, IMPORTED, JOINED_NOTE, ENDED_NOTE]
         .into_iter()
         .filter_map(|note| bag.notes().get(note).map(|words| (note.to_owned(), words.clone())));
     let damage = bag.lost_to_damage().map(|damage| (DAMAGE_NOTE.to_owned(), damage));

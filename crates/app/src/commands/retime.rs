@@ -11,7 +11,7 @@ use teampulse_core::session::Session;
 use teampulse_messages::convert::encode;
 
 use crate::commands::info::{after_reading, open, warn_of_damage};
-use crate::commands::replay::{IMPORTED, RETIMED, kept_notes, sinks_into, study_for};
+use crate::commands::replay::{RETIMED, describe_recording, kept_notes, sinks_into, study_for};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::folder::Claimed;
@@ -60,8 +60,7 @@ impl Retime {
         let sink = BagSink { folder: folder.clone(), study: text, options };
         let clock = Clock::settable();
         let mut context = sink_context(&study, &folder, &clock);
-        context.damage = bag.lost_to_damage();
-        context.is_imported = bag.notes().contains_key(IMPORTED);
+        describe_recording(&mut context, &bag);
 
         let source = BagSource::new(Arc::clone(&bag), Selection::Raw);
         let first =

@@ -225,8 +225,9 @@ impl Pipeline {
                 self.deliver();
             }
         }
-        if self.pace == Pace::Live {
-            self.pump.close(self.clock.now());
+        match self.pace {
+            Pace::Live => self.pump.close(self.clock.now()),
+            Pace::Recorded => self.pump.close_recording(),
         }
         self.deliver();
         self.deliver();

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use teampulse_bag::{BagSink, Complete, Growth, Opening, Options, Place, Recording};
+use teampulse_bag::{BagSink, Complete, Growth, Opening, Options, Place, Recording, STOPPED};
 use teampulse_core::command::{Command, Sender};
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::sample::Record;
@@ -106,7 +106,7 @@ impl Course {
             Complete::WithSession => Next::End,
             Complete::ByCommand { after } => {
                 // The tidy files beside it end with it; those of later bags are written at the end.
-                self.bag.ended.report("a command stopped the recording");
+                self.bag.ended.report(STOPPED);
                 Next::Pause { kept: self.nothing_kept(), after }
             }
         }

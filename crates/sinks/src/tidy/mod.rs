@@ -31,8 +31,9 @@ use self::intervals::Intervals;
 use self::measures::Measures;
 use self::phases::PhaseTable;
 use self::summary::Summary;
+pub use self::summary::{LOST_OR_WRONG, NOTHING_NOTICED};
 use self::timeline::Timeline;
-use crate::{Ended, SinkContext};
+use crate::{Ended, Part, SinkContext};
 
 /// The longest wait for input before looking again.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -73,10 +74,10 @@ impl Component<dyn Sink, SinkContext> for Tidy {
             let message = format!("every_secs is {}, expected seconds above 0", self.every_secs);
             return Err(SettingsError::new(message));
         }
-        let SinkContext { bag: folder, session, bag_ended, damage, is_imported, .. } =
+        let SinkContext { bag: folder, session, bag_ended, damage, is_imported, part, .. } =
             context.clone();
         let settings = self;
-        Ok(Box::new(Files { settings, folder, session, bag_ended, damage, is_imported }))
+        Ok(Box::new(Files { settings, folder, session, bag_ended, damage, is_imported, part }))
     }
 }
 
@@ -88,6 +89,7 @@ struct Files {
     bag_ended: Ended,
     damage: Option<String>,
     is_imported: bool,
+    part: Part,
 }
 
 impl Sink for Files {
@@ -104,7 +106,7 @@ impl Sink for Files {
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let Files { settings, folder, session, bag_ended, damage, is_imported } = *self;
+        let Files { settings, folder, session, bag_ended, damage, is_imported, part } = *self;
         if bag_ended.is_later() {
             // Its tidy files are written when it is complete.
             return Ok(());
@@ -121,6 +123,10 @@ impl Sink for Files {
         let mut writing = Writing::begin(&settings, &folder).map_err(|error| lost(&error))?;
         writing.summary.damage = damage;
         writing.timeline.has_end = !is_imported;
+        writing.timeline.has_joined = part.has_joined;
+        if let Some(why) = &part.ended {
+            writing.timeline.end_with_bag(why);
+        }
         loop {
             if let Some(why) = bag_ended.why() {
                 writing.timeline.end_with_bag(&why);

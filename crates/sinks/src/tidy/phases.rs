@@ -9,6 +9,7 @@ use std::sync::Arc;
 use teampulse_core::data::FeatureValues;
 use teampulse_core::sample::Record;
 use teampulse_core::stream::{About, Channel, Stream, StreamId, Subject};
+use teampulse_core::time::Time;
 use teampulse_signal::analysis::Value;
 
 use self::rows::{Row, Rows};
@@ -156,7 +157,9 @@ impl PhaseTable {
         let mut file = TextFile::create(path.to_owned())?;
         file.push(head.join(","))?;
         let mut occurrences: BTreeMap<(&Subject, &str), u32> = BTreeMap::new();
-        for of in self.rows.all() {
+        let cut = timeline.cut_phases();
+        let rows: BTreeSet<&(Subject, Time)> = self.rows.all().into_iter().chain(&cut).collect();
+        for of in rows {
             let (subject, begin) = of;
             let phases = timeline.phases_of(subject);
             // Somebody's own phase comes after the session's that it replaces.

@@ -23,6 +23,7 @@ use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
 use self::page::Page;
+pub use self::page::{LOST_OR_WRONG, NOTHING_NOTICED};
 use self::stream_summary::StreamSummary;
 use self::usable::usable_share;
 use super::features::Window;

@@ -6,7 +6,7 @@ use teampulse_core::data::{Event, EventKind};
 use teampulse_core::phases::{Phase, Phases};
 use teampulse_core::reports::Isa;
 use teampulse_core::sample::Record;
-use teampulse_core::stream::{About, Stream, Subject};
+use teampulse_core::stream::{About, Origin, Stream, Subject};
 use teampulse_core::time::Time;
 
 use super::file::on_one_line;
@@ -27,11 +27,15 @@ const JUST_ENDED_NS: i64 = 10_000_000_000;
 pub(super) struct Timeline {
     /// Whether the end of the session is recorded, unless it was cut off.
     pub(super) has_end: bool,
+    /// Whether the session was running already when the recording began.
+    pub(super) has_joined: bool,
     began: Option<Time>,
     now: Time,
     phases: Phases,
     /// The ids of the people with streams or reports.
     people: BTreeSet<String>,
+    /// The people and robots with raw streams.
+    subjects: BTreeSet<Subject>,
     cut_off: Option<String>,
 }
 
@@ -49,8 +53,8 @@ pub(super) struct Section<'a> {
 impl Default for Timeline {
     fn default() -> Timeline {
         let (began, now, cut_off) = (None, Time::default(), None);
-        let (phases, people) = (Phases::default(), BTreeSet::new());
-        Timeline { has_end: true, began, now, phases, people, cut_off }
+        let (phases, people, subjects) = (Phases::default(), BTreeSet::new(), BTreeSet::new());
+        Timeline { has_end: true, has_joined: false, began, now, phases, people, subjects, cut_off }
     }
 }
 
@@ -65,6 +69,12 @@ impl Timeline {
         let stream = &record.stream;
         if stream.about == About::Person && !self.people.contains(&stream.id) {
             self.people.insert(stream.id.clone());
+        }
+        let is_somebody =
+            matches!(stream.about, About::Person | About::Robot) && !stream.id.is_empty();
+        if is_somebody && stream.origin == Origin::Raw && !self.subjects.contains(&stream.subject())
+        {
+            self.subjects.insert(stream.subject());
         }
     }
 
@@ -97,6 +107,16 @@ impl Timeline {
     /// The remark on a session without a recorded end.
     pub(super) fn cut_off(&self) -> Option<&str> {
         self.cut_off.as_deref()
+    }
+
+    /// The phases that did not end before the recording was cut off, by subject and start.
+    pub(super) fn cut_phases(&self) -> BTreeSet<(Subject, Time)> {
+        let last = |subject: &Subject| {
+            let last = self.phases.of(subject).last()?;
+            (last.end == Some(self.now)).then(|| (subject.clone(), last.begin))
+        };
+        let cut = self.subjects.iter().filter(|_| self.cut_off.is_some());
+        cut.filter_map(last).collect()
     }
 
     /// The start of the session.

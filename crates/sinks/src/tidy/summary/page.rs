@@ -24,6 +24,15 @@ const REASONS: usize = 4;
 /// The most faults listed; the others are only counted.
 const FAULTS: usize = 20;
 
+/// The heading of what was lost or wrong.
+pub const LOST_OR_WRONG: &str = "## What was lost or wrong";
+/// Its only line where nothing was.
+pub const NOTHING_NOTICED: &str = "Nothing was noticed.";
+/// The remark on a bag that began in a running session.
+const JOINED: &str = "- The session was running already when this bag began: times are since then, and a phase that had \
+                      begun before, such as the baseline, counts from there. The bag's own streams compare with the \
+                      whole of it.";
+
 /// A summary with its context.
 pub(super) struct Page<'a> {
     /// The folder of the bag.
@@ -155,7 +164,7 @@ impl Page<'_> {
     }
 
     fn wrong(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "## What was lost or wrong\n")?;
+        writeln!(f, "{LOST_OR_WRONG}\n")?;
         let streams = self.summary.watched.iter();
         let bad = streams.filter_map(|((_, name), watched)| {
             let complaints = watched.complaints();
@@ -176,6 +185,9 @@ impl Page<'_> {
         if let Some(cut_off) = self.timeline.cut_off() {
             lines.insert(0, format!("- {cut_off}"));
         }
+        if self.timeline.has_joined {
+            lines.insert(0, JOINED.to_owned());
+        }
         if let Some(damage) = &self.summary.damage {
             let damage = on_one_line(damage);
             lines.insert(0, format!("- The bag that was replayed is damaged: {damage}."));
@@ -189,7 +201,7 @@ impl Page<'_> {
         }
         lines.extend(bad);
         if lines.is_empty() {
-            lines.push("Nothing was noticed.".into());
+            lines.push(NOTHING_NOTICED.into());
         }
         writeln!(f, "{}\n", lines.join("\n"))
     }
