@@ -27,7 +27,7 @@ pub use units::{is_raw, is_unit};
 use columns::{Columns, is_own_time};
 use head::Head;
 use line::number;
-use line_reader::LineReader;
+use line_reader::{LineReader, TextLine};
 use oddity::Oddities;
 use times::{Uneven, usual_rate_hz};
 
@@ -37,7 +37,8 @@ const FIRST_ROWS: usize = 2000;
 /// A table that is read row by row.
 ///
 /// Separated by commas, semicolons, bars, tabs or spaces, with decimal points or commas; with or without a
-/// header, and with or without a line of units below it. Comments begin with `#` or `%`; a sampling rate in
+/// header, and with or without a line of units below it. Empty lines are ignored, but in a column of samples alone one
+/// between others is a missing sample. Comments begin with `#` or `%`; a sampling rate in
 /// them is used, as are the two first lines of Empatica's E4. Times are numbers of any unit, or dates.
 /// Parsed here, not by a library: half of the tables in this field are columns of text between comments,
 /// not CSV.
@@ -47,6 +48,8 @@ pub struct Table {
     ahead: VecDeque<Row>,
     columns: Columns,
     head: Head,
+    /// Whether an empty line between others is a missing sample: where a line holds one sample and nothing else.
+    counts_empty: bool,
     rate_hz: f64,
     /// Rows that were returned.
     rows: usize,
@@ -83,8 +86,10 @@ impl Table {
         let takes_one = !wanted.takes_all && wanted.columns.is_empty();
         let head = Head::read(&mut lines, takes_one, wanted.decimal)?;
         let columns = Columns::choose(&head, wanted, rate_hz)?;
+        let counts_empty = wanted.is_even && head.width == 1 && !lines.is_double_spaced();
         let mut table = Table {
             lines,
+            counts_empty,
             ahead: VecDeque::new(),
             columns,
             rate_hz: 0.0,
@@ -200,11 +205,15 @@ impl Table {
         })
     }
 
+    fn next_line(&mut self) -> Result<Option<TextLine>, TableError> {
+        if self.counts_empty { self.lines.next_data_or_empty() } else { self.lines.next_data() }
+    }
+
     /// Reads the next line with data.
     fn read_row(&mut self) -> Result<Option<Row>, TableError> {
         let line = match self.head.first.take() {
             Some(first) => first,
-            None => match self.lines.next_data()? {
+            None => match self.next_line()? {
                 Some(line) => line,
                 None => return Ok(None),
             },

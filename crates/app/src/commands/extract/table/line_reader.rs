@@ -63,6 +63,34 @@ impl LineReader {
         }
     }
 
+    /// The next line with data, or an empty one with data after it.
+    pub fn next_data_or_empty(&mut self) -> Result<Option<TextLine>, TableError> {
+        loop {
+            match self.next()? {
+                Some(line) if is_data(&line.text) => return Ok(Some(line)),
+                Some(line) if is_comment(&line.text) || is_rule(&line.text) => {}
+                Some(line) if self.goes_on()? => return Ok(Some(line)),
+                _ => return Ok(None),
+            }
+        }
+    }
+
+    /// Whether an empty line follows every line with data among those that were read ahead: such lines are spacing.
+    pub fn is_double_spaced(&self) -> bool {
+        let is_data = |line: &TextLine| is_data(&line.text);
+        let is_alone = |pair: &[&TextLine]| !(is_data(pair[0]) && is_data(pair[1]));
+        let lines: Vec<&TextLine> = self.ahead.iter().collect();
+        let count = lines.iter().filter(|line| is_data(line)).count();
+        count > 1 && !is_data(lines[0]) && lines.windows(2).all(is_alone)
+    }
+
+    /// Whether a line with data follows. The last line that was read ahead is the first one to look at: reading ahead
+    /// ends with data.
+    fn goes_on(&mut self) -> Result<bool, TableError> {
+        let is_known = self.ahead.iter().rev().any(|line| is_data(&line.text));
+        Ok(is_known || !self.peek(1)?.is_empty())
+    }
+
     /// The next line, of any kind.
     pub fn next(&mut self) -> Result<Option<TextLine>, TableError> {
         if let Some(line) = self.ahead.pop_front() {
@@ -73,9 +101,11 @@ impl LineReader {
 
     /// The next `count` lines with data, or as many as there are, without consuming them.
     pub fn peek(&mut self, count: usize) -> Result<Vec<TextLine>, TableError> {
-        while self.ahead.iter().filter(|line| is_data(&line.text)).count() < count
+        let mut known = self.ahead.iter().filter(|line| is_data(&line.text)).count();
+        while known < count
             && let Some(line) = self.read()?
         {
+            known += usize::from(is_data(&line.text));
             self.ahead.push_back(line);
         }
         let data = self.ahead.iter().filter(|line| is_data(&line.text));

@@ -13,6 +13,29 @@ fn notes(signal: Signal, text: impl AsRef<[u8]>, rate_hz: Option<f64>) -> Vec<St
     [table.notes().to_vec(), odd].concat()
 }
 
+#[test]
+fn an_empty_line_is_a_missing_sample_only_where_lines_hold_one_sample() {
+    let values = |name: &str, signal, text: &str| {
+        let (_, _, values) = reported(name, &of(signal), text);
+        values.into_iter().map(|row| row[0]).collect::<Vec<f64>>()
+    };
+    let filled = |values: &[f64]| values.iter().map(|value| !value.is_nan()).collect::<Vec<_>>();
+    let head = "# Sampling Rate: 100 Hz\n";
+    let alone = format!("{head}\necg\n\n1\n2\n\n  \n# a comment\n3\n\n\n");
+    let found = filled(&values("empty_alone", Signal::Ecg, &alone));
+    assert_eq!(found, [true, true, false, false, true]);
+    let note = &notes(Signal::Ecg, &alone, None)[0];
+    assert!(note.starts_with("2 cells hold no number, the first in line 7"), "{note}");
+    let after = format!("{head}{}\n{}", "1\n".repeat(40), "2\n".repeat(40));
+    assert_eq!(values("empty_late", Signal::Ecg, &after).len(), 81);
+    // Elsewhere it is no sample: in tables of several columns, in lists of intervals, and where it is spacing.
+    let several = format!("{head}ecg,eda\n1,2\n\n3,4\n\n");
+    assert_eq!(filled(&values("empty_several", Signal::Ecg, &several)), [true; 2]);
+    assert_eq!(filled(&values("empty_rr", Signal::Interval, "800\n810\n\n790\n")), [true; 3]);
+    let spaced = format!("{head}ecg\n{}", "1\n\n".repeat(5));
+    assert_eq!(filled(&values("empty_spaced", Signal::Ecg, &spaced)), [true; 5]);
+}
+
 fn timed(step_ms: usize) -> String {
     let rows = (0..40).map(|k| format!("{},{k}\n", k * step_ms));
     rows.fold("time_ms,ecg\n".to_owned(), |text, row| text + &row)
