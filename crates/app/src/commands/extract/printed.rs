@@ -59,7 +59,7 @@ fn each(values: &[Value], measured: &Measured) {
             Ok(number) => format!("{:>12} {}", shown(*number), units::shown(&value.unit)),
             Err(reason) => format!("{:>12} {reason}", "-"),
         };
-        format!("  {:<32}{text}", value.name).trim_end().to_owned()
+        format!("  {}{text}", padded(&value.name)).trim_end().to_owned()
     }));
 }
 
@@ -81,11 +81,16 @@ pub fn recipes(values: &[Value], method: &str) {
     }
     output::line(format!("\nhow, {method}:"));
     for (common, recipes) in groups {
-        output::lines(recipes.iter().map(|(name, recipe)| format!("  {name:<26}{recipe}")));
+        output::lines(recipes.iter().map(|(name, recipe)| format!("  {}{recipe}", padded(name))));
         if !common.is_empty() {
             output::line(format!("      all of these: {common}"));
         }
     }
+}
+
+/// The name of a value in its column: a longer one than all of ours is followed by a space, too.
+fn padded(name: &str) -> String {
+    format!("{name:<31} ")
 }
 
 /// The number of events, in words.
@@ -136,6 +141,12 @@ fn shown(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_and_what_follows_it_are_apart() {
+        assert_eq!(padded("RMSSD").len(), padded("RSP_Phase_Duration_Inspiration").len());
+        assert!(padded(&"x".repeat(40)).ends_with("x "));
+    }
 
     #[test]
     fn numbers_are_shown_with_six_digits() {
