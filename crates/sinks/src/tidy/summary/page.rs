@@ -273,13 +273,15 @@ fn second(time: Time) -> String {
 
 /// A duration in words.
 fn duration(secs: f64) -> String {
-    let whole = secs.max(0.0) as u64;
-    let (hours, minutes) = (whole / 3600, whole / 60 % 60);
-    let secs = secs - (whole / 60 * 60) as f64;
-    match (hours, minutes) {
-        (0, 0) => format!("{secs:.1} s"),
-        (0, _) => format!("{minutes} min {secs:.0} s"),
-        _ => format!("{hours} h {minutes} min {secs:.0} s"),
+    let tenths = (10.0 * secs.max(0.0)).round();
+    if tenths < 600.0 {
+        return format!("{:.1} s", tenths / 10.0);
+    }
+    // Rounded before it is split: 119.7 s are 2 min 0 s.
+    let whole = secs.round() as u64;
+    match (whole / 3600, whole / 60 % 60, whole % 60) {
+        (0, minutes, secs) => format!("{minutes} min {secs} s"),
+        (hours, minutes, secs) => format!("{hours} h {minutes} min {secs} s"),
     }
 }
 
@@ -301,4 +303,24 @@ fn lost(last: Option<&StreamStatus>) -> String {
 fn uncertainty(last: Option<&StreamStatus>) -> String {
     let millis = last.map_or(f64::NAN, |last| 1e3 * last.uncertainty_secs());
     if millis.is_nan() { "-".into() } else { format!("{millis:.1}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_duration_has_less_than_60_of_a_unit() {
+        let shown = [0.04, 59.94, 59.96, 119.7, 90.4, 3599.5, 7384.2].map(duration);
+        let expected = [
+            "0.0 s",
+            "59.9 s",
+            "1 min 0 s",
+            "2 min 0 s",
+            "1 min 30 s",
+            "1 h 0 min 0 s",
+            "2 h 3 min 4 s",
+        ];
+        assert_eq!(shown, expected);
+    }
 }
