@@ -60,7 +60,10 @@ struct Counts {
     markers: u64,
     /// Those of wearables, files and other programs.
     other_markers: u64,
+    /// Reports with a number, or of the Instantaneous Self-Assessment.
     reports: u64,
+    /// What people wrote without one.
+    notes: u64,
     /// The numbers of unused reports: about an unknown person, not a number, or outside their scale.
     about_nobody: u64,
     no_number: u64,
@@ -164,6 +167,9 @@ impl Summary {
             EventKind::Intervention => self.counts.interventions += 1,
             EventKind::Marker if stream.name == SESSION_EVENTS => self.counts.markers += 1,
             EventKind::Marker if is_of_people => self.counts.other_markers += 1,
+            EventKind::Report if event.value.is_nan() && Isa::read(event).is_none() => {
+                self.counts.notes += 1;
+            }
             EventKind::Report => {
                 self.counts.reports += 1;
                 self.counts.take_unused(event, is_about_nobody(stream, event, timeline));

@@ -64,9 +64,13 @@ impl Page<'_> {
         let (markers, reports) = (counts.markers, counts.reports);
         let interventions = counts.interventions;
         let unused = self.unused();
+        let notes = match counts.notes {
+            0 => String::new(),
+            notes => format!(" Notes: {notes}."),
+        };
         writeln!(
             f,
-            "Markers: {markers} in {SESSION_EVENTS}, {} in other streams. Self-reports: {reports}{unused}. \
+            "Markers: {markers} in {SESSION_EVENTS}, {} in other streams. Self-reports: {reports}{unused}.{notes} \
              Interventions: {interventions}.\n",
             counts.other_markers
         )

@@ -210,6 +210,23 @@ fn reports_that_are_not_used_are_counted_as_such() {
 }
 
 #[test]
+fn notes_are_counted_apart_from_self_reports() {
+    let summary = |notes: &[&str]| {
+        let mut session = Session::new();
+        session.report(10.0, &session_events(), event(EventKind::Report, "effort p001", 40.0, 0.0));
+        for note in notes {
+            let note = event(EventKind::Report, note, f64::NAN, 0.0);
+            session.report(20.0, &session_events(), note);
+        }
+        session.run().text("summary.md")
+    };
+    let text = summary(&[]);
+    assert!(text.contains("Self-reports: 1. Interventions: 0."), "{text}");
+    let text = summary(&["the belt slipped", "p001 drinks"]);
+    assert!(text.contains("Self-reports: 1. Notes: 2. Interventions: 0."), "{text}");
+}
+
+#[test]
 fn a_phase_too_short_for_any_value_has_no_rows() {
     let mut session = Session::new();
     session.window("heart/phases", 20.0, window(0.75));
