@@ -305,6 +305,9 @@ impl Extract {
             events: &events,
             windows: &*whole.windows,
         })?;
+        if let Some(note) = found.around.note.take() {
+            found.note(note);
+        }
         for span in Windows::new(begin_ns, Lengths::new(self.window, self.hop)).rest(end_ns) {
             progress.measuring((span.end_ns - begin_ns) as f64 / (end_ns - begin_ns) as f64);
             progress.aside(|| found.window(span, whole.windows.measure(span)));

@@ -12,6 +12,7 @@ use teampulse_signal::hrv::{EventRate, EventSpans};
 use teampulse_signal::intervals::{Beats, Correction};
 
 use super::options::{failure, seconds};
+use super::table::TableError;
 use super::truth;
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -24,8 +25,9 @@ const LEAST_COVERAGE: f64 = 0.95;
 /// Around which events values are computed, and over which spans.
 #[derive(Debug, Args)]
 pub struct AroundArgs {
-    /// A table of events (column `time_secs`, on the time axis of the table, or `sample`): the heart rate around each
-    /// of an ECG, a PPG or intervals, or the response of the skin to each
+    /// A table of events (column `time_secs`, on the time axis of the table, or `sample`; also an `events.tsv`, or the
+    /// events of an export): the heart rate around each of an ECG, a PPG or intervals, or the response of the skin to
+    /// each
     #[arg(long, value_name = "FILE")]
     around: Option<std::path::PathBuf>,
     /// Length of the baseline before each event [s], for the heart rate
@@ -43,6 +45,8 @@ pub struct Around {
     pub values: Vec<Value>,
     /// The time of each event [s], and its values.
     pub events: Vec<(f64, Measured)>,
+    /// Why no event has values, if none is within the recording.
+    pub note: Option<String>,
 }
 
 /// A recording with its beats or responses.
@@ -104,10 +108,12 @@ impl AroundArgs {
         let Some(path) = &self.around else { return Ok(Around::default()) };
         let events_secs = times_secs(path, analysed)?;
         let failed = |error: SignalError| Failure::new(error.to_string()).exit(Exit::BadArguments);
-        match kind(analysed.signal) {
+        let note = analysed.outside(&events_secs);
+        let around = match kind(analysed.signal) {
             Some(Kind::Heart) => self.heart(analysed, events_secs).map_err(failed),
             _ => self.skin(analysed, events_secs).map_err(failed),
-        }
+        };
+        Ok(Around { note, ..around? })
     }
 
     fn heart(&self, analysed: &Analysed<'_>, events_secs: Vec<f64>) -> Result<Around, SignalError> {
@@ -133,6 +139,7 @@ impl AroundArgs {
         Ok(Around {
             events: events.collect(),
             values: heart_values(self.baseline, count, analysed),
+            note: None,
         })
     }
 
@@ -157,7 +164,7 @@ impl AroundArgs {
             };
             (secs, Measured { values, ..whole })
         });
-        Ok(Around { events: events.collect(), values: skin_values(window) })
+        Ok(Around { events: events.collect(), values: skin_values(window), note: None })
     }
 }
 
@@ -180,6 +187,21 @@ impl Analysed<'_> {
     /// A time since the beginning [s].
     fn secs(&self, at_ns: i64) -> f64 {
         at_ns.saturating_sub(self.begin_ns) as f64 / 1e9
+    }
+
+    /// The note that no event is within the recording.
+    fn outside(&self, events_secs: &[f64]) -> Option<String> {
+        let [begin_secs, end_secs] = [self.begin_ns, self.end_ns].map(|at_ns| at_ns as f64 / 1e9);
+        if events_secs.iter().any(|secs| (begin_secs..=end_secs).contains(secs)) {
+            return None;
+        }
+        let first_secs = events_secs.iter().copied().reduce(f64::min)?;
+        let last_secs = events_secs.iter().copied().reduce(f64::max)?;
+        Some(format!(
+            "no event of --around is within the recording: events are at {first_secs:.3} to {last_secs:.3} s, the \
+             recording is from {begin_secs:.3} to {end_secs:.3} s; both need the same time axis, as `measured_secs` \
+             of two tables that `teampulse export` wrote"
+        ))
     }
 
     /// The values of the recording from one time to another [s]; anything outside of it is empty.
@@ -207,7 +229,14 @@ fn usable(whole: &Measured) -> Result<(), Reason> {
 fn times_secs(path: &Path, analysed: &Analysed<'_>) -> Result<Vec<f64>, Failure> {
     let samples = |sample: f64| analysed.begin_ns as f64 / 1e9 + sample / analysed.rate_hz;
     let rate_hz = analysed.signal.is_even().then_some(analysed.rate_hz);
-    truth::times_secs(path, rate_hz.map(|_| &samples as &dyn Fn(f64) -> f64)).map_err(failure)
+    let read = truth::times_secs(path, rate_hz.map(|_| &samples as &dyn Fn(f64) -> f64));
+    read.map_err(|error| match error {
+        TableError::NoColumn { .. } => failure(error).hint(
+            "the table of --around needs the times of its events in a column `time_secs`, `onset`, `measured_secs` or \
+             `sample`",
+        ),
+        error => failure(error),
+    })
 }
 
 /// Beats without their artefacts, stretch by stretch.
@@ -299,4 +328,65 @@ fn skin_values(window: EventWindow) -> Vec<Value> {
         value("SCR_Event_Latency", "s", "from the event to its onset"),
         value("SCR_Event_RiseTime", "s", "from its onset to its peak"),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Nothing;
+
+    impl Windows for Nothing {
+        fn values(&self) -> &[Value] {
+            &[]
+        }
+
+        fn measure(&self, _span: Span) -> Measured {
+            Measured::nothing(0.0, 0.0, 0, Reason::Gap)
+        }
+    }
+
+    /// A minute of EDA from this time [s] on.
+    fn minute(begin_secs: i64) -> Analysed<'static> {
+        Analysed {
+            signal: Analysis::of(Signal::Eda).unwrap(),
+            rate_hz: 4.0,
+            begin_ns: begin_secs * 1_000_000_000,
+            end_ns: (begin_secs + 60) * 1_000_000_000,
+            is_corrected: true,
+            events: &[],
+            windows: &Nothing,
+        }
+    }
+
+    fn times(name: &str, text: &str) -> Result<Vec<f64>, (String, String)> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        times_secs(&path, &minute(10)).map_err(|failure| failure.words())
+    }
+
+    #[test]
+    fn the_events_of_our_own_tables_are_read() {
+        let tsv = "onset\tduration\ttrial_type\n12.5\tn/a\tmarker\n30\t5\tphase\n";
+        assert_eq!(times("events.tsv", tsv), Ok(vec![12.5, 30.0]));
+        let exported = "measured_secs,log_time_secs,index,kind,label\n\
+                        1700000001.5,1700000001.6,0,marker,\"a, b\"\n";
+        assert_eq!(times("session__events.csv", exported), Ok(vec![1_700_000_001.5]));
+        assert_eq!(times("own.csv", "onset,time_secs\n1,2\n"), Ok(vec![2.0]));
+        assert_eq!(times("samples.csv", "sample\n40\n"), Ok(vec![20.0]));
+        let (_, hint) = times("other.csv", "when\n1\n").unwrap_err();
+        assert!(hint.contains("`onset`") && !hint.contains("--column"), "{hint}");
+    }
+
+    #[test]
+    fn events_that_are_all_outside_of_the_recording_are_noted() {
+        assert_eq!(minute(10).outside(&[1.0, 20.0]), None);
+        assert_eq!(minute(10).outside(&[]), None);
+        let note = minute(1000).outside(&[1.0, 20.0]).unwrap();
+        assert!(
+            note.contains("events are at 1.000 to 20.000 s, the recording is from 1000.000"),
+            "{note}"
+        );
+    }
 }

@@ -21,18 +21,27 @@ pub fn read(path: &Path, rate_hz: f64) -> Result<Vec<f64>, TableError> {
     }
 }
 
-/// Reads the times of events [s] from a table's column `time_secs`, or `sample` where samples have times.
+/// The columns with the times of events [s]: of tables that `extract` reads and writes, of `events.tsv`, and of events
+/// that `export` writes.
+const TIMES: [&str; 3] = ["time_secs", "onset", "measured_secs"];
+
+/// Reads the times of events [s] from a table's column `time_secs`, `onset` or `measured_secs`, or `sample` where
+/// samples have times.
 pub fn times_secs(
     path: &Path,
     of_sample: Option<&dyn Fn(f64) -> f64>,
 ) -> Result<Vec<f64>, TableError> {
-    match (column(path, "time_secs"), of_sample) {
-        (Err(TableError::NoColumn { there, .. }), Some(of_sample))
-            if there.iter().any(|name| name == "sample") =>
-        {
+    let there = match column(path, TIMES[0]) {
+        Err(TableError::NoColumn { there, .. }) => there,
+        read => return read,
+    };
+    let is_there = |wanted: &str| there.iter().any(|name| name == wanted);
+    match (TIMES.into_iter().find(|name| is_there(name)), of_sample) {
+        (Some(times), _) => column(path, times),
+        (None, Some(of_sample)) if is_there("sample") => {
             Ok(column(path, "sample")?.into_iter().map(of_sample).collect())
         }
-        (read, _) => read,
+        _ => Err(TableError::NoColumn { wanted: TIMES[0].to_owned(), there }),
     }
 }
 
