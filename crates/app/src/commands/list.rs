@@ -46,7 +46,7 @@ impl List {
 fn show<T: ?Sized, C>(title: &str, entries: &[Entry<T, C>]) {
     output::line(title);
     for entry in entries {
-        output::line(format!("  {}: {}", entry.kind, entry.summary()));
+        output::line(format!("  {}: {}", entry.kind, unescaped(&entry.summary())));
         for (name, text) in settings(&(entry.schema)()) {
             output::line(format!("      {name:<16} {text}"));
         }
@@ -69,9 +69,14 @@ fn settings(schema: &schemars::Schema) -> Vec<(String, String)> {
             default(schema).map_or_else(String::new, |value| format!(" (default {value})"))
         };
         let sentence = if left_out.is_empty() { sentence } else { sentence.trim_end_matches('.') };
-        (name.clone(), format!("{sentence}{left_out}"))
+        (name.clone(), unescaped(&format!("{sentence}{left_out}")))
     };
     properties.into_iter().flatten().map(described).collect()
+}
+
+/// Documentation as plain text: rustdoc takes brackets for links unless they are escaped.
+fn unescaped(doc: &str) -> String {
+    doc.replace("\\[", "[").replace("\\]", "]")
 }
 
 /// The default of a setting as TOML; `None` where there is no default, or an empty one.
@@ -103,6 +108,12 @@ mod tests {
         let entry = entries.iter().find(|entry| entry.kind == kind).unwrap();
         let settings = settings(&(entry.schema)());
         settings.into_iter().find(|(each, _)| each == name).unwrap().1
+    }
+
+    #[test]
+    fn units_are_in_plain_brackets() {
+        assert!(reported(SOURCES, "ttl", "baud").contains("[bit/s]"));
+        assert_eq!(unescaped("speed \\[bit/s\\]"), "speed [bit/s]");
     }
 
     #[test]
