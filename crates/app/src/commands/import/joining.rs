@@ -69,6 +69,23 @@ fn pulse_arrival(text: &str) -> Result<Latency, String> {
     Ok(Latency::new(centre, uncertainty))
 }
 
+/// The failure to place a file. Where no offset fits well, the true one may be beyond those that were searched.
+fn refused(name: &str, error: &JoinError, search: &Search) -> Failure {
+    let most_secs = search.max_offset_secs;
+    let is_bounded = most_secs.is_finite();
+    let may_be_beyond = matches!(error, JoinError::Ambiguous { .. } | JoinError::Unlike { .. });
+    let beyond = if is_bounded && may_be_beyond {
+        format!(
+            "; or the true offset is larger than {most_secs} s (give a larger --max-offset), or the file is of another \
+             person"
+        )
+    } else {
+        String::new()
+    };
+    Failure::to(format!("place {name} in the session: cannot {error}"))
+        .hint(format!("{}{beyond}", error.hint()))
+}
+
 /// A placement, with its description for the user.
 pub struct Joined {
     /// Converts times of the device.
@@ -126,10 +143,6 @@ impl Into {
         person: &str,
         device: &DeviceRecording,
     ) -> Result<Joined, Failure> {
-        let failure = |error: JoinError| {
-            Failure::to(format!("place {} in the session: cannot {error}", device.name))
-                .hint(error.hint())
-        };
         let (session, recording) = if let Some(labels) = &self.at {
             of_marks(bag, labels, device)?
         } else if let Some(both) = self.of_movement(bag, person, device)? {
@@ -158,7 +171,7 @@ impl Into {
             Kind::Movement => by_motion(&session.felt(&ours), &recording.felt(&theirs), &search),
             _ => by_beats(&ours, &theirs, &search),
         };
-        let found = found.map_err(failure)?;
+        let found = found.map_err(|error| refused(&device.name, &error, &search))?;
         let ends =
             theirs.iter().copied().fold((f64::MAX, f64::MIN), |(a, b), at| (a.min(at), b.max(at)));
         let words = words(&found, &session, ends, search.delay, zero_ns.is_some());
@@ -331,6 +344,16 @@ mod tests {
     use teampulse_formats::StatedDate;
 
     use super::*;
+
+    #[test]
+    fn an_offset_that_may_be_beyond_the_largest_is_reported_as_such() {
+        let error = JoinError::Ambiguous { offset_secs: 8.0, next_offset_secs: 9.0 };
+        let hint = |max_offset_secs| {
+            refused("x.edf", &error, &Search { max_offset_secs, ..Search::default() }).words().1
+        };
+        assert!(hint(10.0).contains("the true offset is larger than 10 s"), "{}", hint(10.0));
+        assert_eq!(hint(f64::INFINITY), error.hint());
+    }
 
     #[test]
     fn a_recording_is_searched_for_around_the_date_that_its_file_states() {
