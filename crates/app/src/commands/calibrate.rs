@@ -86,6 +86,7 @@ struct CalibrationReport {
 impl Calibrate {
     /// Runs the command.
     pub fn run(self) -> Result<Exit, Failure> {
+        in_order(self.from, self.to)?;
         let bag = open(&self.bag)?;
         warn_of_damage(&bag);
         let span = Span::of(&bag, self.from, self.to);
@@ -243,10 +244,39 @@ fn some_seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Fails where the part to read ends before it begins.
+fn in_order(from_secs: Option<f64>, to_secs: Option<f64>) -> Result<(), Failure> {
+    match (from_secs.unwrap_or(0.0), to_secs) {
+        (from, Some(to)) if to <= from => {
+            let message = format!("--to ({to} s) is not after --from ({from} s)");
+            let hint = "both are seconds since the start of the bag";
+            Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Reads the longest lag.
 fn lag_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(secs) if secs > 0.0 && secs <= LONGEST_LAG_SECS => Ok(secs),
         _ => Err(format!("`{text}` is not a number of seconds from 0 to {LONGEST_LAG_SECS}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_that_ends_before_it_begins_is_refused() {
+        let (message, _) = in_order(Some(100.0), Some(50.0)).unwrap_err().words();
+        assert_eq!(message, "--to (50 s) is not after --from (100 s)");
+        assert!(in_order(None, Some(0.0)).is_err());
+        for (from, to) in
+            [(None, None), (Some(100.0), None), (None, Some(50.0)), (Some(1.0), Some(2.0))]
+        {
+            assert!(in_order(from, to).is_ok());
+        }
     }
 }
