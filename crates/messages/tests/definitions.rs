@@ -129,6 +129,7 @@ fn a_path_that_leads_nowhere_is_answered_with_the_nearest() {
         "percentge",
         "find `percentge` in sensor_msgs/msg/BatteryState: the nearest is `percentage`",
     );
+    says(&battery, "effort[2]", "find `effort[2]` in sensor_msgs/msg/BatteryState");
     says(
         &odometry,
         "position.x",
