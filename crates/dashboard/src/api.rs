@@ -187,14 +187,39 @@ impl Posted {
 
     /// Records it.
     fn record(&self, doer: &Doer<'_>, at: Option<f64>) -> Result<(), Refusal> {
-        let of_report = self.value.is_some() || self.subject.is_some();
+        if let Some(reason) = self.contradiction() {
+            return Err(Refusal::new(reason, KINDS));
+        }
         match (&self.label, &self.note, &self.scale, self.value) {
-            (Some(label), None, None, _) if !of_report => doer.mark(label, at, String::new()),
-            (None, Some(note), None, _) if !of_report => doer.note(note, at, String::new()),
+            (Some(label), None, None, _) => doer.mark(label, at, String::new()),
+            (None, Some(note), None, _) => doer.note(note, at, String::new()),
             (None, None, Some(scale), Some(value)) => {
                 doer.report(scale, self.subject.as_deref(), (value, at), String::new())
             }
+            (None, None, Some(_), None) => Err(Refusal::new("a `scale` needs a `value`", KINDS)),
             _ => Err(Refusal::new("it is neither a marker, nor a note, nor a self-report", KINDS)),
+        }
+    }
+
+    /// Which of its keys exclude each other, if any do.
+    fn contradiction(&self) -> Option<String> {
+        let kinds = [
+            ("label", self.label.is_some()),
+            ("note", self.note.is_some()),
+            ("scale", self.scale.is_some()),
+        ];
+        let of_report = [("value", self.value.is_some()), ("subject", self.subject.is_some())];
+        let given = |keys: &[(&'static str, bool)]| -> Vec<&'static str> {
+            keys.iter().filter(|(_, is_given)| *is_given).map(|(key, _)| *key).collect()
+        };
+        match (&given(&kinds)[..], &given(&of_report)[..]) {
+            ([one, other, ..], _) => {
+                Some(format!("it has `{one}` and `{other}`, which exclude each other"))
+            }
+            ([kind @ ("label" | "note")], [key, ..]) => {
+                Some(format!("it has `{key}`, which belongs to a `scale`, with a `{kind}`"))
+            }
+            _ => None,
         }
     }
 }

@@ -145,8 +145,13 @@ async fn what_a_program_asks_wrongly_is_refused_with_the_reason() {
     let [post, json] = ["POST /api/events HTTP/1.1", "Content-Type: application/json"];
     for (body, reason) in [
         ("{}", "it is neither a marker, nor a note, nor a self-report"),
-        (r#"{"label": "x", "note": "y"}"#, "it is neither a marker, nor a note, nor a self-report"),
-        (r#"{"label": "x", "value": 1}"#, "it is neither a marker, nor a note, nor a self-report"),
+        (r#"{"label": "x", "note": "y"}"#, "it has `label` and `note`, which exclude each other"),
+        (
+            r#"{"label": "x", "value": 1}"#,
+            "it has `value`, which belongs to a `scale`, with a `label`",
+        ),
+        (r#"{"note": "x", "subject": "p001"}"#, "it has `subject`, which belongs to a `scale`"),
+        (r#"{"scale": "isa"}"#, "a `scale` needs a `value`"),
         (r#"{"label": "x", "foo": 1}"#, "unknown key `foo`, expected one of `label`, `note`"),
         (r#"{"label": 5}"#, "label: invalid type: integer `5`, expected a string"),
         (r#"{"label": "x", "at": 1, "unix": 1}"#, "it has two times"),
