@@ -363,7 +363,7 @@ impl Study {
         let name = label(name.clone(), LONGEST_NAME);
         let message = format!("`{name}` can't be the name of a session's folder");
         let hint = format!(
-            "it is made of letters, digits, `_`, `-` and `.`, does not begin with `.` or `-`, and has \
+            "it is made of letters and digits of any script, `_`, `-` and `.`, does not begin with `.` or `-`, and has \
              {MOST_NAME_BYTES} bytes at most"
         );
         Err(self.error(("session", "name"), message, hint))

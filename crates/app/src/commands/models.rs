@@ -88,7 +88,7 @@ fn list(folder: &Path) -> Result<Exit, Failure> {
                 output::line(format!("    in       {}", path.display()));
             }
             Err(error) => {
-                output::say(format!("{}: failed to {error}", path.display()));
+                output::say(failed(&path, &error));
                 exit = Exit::Failed;
             }
         }
@@ -142,6 +142,16 @@ fn add(name: &str, file: &Path) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
+/// The failure to use a descriptor, with its path, which some errors contain.
+fn failed(path: &Path, error: &dyn std::fmt::Display) -> String {
+    let (path, error) = (path.display().to_string(), error.to_string());
+    if error.contains(&path) {
+        format!("failed to {error}")
+    } else {
+        format!("{path}: failed to {error}")
+    }
+}
+
 fn verify(descriptors: &[PathBuf], onnx_runtime: Option<PathBuf>) -> Exit {
     limit_memory(MEMORY_MIB);
     let library = library(onnx_runtime);
@@ -160,9 +170,21 @@ fn verify(descriptors: &[PathBuf], onnx_runtime: Option<PathBuf>) -> Exit {
             Ok(())
         });
         if let Err(error) = run {
-            output::say(format!("{}: failed to {error}\n hint: {SEE_DOCS}", path.display()));
+            output::say(format!("{}\n hint: {SEE_DOCS}", failed(path, &error)));
             exit = Exit::Failed;
         }
     }
     exit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_has_its_path_once() {
+        let path = Path::new("/nope");
+        assert_eq!(failed(path, &"read /nope: not found"), "failed to read /nope: not found");
+        assert_eq!(failed(path, &"use the model `x`"), "/nope: failed to use the model `x`");
+    }
 }

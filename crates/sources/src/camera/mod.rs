@@ -133,7 +133,7 @@ impl Camera {
                 && name.chars().all(|each| each.is_ascii_alphanumeric() || each == '_');
             if !is_token {
                 let error = SettingsError::new(format!("`{name}` is not a ROS name")).at(at);
-                return Err(error.with_hint("use letters, digits and _, beginning with a letter"));
+                return Err(error.with_hint("use a-z, A-Z, 0-9 and _, beginning with a letter"));
             }
         }
         if self.width.is_some() != self.height.is_some() {

@@ -7,6 +7,7 @@ use tokio::io::unix::AsyncFd;
 use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 use x11rb::connection::{Connection, RequestConnection};
+use x11rb::errors::{ConnectError, DisplayParsingError};
 use x11rb::protocol::Event;
 use x11rb::protocol::xinput::{
     self, ConnectionExt as _, Device, DeviceClassData, EventMask, Fp3232, RawMotionEvent,
@@ -22,6 +23,8 @@ use super::found::is_named;
 
 /// How long a display may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// The error where neither the source nor the environment names a display; it fits after "failed to".
+const NOT_SET: &str = "find an X11 display: neither `display` nor the variable DISPLAY is set";
 /// The keysyms of Backspace and Delete.
 const CORRECTIONS: [u32; 2] = [0xff08, 0xffff];
 /// Button numbers that represent turns of a wheel.
@@ -67,7 +70,10 @@ impl Display {
     fn connect(display: Option<&str>, devices: Vec<String>) -> Result<Display, String> {
         let name = display.unwrap_or("DISPLAY");
         let error = |error: &dyn std::fmt::Display| format!("open the X11 display {name}: {error}");
-        let (connection, screen) = x11rb::connect(display).map_err(|why| error(&why))?;
+        let (connection, screen) = x11rb::connect(display).map_err(|why| match why {
+            ConnectError::DisplayParsingError(DisplayParsingError::DisplayNotSet) => NOT_SET.into(),
+            why => error(&why),
+        })?;
         let root = connection.setup().roots.get(screen).map(|screen| screen.root);
         let root = root.ok_or_else(|| error(&"it has no screen"))?;
         let has_input = connection.extension_information(xinput::X11_EXTENSION_NAME);

@@ -89,7 +89,7 @@ impl Worn {
         if !begins_well || !person.chars().all(is_plain) {
             let error = SettingsError::new(format!("`{person}` can't be the id of a person"));
             let hint =
-                "give a pseudonym of letters, digits and `_`, a letter first, such as \"p001\"";
+                "give a pseudonym of a-z, A-Z, 0-9 and `_`, a letter first, such as \"p001\"";
             return Err(error.at("person").with_hint(hint));
         }
         Ok(())

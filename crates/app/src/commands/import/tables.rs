@@ -54,7 +54,7 @@ pub struct Asked {
 /// The id of a person, as in a study: a letter, then letters, digits and `_`.
 fn person(text: &str) -> Result<String, String> {
     token(&text.to_ascii_lowercase()).map(|_| text.to_owned()).map_err(|_error| {
-        "expected letters, digits and _, a letter first, and at most 64 of them".into()
+        "expected a-z, A-Z, 0-9 and _, a letter first, and at most 64 of them".into()
     })
 }
 

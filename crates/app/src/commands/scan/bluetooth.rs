@@ -1,6 +1,7 @@
 //! The Bluetooth devices in range that people wear.
 
 use serde::Serialize;
+use teampulse_core::counted::counted;
 use teampulse_sources::wearables::bluetooth::Seen;
 use teampulse_sources::wearables::kind_in_range;
 
@@ -48,7 +49,7 @@ impl Device {
 
 /// Prints devices, with the lines of a study that read them.
 pub fn show(devices: &[Device]) {
-    output::line(format!("Bluetooth: {} wearables", devices.len()));
+    output::line(format!("Bluetooth: {}", counted(devices.len(), "wearable", "wearables")));
     output::lines(devices.iter().map(Device::line));
     if !devices.is_empty() {
         output::line("\nlines for a study, each with the person who wears it:");
