@@ -2,6 +2,8 @@
 
     teampulse demo &
     python3 examples/dashboard_api.py http://127.0.0.1:8742
+
+A dashboard with `tokens` needs one for `mark` or `control` after the address.
 """
 
 import json
@@ -10,19 +12,21 @@ import urllib.parse
 import urllib.request
 
 ADDRESS = sys.argv[1].rstrip("/") if len(sys.argv) > 1 else "http://127.0.0.1:8742"
+HEADERS = {"Authorization": f"Bearer {sys.argv[2]}"} if len(sys.argv) > 2 else {}
 
 
 def get(path: str, **question) -> dict | list:
     """What `/api` answers."""
     query = urllib.parse.urlencode(question)
-    with urllib.request.urlopen(f"{ADDRESS}/api/{path}?{query}") as answer:
+    request = urllib.request.Request(f"{ADDRESS}/api/{path}?{query}", headers=HEADERS)
+    with urllib.request.urlopen(request) as answer:
         return json.load(answer)
 
 
 def post(**event) -> dict:
     """Reports something that happened, now unless `at` (seconds of the session) or `unix` (seconds) is given."""
     body = json.dumps(event).encode()
-    headers = {"Content-Type": "application/json"}
+    headers = {"Content-Type": "application/json", **HEADERS}
     request = urllib.request.Request(f"{ADDRESS}/api/events", body, headers)
     with urllib.request.urlopen(request) as answer:
         return json.load(answer)
