@@ -58,7 +58,7 @@ pub(super) fn values(settings: &Settings, band: &str) -> Vec<Value> {
                 SHARES.. => recipe.to_owned(),
                 _ => format!("{recipe}; {band}"),
             };
-            let unit = unit.replace('u', &settings.unit);
+            let unit = unit_of(unit, &settings.unit);
             Value::of_channel(name, &channel.name, unit, recipe)
         };
         OF_CHANNEL.iter().enumerate().map(value)
@@ -70,6 +70,15 @@ pub(super) fn values(settings: &Settings, band: &str) -> Vec<Value> {
         Value::of_channel("EMG_CCI", &format!("{one}+{other}"), "1", recipe)
     });
     of_channel.chain(of_pair).collect()
+}
+
+/// The unit of a value of a signal in this unit; that of a number has no powers and is no factor.
+fn unit_of(unit: &str, signal: &str) -> String {
+    match (unit, signal) {
+        ("u²", "1") => "1".to_owned(),
+        ("u·s", "1") => "s".to_owned(),
+        _ => unit.replace('u', signal),
+    }
 }
 
 pub(super) fn measure(settings: &Settings, store: &Store, span: Span) -> Measured {
@@ -204,5 +213,17 @@ impl Mean {
         }
         values[0] = values[0].map(f64::sqrt);
         values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signal_without_a_unit_adds_none_to_its_values() {
+        let units = |signal| ["u", "u²", "u·s", "1/s"].map(|unit| unit_of(unit, signal));
+        assert_eq!(units("1"), ["1", "1", "s", "1/s"]);
+        assert_eq!(units("mV"), ["mV", "mV²", "mV·s", "1/s"]);
     }
 }
