@@ -86,7 +86,7 @@ impl Settings {
 
 /// The detection method, for the recipes of values.
 const CAUSAL: &str = "turns of a quarter of the range of 30 s, causal 0.05-1 Hz";
-const WHOLE: &str = "turns of a quarter of the range of 30 s, zero phase 0.05-3 Hz";
+const WHOLE: &str = "turns of a quarter of the range of 30 s, zero phase 0.05-1 Hz";
 
 struct Live {
     sign: f64,

@@ -82,12 +82,6 @@ impl Assembly {
         self.take(Turn { place: before.place.max(left.min(turn.place)), ..before })
     }
 
-    /// The breath that the last turning point ends.
-    pub(super) fn finish(mut self) -> Option<Breath> {
-        let last = self.before.take()?;
-        self.take(last)
-    }
-
     /// Forgets earlier turning points after a discontinuity.
     pub(super) fn restart(&mut self) {
         (self.before, self.begin, self.peak) = (None, None, None);

@@ -16,6 +16,8 @@ pub(super) struct Turn {
 }
 
 /// Detects extremes from which a signal has returned by a threshold, alternating troughs and peaks.
+///
+/// The first one counts only if the signal has also come to it by the threshold: otherwise it is where the data begin.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Turns {
     highest: Option<Extreme>,
@@ -31,32 +33,42 @@ struct Extreme {
     height: f64,
     before: Option<f64>,
     after: Option<f64>,
+    /// Its distance from the opposite extreme before it.
+    approach: f64,
 }
 
 impl Turns {
     /// Takes in the sample at the next index, and returns the turning point that it confirms.
     pub(super) fn push(&mut self, place: usize, height: f64, threshold: f64) -> Option<Turn> {
-        let here = Extreme { place, height, before: self.before.replace(height), after: None };
-        update(&mut self.highest, here, |height, top| height > top);
-        update(&mut self.lowest, here, |height, bottom| height < bottom);
+        let before = self.before.replace(height);
+        let from = |extreme: Option<Extreme>| {
+            let approach = extreme.map_or(0.0, |extreme| (extreme.height - height).abs());
+            Extreme { place, height, before, after: None, approach }
+        };
+        let (up, down) = (from(self.lowest), from(self.highest));
+        update(&mut self.highest, up, |height, top| height > top);
+        update(&mut self.lowest, down, |height, bottom| height < bottom);
         let (highest, lowest) = (self.highest?, self.lowest?);
         if self.last != Some(Kind::Peak) && highest.height - height > threshold {
-            self.lowest = Some(here);
-            return Some(self.turn(Kind::Peak, highest));
+            self.lowest = Some(down);
+            return self.turn(Kind::Peak, highest, threshold);
         }
         if self.last != Some(Kind::Trough) && height - lowest.height > threshold {
-            self.highest = Some(here);
-            return Some(self.turn(Kind::Trough, lowest));
+            self.highest = Some(up);
+            return self.turn(Kind::Trough, lowest, threshold);
         }
         None
     }
 
-    fn turn(&mut self, kind: Kind, extreme: Extreme) -> Turn {
-        self.last = Some(kind);
+    fn turn(&mut self, kind: Kind, extreme: Extreme, threshold: f64) -> Option<Turn> {
+        let is_first = self.last.replace(kind).is_none();
+        if is_first && extreme.approach <= threshold {
+            return None;
+        }
         let neighbours = extreme.before.zip(extreme.after);
         let (away, height) = neighbours
             .map_or((0.0, extreme.height), |(before, after)| vertex(before, extreme.height, after));
-        Turn { kind, place: extreme.place as f64 + away, height }
+        Some(Turn { kind, place: extreme.place as f64 + away, height })
     }
 }
 
@@ -108,14 +120,22 @@ mod tests {
         let signal = [0.0, 5.0, 0.0, 1.0, 0.0, 5.0, 4.5, 5.5, 0.0];
         let found = turns(&signal, 2.0);
         let kinds: Vec<Kind> = found.iter().map(|turn| turn.0).collect();
-        assert_eq!(kinds, [Kind::Trough, Kind::Peak, Kind::Trough, Kind::Peak]);
+        assert_eq!(kinds, [Kind::Peak, Kind::Trough, Kind::Peak]);
         // Interpolated where there is a sample on both sides.
-        for (turn, place) in found.iter().zip([0.0, 1.0, 2.0 + 1.0 / 3.0, 7.0 - 9.0 / 26.0]) {
+        for (turn, place) in found.iter().zip([1.0, 2.0 + 1.0 / 3.0, 7.0 - 9.0 / 26.0]) {
             assert!((turn.1 - place).abs() < 1e-12, "{turn:?}");
         }
-        assert_eq!(turns(&signal, 0.7).len(), 6);
+        assert_eq!(turns(&signal, 0.7).len(), 5);
         assert_eq!(turns(&signal, f64::INFINITY), []);
         assert_eq!(turns(&signal, f64::NAN), []);
+    }
+
+    #[test]
+    fn the_start_of_a_signal_is_no_turn() {
+        assert_eq!(turns(&[3.0, 5.0, 0.0, 5.0], 2.0).len(), 1);
+        assert_eq!(turns(&[2.5, 5.0, 0.0, 5.0], 2.0).len(), 2);
+        assert_eq!(turns(&[1.0, 0.0, 5.0, 0.0, 5.0], 2.0).len(), 2);
+        assert_eq!(turns(&[3.0, 0.0, 5.0, 0.0, 5.0], 2.0).len(), 3);
     }
 
     #[test]

@@ -7,21 +7,23 @@ use super::breath::{Assembly, Breath};
 use super::causal::{LONGEST_GAP_SECS, SMOOTH_HZ};
 use super::grouping::Grouping;
 use super::scale::thresholds;
-use super::turns::{Turns, placed};
+use super::turns::{Turn, Turns, placed};
 use crate::error::SignalError;
 use crate::filter::{butterworth, zero_phase};
 use crate::gaps::bridged;
 
 /// The shortest piece between gaps in which breaths are detected [s].
 const SHORTEST_PIECE_SECS: f64 = 5.0;
-/// The search range in the clean signal around a turning point of the smooth one [s].
+/// The search range around a turning point [s].
 const REFINE_SECS: f64 = 0.25;
 
 /// The breaths of a whole signal at 5 to 2000 Hz, in any unit; inhalation goes up.
 ///
 /// Troughs and peaks are the turning points from which the signal between 0.05 and 1 Hz (zero-phase) returns
 /// by a quarter of its range (10th to 90th percentile of the 30 s around, at least a third of the recording's
-/// median), placed with subsample resolution on the [clean](super::clean) signal. After Khodadad et al.
+/// median), placed with subsample resolution; their heights are those of the [clean](super::clean) signal. A breath
+/// counts from one trough that the signal falls to by that much to the next one that is followed by a peak: those that
+/// begin or end with the data, or at a gap, do not. After Khodadad et al.
 /// (2018), doi:10.1088/1361-6579/aad7e6, who require a share of the usual vertical distance, but between zero
 /// crossings, which drift and pauses shift.
 ///
@@ -78,10 +80,11 @@ fn breaths_of(means: &[f64], rate_hz: f64) -> Result<Vec<Breath>, SignalError> {
     for (place, (&height, &threshold)) in smooth.iter().zip(&thresholds).enumerate() {
         let Some(turn) = turns.push(place, height, threshold) else { continue };
         let middle = turn.place.round() as usize;
-        let around = middle.saturating_sub(reach)..(middle + reach + 1).min(clean.len());
-        let turn = placed(turn, around.start, &clean[around]);
-        breaths.extend(assembly.push(turn, 0, &clean));
+        let around = middle.saturating_sub(reach)..(middle + reach + 1).min(smooth.len());
+        let turn = placed(turn, around.start, &smooth[around]);
+        let height = clean[(turn.place.round() as usize).min(clean.len() - 1)];
+        let turn = Turn { height, ..turn };
+        breaths.extend(assembly.push(turn, 0, &smooth));
     }
-    breaths.extend(assembly.finish());
     Ok(breaths)
 }
