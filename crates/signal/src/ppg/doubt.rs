@@ -13,8 +13,9 @@ const WRONG: f64 = 0.05;
 
 /// The largest flagged share of a span of which the rest is reported.
 pub(super) const MOST_FLAGGED: f64 = 0.5;
-/// Fewer pulses than this are no rhythm.
+/// Fewer pulses than this in a span as long as this [s] are no rhythm; in a shorter one they are only too few.
 const LEAST_COUNT: usize = 5;
+const LONG_SECS: f64 = 10.0;
 /// With too few good cycles for a mean, pulses are noise where more than this share of intervals is odd; or fewer, in a
 /// span that is flagged above that share.
 const NOISE_ODD: f64 = 0.345;
@@ -101,7 +102,7 @@ impl Doubt {
 
     fn is_noise(&self) -> bool {
         let Train { count, odd, .. } = self.train;
-        count < LEAST_COUNT
+        (count < LEAST_COUNT && self.secs >= LONG_SECS)
             || odd > NOISE_ODD
             || (odd > FLAGGED_NOISE_ODD && self.flagged > NOISE_FLAGGED)
     }
@@ -301,5 +302,7 @@ mod tests {
         let (mut doubt, _) = clean();
         doubt.train.count = 2;
         assert_eq!(doubt.probability(), WRONG);
+        doubt.secs = 2.0;
+        assert_eq!(doubt.probability(), DOUBTFUL);
     }
 }
