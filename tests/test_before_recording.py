@@ -82,7 +82,7 @@ def test_devices_that_cannot_be_opened_are_no_go_and_missing_in_the_summary(stag
     answer = stage.ask("run", study, "--duration", 12, "--out", stage.folder / "out")
     assert answer.returncode == 5, answer.stderr
     summary = (harness.the_bag(stage.folder / "out") / "summary.md").read_text()
-    assert all(f"- {words}" in summary for words in wanted), summary
+    assert all(f"- Missing during the whole session: {words}" in summary for words in wanted), summary
 
 
 def test_check_asks_for_the_room_that_the_study_keeps_free(stage, team):

@@ -227,4 +227,4 @@ def test_a_session_whose_devices_never_appeared_says_which_and_ends_with_5(stage
         assert session.ended() == 5, session.report()
         assert re.findall("missing during the whole session: (.*)", session.stderr) == [missing]
         summary = (harness.the_bag(out) / "summary.md").read_text()
-        assert summary.endswith(f"\n## Missing during the whole session\n\n- {missing}\n"), summary
+        assert f"\n## What was lost or wrong\n\n- Missing during the whole session: {missing}\n" in summary, summary

@@ -442,6 +442,10 @@ def test_the_heart_rate_around_events_is_that_of_the_beats(stage, recording):
     assert [name for name in values if name[-1].isdigit()] == [f"ECG_Rate_Change_{k}" for k in (1, 2, 3)]
     printed = stage.ask("extract", recording, *options).stdout
     assert "event at 60 s" in printed and "Graham 1978" in printed
+    # As in events.tsv.
+    onsets = table(stage.folder / "events.tsv", [60], "onset")
+    options = ("--signal", "ecg", "--rate", RATE_HZ, "--around", onsets, "--baseline", 10, "--after", 3)
+    assert around(extract(stage, recording, *options)) == {event: values}
 
 
 def test_responses_of_the_skin_belong_to_the_events_before_them(stage):
@@ -472,7 +476,7 @@ def test_responses_of_the_skin_belong_to_the_events_before_them(stage):
     ],
 )
 def test_values_around_events_that_can_not_be_are_refused(stage, recording, options, message):
-    events = table(stage.folder / "events.csv", [20], "onset")
+    events = table(stage.folder / "events.csv", [20], "shown_at")
     done = stage.ask("extract", recording, "--rate", RATE_HZ, *options, "--around", events)
     assert done.returncode == 2 and message in done.stderr, done.stderr
 
