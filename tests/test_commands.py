@@ -1,5 +1,6 @@
 """Commands to a running session: from the keys of its terminal, and from nodes on ROS that are allowed to."""
 
+import csv
 import os
 import pty
 import time
@@ -64,6 +65,50 @@ def test_a_node_commands_what_the_study_allows(stage):
     assert len(list(bag.glob("*.mcap"))) == 2
     times = [time for time, _ in commands]
     assert times == sorted(times) and times[0] <= events(bag, "phase")[0][0]
+
+
+def test_tables_state_which_part_of_a_session_a_recording_is(stage):
+    out, again = stage.folder / "sessions", stage.folder / "again"
+    robots = '[[sources]]\ntype = "robots"\nnamespace = "/robot*"\n[simulate]\nrobots = 1\n'
+    allowed = '[commands]\nros = ["next_phase", "stop_recording", "start_recording", "stop"]\n'
+    study = stage.study(STUDY.replace("tidy = false", "") + robots + allowed)
+    stage.teampulse("simulate", study).wait_for("simulating")
+    monitor = stage.teampulse("run", study, "--out", out)
+    panel = stage.cyclone(
+        "send", "/session/commands", "--type", "std_msgs/msg/String", "--subscribers", 1
+    )
+    panel.answer("matched")
+    monitor.wait_for("robot1")
+    for words, answer in (
+        ("next_phase", "phase: baseline"),
+        ("stop_recording", "command of ros:[^ ]+: stop_recording"),
+        ("start_recording", "command of ros:[^ ]+: start_recording"),
+        ("next_phase", "phase: task"),
+        ("stop", "command of ros:[^ ]+: stop"),
+    ):
+        panel.say(string(words))
+        monitor.wait_for(answer)
+        # So long, that there are values of each part.
+        time.sleep(2)
+    assert monitor.ended() == 0, monitor.report()
+
+    first, second = sorted(path.parent for path in out.glob("*/metadata.yaml"))
+    page = (first / "summary.md").read_text()
+    assert "ended before the session did, and these files with it: a command stopped the recording" in page, page
+    assert [row["phase"] for row in phases(first)] == ["baseline"], "a row without values"
+    assert len(phases(first)[0]) == 5
+    answer = stage.ask("replay", first, "--out", again)
+    assert answer.returncode == 0, answer.stderr
+    [computed] = phases(harness.the_bag(again))
+    assert computed["phase"] == "baseline" and float(computed["mean.twist.twist.linear.x"]) > 0
+    page = (second / "summary.md").read_text()
+    assert "The session was running already when this bag began" in page and "cut off" not in page, page
+    assert [row["phase"] for row in phases(second)] == ["baseline", "task"]
+
+
+def phases(bag) -> list[dict[str, str]]:
+    with (bag / "phases.csv").open() as table:
+        return list(csv.DictReader(table))
 
 
 def test_nobody_on_ros_commands_a_session_that_does_not_say_so(stage):

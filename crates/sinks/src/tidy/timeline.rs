@@ -6,7 +6,7 @@ use teampulse_core::data::{Event, EventKind};
 use teampulse_core::phases::{Phase, Phases};
 use teampulse_core::reports::Isa;
 use teampulse_core::sample::Record;
-use teampulse_core::stream::{About, Origin, Stream, Subject};
+use teampulse_core::stream::{About, Stream, Subject};
 use teampulse_core::time::Time;
 
 use super::file::on_one_line;
@@ -34,7 +34,7 @@ pub(super) struct Timeline {
     phases: Phases,
     /// The ids of the people with streams or reports.
     people: BTreeSet<String>,
-    /// The people and robots with raw streams.
+    /// The people and robots with streams.
     subjects: BTreeSet<Subject>,
     cut_off: Option<String>,
 }
@@ -70,10 +70,8 @@ impl Timeline {
         if stream.about == About::Person && !self.people.contains(&stream.id) {
             self.people.insert(stream.id.clone());
         }
-        let is_somebody =
-            matches!(stream.about, About::Person | About::Robot) && !stream.id.is_empty();
-        if is_somebody && stream.origin == Origin::Raw && !self.subjects.contains(&stream.subject())
-        {
+        let is_somebody = matches!(stream.about, About::Person | About::Robot);
+        if is_somebody && !stream.id.is_empty() && !self.subjects.contains(&stream.subject()) {
             self.subjects.insert(stream.subject());
         }
     }
