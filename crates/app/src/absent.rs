@@ -4,6 +4,7 @@ use std::io;
 use std::path::Path;
 use std::time::Duration;
 
+use teampulse_bag::private;
 use teampulse_core::session_streams::SESSION_EVENTS;
 use teampulse_core::source::SourceError;
 use teampulse_core::stream::{Origin, Stream};
@@ -75,7 +76,11 @@ impl Absent {
 
     fn add_to(&self, summary: &Path) -> io::Result<()> {
         let page = std::fs::read_to_string(summary)?;
-        std::fs::write(summary, self.added_to(&page))
+        // Beside it first: on a full disk the page is kept as it is.
+        let new = summary.with_extension("md.new");
+        private::write(&new, self.added_to(&page))
+            .and_then(|()| std::fs::rename(&new, summary))
+            .inspect_err(|_| drop(std::fs::remove_file(&new)))
     }
 
     /// The page with them at the start of what was wrong.

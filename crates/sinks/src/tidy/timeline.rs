@@ -6,7 +6,7 @@ use teampulse_core::data::{Event, EventKind};
 use teampulse_core::phases::{Phase, Phases};
 use teampulse_core::reports::Isa;
 use teampulse_core::sample::Record;
-use teampulse_core::stream::{About, Stream, Subject};
+use teampulse_core::stream::{About, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
 
 use super::file::on_one_line;
@@ -34,7 +34,8 @@ pub(super) struct Timeline {
     phases: Phases,
     /// The ids of the people with streams or reports.
     people: BTreeSet<String>,
-    /// The people and robots with streams.
+    /// The streams so far, and the people and robots whose they are.
+    streams: BTreeSet<StreamId>,
     subjects: BTreeSet<Subject>,
     cut_off: Option<String>,
 }
@@ -54,7 +55,18 @@ impl Default for Timeline {
     fn default() -> Timeline {
         let (began, now, cut_off) = (None, Time::default(), None);
         let (phases, people, subjects) = (Phases::default(), BTreeSet::new(), BTreeSet::new());
-        Timeline { has_end: true, has_joined: false, began, now, phases, people, subjects, cut_off }
+        let streams = BTreeSet::new();
+        Timeline {
+            has_end: true,
+            has_joined: false,
+            began,
+            now,
+            phases,
+            people,
+            streams,
+            subjects,
+            cut_off,
+        }
     }
 }
 
@@ -71,7 +83,7 @@ impl Timeline {
             self.people.insert(stream.id.clone());
         }
         let is_somebody = matches!(stream.about, About::Person | About::Robot);
-        if is_somebody && !stream.id.is_empty() && !self.subjects.contains(&stream.subject()) {
+        if self.streams.insert(sample.stream) && is_somebody && !stream.id.is_empty() {
             self.subjects.insert(stream.subject());
         }
     }
