@@ -1,7 +1,8 @@
 //! One CSV file per stream.
 
-mod cells;
 mod table;
+mod layout;
+mod cells;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io;
@@ -30,7 +31,7 @@ const MOST_OPEN: usize = 64;
 
 /// One CSV file for each stream, in the folder `tables_<name>` beside that of the bag: a row for each sample, with its
 /// times in seconds since 1970 (UTC) and its numbers in the units of the header; for a wave a row for each of its
-/// samples.
+/// samples. Where a list in a message grows, rows gain cells, whose names the header has when the session has ended.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Csv {}

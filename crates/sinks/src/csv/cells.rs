@@ -10,6 +10,7 @@ use teampulse_core::time::Time;
 use teampulse_messages::definition::Definition;
 use teampulse_messages::value::{Value, flatten};
 
+use super::layout::Layout;
 use crate::text::harmless;
 
 /// The longest array with a column per element; longer ones are summarised.
@@ -17,8 +18,10 @@ const LONGEST_ARRAY: usize = 64;
 
 /// The columns of a stream.
 pub(super) struct Columns {
-    names: Vec<String>,
+    layout: Layout,
     definition: Option<Definition>,
+    /// The number of values without a column, as the table has too many.
+    left_out: u64,
 }
 
 impl Columns {
@@ -31,11 +34,16 @@ impl Columns {
             (Data::Wave(wave), _) => channels(stream, wave.channels as usize),
             _ => of_shape(stream),
         };
-        Columns { names, definition }
+        Columns { layout: Layout::new(names), definition, left_out: 0 }
     }
 
-    pub(super) fn names(&self) -> &[String] {
-        &self.names
+    pub(super) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The number of values that the table has no column for, as it has too many.
+    pub(super) fn left_out(&self) -> u64 {
+        self.left_out
     }
 
     /// Passes on each row of a record, with its time.
@@ -47,22 +55,21 @@ impl Columns {
         let sample = &record.sample;
         let scale =
             |place: usize| record.stream.channels.get(place).map_or(1.0, |channel| channel.scale);
-        let cells = |values: &[f64]| -> Vec<String> {
-            let cells =
-                values.iter().enumerate().map(|(place, value)| number(value * scale(place)));
-            cells.chain(std::iter::repeat(String::new())).take(self.names.len()).collect()
-        };
         match &sample.data {
             Data::Wave(Wave { channels, samples, .. }) => {
                 let width = (*channels).max(1) as usize;
+                self.widen(width);
                 for (place, values) in samples.chunks(width).enumerate() {
                     let after_ns = (sample.period_ns * place as f64).round() as i64;
                     let at = Time::from_nanos(sample.measured.nanos().saturating_add(after_ns));
-                    row(at, cells(values))?;
+                    row(at, self.of_numbers(values, scale))?;
                 }
                 Ok(())
             }
-            Data::Sample(values) => row(sample.measured, cells(values)),
+            Data::Sample(values) => {
+                self.widen(values.len());
+                row(sample.measured, self.of_numbers(values, scale))
+            }
             Data::Feature(values) => row(sample.measured, of_window(values)),
             Data::Event(event) => row(sample.measured, of_event(event)),
             Data::Status(status) => row(sample.measured, of_status(status)),
@@ -71,21 +78,33 @@ impl Columns {
         }
     }
 
-    fn of_message(&self, cdr: &[u8]) -> Vec<String> {
+    /// Adds numbered columns where a sample has more numbers than its stream has channels.
+    fn widen(&mut self, width: usize) {
+        for number in self.layout.width()..width {
+            self.layout.place(&format!("value{}", number + 1), number.checked_sub(1));
+        }
+    }
+
+    fn of_numbers(&self, values: &[f64], scale: impl Fn(usize) -> f64) -> Vec<String> {
+        let cells = values.iter().enumerate().map(|(place, value)| number(value * scale(place)));
+        cells.chain(std::iter::repeat(String::new())).take(self.layout.width()).collect()
+    }
+
+    fn of_message(&mut self, cdr: &[u8]) -> Vec<String> {
         let Some(definition) = &self.definition else { return vec![cdr.len().to_string()] };
         let fields = flatten(definition, cdr, LONGEST_ARRAY).unwrap_or_default();
-        // Usually the same fields come in the same order.
-        let mut from = 0;
-        let value = |column: &String| {
-            let place = fields.iter().skip(from).position(|(path, _)| path == column);
-            let place = place.map(|place| place + from);
-            let place = place.or_else(|| fields.iter().position(|(path, _)| path == column));
-            place.map_or_else(String::new, |place| {
-                from = place + 1;
-                of_value(&fields[place].1)
-            })
-        };
-        self.names.iter().map(value).collect()
+        let mut cells = vec![String::new(); self.layout.width()];
+        let mut before = None;
+        for (path, value) in &fields {
+            let Some(place) = self.layout.place(path, before) else {
+                self.left_out += 1;
+                continue;
+            };
+            cells.resize(self.layout.width(), String::new());
+            cells[place] = of_value(value);
+            before = Some(place);
+        }
+        cells
     }
 }
 

@@ -5,12 +5,13 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use teampulse_bag::private;
+use teampulse_core::counted::counted;
 use teampulse_core::sample::Record;
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_messages::definition::Definition;
 use teampulse_messages::readout;
 
-use super::cells::{Columns, exact_secs, quoted};
+use super::cells::{Columns, exact_secs};
 
 /// The most records [1] and bytes that wait until the names of a stream's numbers are known.
 const MOST_WAITING: usize = 2000;
@@ -54,11 +55,11 @@ impl Table {
         let waiting = std::mem::take(&mut self.waiting);
         let first = waiting.first().unwrap_or(record);
         let columns = Columns::of(first, &record.stream, definition);
-        let head: Vec<String> = columns.names().iter().map(|name| quoted(name)).collect();
+        let header = columns.layout().header();
         self.columns = Some(columns);
         self.file = Some(BufWriter::new(private::create(&self.path)?));
         let file = self.file()?;
-        writeln!(file, "measured_secs,log_time_secs,index,{}", head.join(","))?;
+        writeln!(file, "{header}")?;
         waiting.iter().chain([record]).try_for_each(|record| self.write(record))
     }
 
@@ -87,12 +88,22 @@ impl Table {
         self.file.take().map_or(Ok(()), |mut file| file.flush())
     }
 
-    /// Finishes the table: waiting records are written as far as their columns are known.
+    /// Finishes the table: waiting records are written as far as their columns are known, and every row gets the columns
+    /// that were found after its header.
     pub(super) fn finish(&mut self) -> io::Result<()> {
         if let Some(last) = self.waiting.pop() {
             self.begin(&last, None)?;
         }
-        self.close()
+        self.close()?;
+        let Some(columns) = self.columns.take() else { return Ok(()) };
+        if columns.left_out() > 0 {
+            let left_out = counted(columns.left_out(), "value has", "values have");
+            tracing::warn!(
+                "{}: {left_out} no column, as there would be too many",
+                self.path.display()
+            );
+        }
+        columns.layout().complete(&self.path)
     }
 }
 

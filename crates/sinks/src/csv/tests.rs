@@ -151,6 +151,61 @@ fn messages_wait_for_their_definition() {
     );
 }
 
+/// A message of `string s` and `float64[] xs`, with its stamp.
+fn list(text: &str, numbers: &[f64]) -> Data {
+    let mut cdr = vec![0, 1, 0, 0];
+    cdr.extend((text.len() as u32 + 1).to_le_bytes());
+    cdr.extend(text.bytes().chain([0]));
+    cdr.resize((cdr.len() - 4).next_multiple_of(4) + 4, 0);
+    cdr.extend((numbers.len() as u32).to_le_bytes());
+    if !numbers.is_empty() {
+        cdr.resize((cdr.len() - 4).next_multiple_of(8) + 4, 0);
+    }
+    cdr.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+    cdr.extend([7]);
+    Data::Message(cdr.into())
+}
+
+#[test]
+fn an_array_that_grows_keeps_all_of_its_values() {
+    let mut session = Session::new();
+    let schema = Schema {
+        name: "own_msgs/msg/List".into(),
+        encoding: "ros2msg".into(),
+        text: "string s\nfloat64[] xs\nuint8 end".into(),
+        hash: String::new(),
+    };
+    let stream = messages("/r1/list", Some(Arc::new(schema)));
+    session.report(0, &stream, list("a, \"b\"\nc", &[]));
+    session.report(0, &stream, list("", &[1.0]));
+    session.report(0, &stream, list("", &[2.0, 3.0]));
+    session.report(0, &stream, list("", &[4.0]));
+    let text = session.text("r1__list.csv");
+    let times = "1.500000000,2.000000000,7";
+    let rows = ["\"a, \"\"b\"\"\nc\",,,7", ",1,,7", ",2,3,7", ",4,,7"];
+    let rows = rows.map(|row| format!("{times},{row}\n")).concat();
+    assert_eq!(text, format!("measured_secs,log_time_secs,index,s,xs[0],xs[1],end\n{rows}"));
+    assert_eq!(session.names(), ["r1__list.csv"]);
+}
+
+#[test]
+fn a_sample_that_is_wider_than_its_first_keeps_all_of_its_numbers() {
+    let mut session = Session::new();
+    let stream = Stream::raw("/p1/own", Subject::robot("r1"), Shape::Sample);
+    let stream = stream.with_channels(&[("x", "m")]);
+    session.report(0, &stream, Data::Sample([1.0].into()));
+    session.report(0, &stream, Data::Sample([2.0, 3.0].into()));
+    let text = session.text("p1__own.csv");
+    let lines: Vec<&str> = text
+        .lines()
+        .map(|line| line.rsplit_once("index,").map_or(line, |(_, names)| names))
+        .collect();
+    assert_eq!(
+        lines,
+        ["x [m],value2", "1.500000000,2.000000000,7,1,", "1.500000000,2.000000000,7,2,3"]
+    );
+}
+
 #[test]
 fn a_thousand_tables_need_few_open_files() {
     let mut session = Session::new();
