@@ -52,6 +52,8 @@ pub struct Pump {
     tracks: Vec<Option<Track>>,
     ticks: Ticks,
     last: Time,
+    /// The shortest time from one reading to the next [ns].
+    step_nanos: i64,
     given: VecDeque<Given>,
     records: Vec<Record>,
     dropped: u64,
@@ -79,6 +81,7 @@ impl Pump {
             tracks: Vec::new(),
             ticks: Ticks::every(TICK.as_nanos() as i64),
             last: Time::EPOCH,
+            step_nanos: 1,
             given: VecDeque::new(),
             records: Vec::new(),
             dropped: 0,
@@ -86,6 +89,12 @@ impl Pump {
             broken: Vec::new(),
             has_ended: false,
         }
+    }
+
+    /// A pump over a recording, whose readings keep their log times: equal ones, which other recorders write, stay equal.
+    #[must_use]
+    pub fn over_recording(self) -> Pump {
+        Pump { step_nanos: 0, ..self }
     }
 
     /// Takes the next item of the queue.
@@ -278,7 +287,8 @@ impl Pump {
 
     /// The log time of a reading that arrived at `arrival`, after all ticks before it.
     fn next_log_time(&mut self, arrival: Time) -> Time {
-        let log_time = arrival.max(Time::from_nanos(self.last.nanos().saturating_add(1)));
+        let next = self.last.nanos().saturating_add(self.step_nanos);
+        let log_time = arrival.max(Time::from_nanos(next));
         self.tick_until(log_time);
         self.last = self.last.max(log_time);
         self.last

@@ -152,6 +152,7 @@ impl Session {
         });
         let (feeds, at_work): (Vec<_>, Vec<_>) = started.unzip();
         let pump = Pump::new(self.streams, self.clocks, self.features, self.encode);
+        let pump = if self.pace == Pace::Recorded { pump.over_recording() } else { pump };
         let pipeline = Pipeline::new((queue.clone(), self.clock), self.pace, pump, (routes, feeds));
         let mut pump = Pumping::start(pipeline);
 

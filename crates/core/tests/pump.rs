@@ -151,6 +151,47 @@ async fn live() -> Vec<Record> {
     keep(sources, Pace::Live, Duration::ZERO).await.0
 }
 
+/// Two streams that another recorder has stamped with the same times.
+struct Synchronous;
+
+#[async_trait]
+impl Source for Synchronous {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let streams: Vec<StreamId> = ["r1", "r2"]
+            .map(|id| outlet.declare_at(robot_stream(id), Time::from_nanos(SECOND - 1)))
+            .to_vec();
+        for k in 1..=3 {
+            for stream in &streams {
+                let data = Data::Message(Bytes::from_static(&[0, 1, 0, 0]));
+                let (stream, source_time) = (*stream, None);
+                let reading = Reading { index: None, stream, device_time: None, source_time, data };
+                if outlet.send(reading, Time::from_nanos(k * SECOND)).await.is_err() {
+                    return Ok(());
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+const SECOND: i64 = 1_000_000_000;
+
+#[tokio::test]
+async fn equal_times_of_a_recording_stay_equal() {
+    let (records, _) = keep(vec![Box::new(Synchronous)], Pace::Recorded, Duration::ZERO).await;
+    let times = |records: &[Record]| -> Vec<(i64, i64)> {
+        let messages = records.iter().filter(|each| matches!(each.sample.data, Data::Message(_)));
+        let times = messages.map(|each| (each.sample.measured, each.sample.log_time));
+        times.map(|(measured, log_time)| (measured.nanos(), log_time.nanos())).collect()
+    };
+    let expected = [1, 1, 2, 2, 3, 3].map(|secs| (secs * SECOND, secs * SECOND));
+    assert_eq!(times(&records), expected);
+    let again = Recording(records.clone());
+    let (again, _) = keep(vec![Box::new(again)], Pace::Recorded, Duration::ZERO).await;
+    assert_eq!(times(&again), expected);
+    assert_eq!(derived(&records), derived(&again));
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_replay_equals_the_run_it_came_from() {
     let run = live().await;
