@@ -14,9 +14,11 @@ use teampulse_core::data::Data;
 use teampulse_core::pump::TICK;
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
-use teampulse_core::stream::{Shape, Stream, StreamId};
+use teampulse_core::stream::{Channel, Shape, Stream, StreamId};
 use teampulse_core::time::Time;
-use teampulse_messages::readout::Readout;
+use teampulse_messages::definition::{Kind, Number};
+use teampulse_messages::fields;
+use teampulse_messages::readout::{Readout, definition};
 use teampulse_timefilter::Ticks;
 use teampulse_timefilter::align::{
     AlignError, Aligner, Cell, Mode, Output, Policy, Row, RowTimes, Run, SourceId, SourceSettings,
@@ -78,6 +80,9 @@ impl Aligned {
                 ..SourceSettings::new(policy)
             };
             let source = aligner.add(settings)?;
+            if stream.shape != Shape::Event {
+                aligner.hold(source, &held(&stream))?;
+            }
             let readout = Readout::of(&stream);
             members.push(Member { stream, source, readout });
         }
@@ -305,6 +310,21 @@ impl Uncertainties {
     }
 }
 
+/// Which channels of a stream are held, not interpolated: fields without a unit that aren't floating-point numbers, as
+/// they may be flags, states or counts.
+fn held(stream: &Stream) -> Vec<bool> {
+    let definition = match &stream.shape {
+        Shape::Message(schema) => definition(schema),
+        _ => None,
+    };
+    let is_held = |channel: &Channel| {
+        let kind = definition.as_ref().and_then(|known| fields::kind(known, &channel.name));
+        let is_real = matches!(kind, Some(Kind::Number(Number::Float32 | Number::Float64)) | None);
+        channel.unit.is_empty() && !is_real
+    };
+    stream.channels.iter().map(is_held).collect()
+}
+
 /// How long rows wait for a silent stream, given how far its policy looks ahead.
 fn idle_nanos(policy: Policy) -> i64 {
     let reach_nanos = match policy {
@@ -329,4 +349,27 @@ fn columns(stream: &Stream) -> Vec<String> {
     });
     let about = ["age_secs", "validity", "uncertainty_secs"].map(|word| format!("{name}:{word}"));
     values.chain(about).map(|column| quoted(&column)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use teampulse_core::stream::{Schema, Subject};
+
+    use super::*;
+
+    #[test]
+    fn only_measurements_are_interpolated() {
+        let schema = Schema {
+            name: "own_msgs/msg/Own".into(),
+            encoding: "ros2msg".into(),
+            text: "bool on\nuint8[] states\nint32 raw\nfloat32 x\nfloat64[2] y".into(),
+            hash: String::new(),
+        };
+        let stream = Stream::raw("/r1/own", Subject::robot("r1"), Shape::Message(Arc::new(schema)));
+        let channels = [("on", ""), ("states[0]", ""), ("raw", "uV"), ("x", ""), ("y[1]", "")];
+        let stream = stream.with_channels(&channels);
+        assert_eq!(held(&stream), [true, true, false, false, false]);
+    }
 }

@@ -12,6 +12,7 @@ use teampulse_core::session::Session;
 use teampulse_core::sink::Sink;
 use teampulse_core::stream::{Channel, Origin, Shape, Stream};
 use teampulse_messages::convert::encode;
+use teampulse_messages::definition::{Definition, Kind};
 use teampulse_messages::{fields, readout};
 use teampulse_sinks::{Aligned, Csv};
 use teampulse_timefilter::align::{Policy, RowTimes};
@@ -29,10 +30,13 @@ use crate::recorded::read_through;
 /// sample used (negative where it was measured after the row's time, as in interpolation), its validity,
 /// and half the width of the interval that contains the true time with a probability of 95 %.
 ///
+/// Where no policy is given it is linear:1s. Only floating-point numbers, and others with a unit, are
+/// interpolated: flags, states and counts are held. Of a list in a message the table has the first value,
+/// and it has no texts; the tables of single streams, without --grid and --pivot, have all of them.
+///
 /// The validity is `fresh` (as the policy asks for), `held` (the last value, not too old), `stale` (the
 /// last value, too old or of a silent stream), `gap` (samples too far apart), `missing` (no sample yet, or
-/// none near), or `late` (it arrived more than a minute after its row). The default policy is linear:1s.
-/// Rows wait for a silent stream as long as its policy reaches back, at least a minute.
+/// none near), or `late` (it arrived more than a minute after its row). Rows wait for a silent stream as long as its policy reaches back, at least a minute.
 #[derive(Debug, Args)]
 pub struct Export {
     /// The bag's folder, or one of its .mcap files
@@ -51,7 +55,7 @@ pub struct Export {
     pivot: Option<String>,
     /// How to compute the value at a row's time: exact, nearest:TIME, hold:TIME, linear:TIME (the largest
     /// gap between two samples), or mean, min, max, last or count over the time before the row; for all
-    /// streams, or for some as in `/robot*/odom=hold:2s`
+    /// streams, or for some as in `/robot*/odom=hold:2s`; by default linear:1s
     #[arg(long, value_name = "[STREAM=]POLICY", value_parser = rule, requires = "times")]
     policy: Vec<Rule>,
     /// The streams of that table, as in `/robot*/odom` or `/**` for all with numbers; by default all raw
@@ -78,6 +82,9 @@ const POLICY: Policy = Policy::Linear { max_gap_nanos: 1_000_000_000 };
 
 /// The most numbers that are read from a message without a description.
 const MOST_CHANNELS: usize = 64;
+
+/// The most names in a list of what the table does not have.
+const MOST_SHOWN: usize = 5;
 
 /// The name of the single table.
 const TABLE: &str = "aligned.csv";
@@ -124,12 +131,10 @@ impl Export {
     }
 
     fn aligned(&self, onto: RowTimes, bag: &Bag, folder: &Path) -> Result<Box<dyn Sink>, Failure> {
-        let mut streams: Vec<Stream> = bag
-            .streams()
-            .iter()
-            .filter(|each| each.messages > 0 && self.wants(&each.stream))
-            .filter_map(|each| self.with_numbers(&each.stream))
-            .collect();
+        let wanted =
+            bag.streams().iter().filter(|each| each.messages > 0 && self.wants(&each.stream));
+        let mut streams: Vec<Stream> =
+            wanted.clone().filter_map(|each| self.with_numbers(&each.stream)).collect();
         streams.sort_by(|a, b| a.name.cmp(&b.name));
         if let Some(pivot) = &self.pivot {
             let place = streams.iter().position(|stream| stream.name == *pivot);
@@ -144,6 +149,9 @@ impl Export {
                 .hint("`teampulse info` lists its streams"));
         }
         self.each_rule_names_some(&streams)?;
+        if let Some(note) = note_of(wanted.map(|each| &*each.stream)) {
+            output::note(note);
+        }
         let streams = streams.into_iter().map(|stream| {
             let policy = self.policy_of(&stream);
             (stream, policy)
@@ -200,14 +208,68 @@ impl Export {
 /// numbers.
 fn with_numbers(stream: &Stream) -> Option<Stream> {
     let mut stream = stream.clone();
-    if let (Shape::Message(schema), true) = (&stream.shape, stream.channels.is_empty()) {
-        let paths = fields::numbers(&readout::definition(schema)?).into_iter();
-        let paths = paths.filter(|path| !path.starts_with("header.")).take(MOST_CHANNELS);
+    if let Some(definition) = unnamed(&stream) {
+        let paths = values_of(&definition).filter(|path| !is_text(&definition, path));
+        let paths = paths.take(MOST_CHANNELS);
         stream.channels = paths.map(|path| Channel::new(path, "")).collect();
     }
     let shaped =
         matches!(stream.shape, Shape::Sample | Shape::Wave | Shape::Feature | Shape::Message(_));
     (shaped && !stream.channels.is_empty()).then_some(stream)
+}
+
+/// The definition of a stream's messages, where no numbers in them are named.
+fn unnamed(stream: &Stream) -> Option<Definition> {
+    match &stream.shape {
+        Shape::Message(schema) if stream.channels.is_empty() => readout::definition(schema),
+        _ => None,
+    }
+}
+
+/// The paths of the values in messages of a type, with the first value of each list.
+fn values_of(definition: &Definition) -> impl Iterator<Item = String> {
+    fields::numbers(definition).into_iter().filter(|path| !path.starts_with("header."))
+}
+
+fn is_text(definition: &Definition, path: &str) -> bool {
+    matches!(fields::kind(definition, path), Some(Kind::Text(_) | Kind::WideText(_)))
+}
+
+/// The note on what one table does not have of these streams; `None` if it has all of their values.
+fn note_of<'a>(streams: impl Iterator<Item = &'a Stream>) -> Option<String> {
+    let of_stream = |stream: &Stream| {
+        let fields = left_out(&unnamed(stream)?);
+        (!fields.is_empty()).then(|| format!("{}: {}", stream.name, some_of(&fields, ", ")))
+    };
+    let mut lacking: Vec<String> = streams.filter_map(of_stream).collect();
+    lacking.sort();
+    (!lacking.is_empty()).then(|| {
+        format!(
+            "note: the table has no texts, and only the first value of each list ({}); without --grid and --pivot, \
+             `teampulse export` writes a table for each stream, with all of them",
+            some_of(&lacking, "; ")
+        )
+    })
+}
+
+/// The values of messages of a type that one table leaves out: texts, what follows the first value of a list, and what
+/// exceeds the most channels of a stream.
+fn left_out(definition: &Definition) -> Vec<String> {
+    let (texts, numbers): (Vec<String>, Vec<String>) =
+        values_of(definition).partition(|path| is_text(definition, path));
+    let numbers = numbers.into_iter().enumerate();
+    let numbers = numbers.filter(|(place, path)| *place >= MOST_CHANNELS || path.contains("[0]"));
+    let paths = numbers.map(|(_, path)| path).chain(texts);
+    paths.map(|path| path.replace("[0]", "[]")).collect()
+}
+
+/// The first few of many names.
+fn some_of(names: &[String], between: &str) -> String {
+    let shown = names.iter().take(MOST_SHOWN).cloned().collect::<Vec<_>>().join(between);
+    match names.len().saturating_sub(MOST_SHOWN) {
+        0 => shown,
+        more => format!("{shown}{between}and {more} more"),
+    }
 }
 
 /// Whether a table has a row below its header.
@@ -243,6 +305,8 @@ fn rule(text: &str) -> Result<Rule, String> {
 
 #[cfg(test)]
 mod tests {
+    use teampulse_core::stream::{Schema, Subject};
+
     use super::*;
 
     #[test]
@@ -255,5 +319,33 @@ mod tests {
         }
         let note = no_row(0.01, 52.04);
         assert!(note.contains("they are 100.0 s apart, and the recording lasts 52.0 s"), "{note}");
+    }
+    fn stream(name: &str, text: &str) -> Stream {
+        let schema = Schema {
+            name: "own_msgs/msg/Own".into(),
+            encoding: "ros2msg".into(),
+            text: text.into(),
+            hash: String::new(),
+        };
+        Stream::raw(name, Subject::session(), Shape::Message(Arc::new(schema)))
+    }
+
+    #[test]
+    fn what_one_table_leaves_out_of_messages_is_named() {
+        let joints = stream("/js", "string[] name\nfloat64[] position\nbool is_held");
+        let names: Vec<String> =
+            with_numbers(&joints).unwrap().channels.into_iter().map(|each| each.name).collect();
+        assert_eq!(names, ["position[0]", "is_held"]);
+        let plain = stream("/x", "float64 x");
+        let note = note_of([&plain, &joints].into_iter()).unwrap();
+        assert!(note.contains("(/js: position[], name[]); without --grid"), "{note}");
+        assert_eq!(note_of([&plain].into_iter()), None);
+        let many: Vec<String> = (0..7).map(|place| format!("/{place}")).collect();
+        assert_eq!(some_of(&many, ", "), "/0, /1, /2, /3, /4, and 2 more");
+    }
+
+    #[test]
+    fn a_stream_of_texts_is_no_pivot() {
+        assert!(with_numbers(&stream("/words", "string data")).is_none());
     }
 }

@@ -31,6 +31,7 @@ use crate::definition::Definition;
 pub use header::{header_frame, header_stamp, starts_with_header};
 pub use listing::numbers;
 pub use path::{Path, Step};
+pub use resolve::kind;
 
 /// Selected fields of a type, compiled for reading from its messages.
 #[derive(Clone, Debug)]

@@ -33,6 +33,23 @@ pub(super) fn resolve(definition: &Definition, text: &str) -> Result<ResolvedPat
     }
 }
 
+/// The kind of the values at a path of a type, whatever the indices in it; `None` where the path leads nowhere, or to a
+/// message.
+pub fn kind<'a>(definition: &'a Definition, path: &str) -> Option<&'a Kind> {
+    let path: Path = path.parse().ok()?;
+    let mut within = Some(definition.root());
+    let mut found = None;
+    for step in path.steps() {
+        let field = within?.fields.iter().find(|field| field.name == step.field)?;
+        found = Some(&field.kind);
+        within = match &field.kind {
+            Kind::Struct(nested) => Some(nested),
+            _ => None,
+        };
+    }
+    found.filter(|kind| !matches!(kind, Kind::Struct(_)))
+}
+
 /// Checks that a step has an index if and only if the field has several values.
 fn expect_index(field: &Field, step: &Step, path: &str) -> Result<(), FieldError> {
     match (field.count, step.index) {

@@ -38,6 +38,9 @@ impl Source {
     #[inline]
     fn first_segment(&self) -> Option<Segment> {
         let Policy::Linear { max_gap_nanos } = self.policy else { return None };
+        if !self.held.is_empty() {
+            return None;
+        }
         let ends = self.samples.first_two_of_one_channel()?;
         if self.is_complete(ends[1].0) { Segment::between(ends, max_gap_nanos) } else { None }
     }
@@ -107,6 +110,10 @@ impl Source {
         let ends = self.samples.values(0).iter().zip(self.samples.values(1));
         for (value, (begin, end)) in values.iter_mut().zip(ends) {
             *value = begin + share * (end - begin);
+        }
+        let held = self.held.iter().zip(self.samples.values(0)).zip(values);
+        for ((_, begin), value) in held.filter(|((is_held, _), _)| **is_held) {
+            *value = *begin;
         }
         Origin { newest: Some(after), validity: Validity::Fresh }
     }

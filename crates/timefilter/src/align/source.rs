@@ -29,6 +29,8 @@ pub(super) struct Source {
     pub policy: Policy,
     pub channels: usize,
     pub samples: Samples,
+    /// The channels that are held where others are interpolated; none if it is empty.
+    pub held: Vec<bool>,
     /// The indices of its column and of its first value in a row.
     pub column: usize,
     pub first_value: usize,
@@ -45,6 +47,7 @@ impl Source {
             policy: settings.policy,
             channels: settings.channels,
             samples: Samples::new(settings.channels, settings.capacity),
+            held: Vec::new(),
             column: 0,
             first_value: 0,
             segment: Segment::NOWHERE,

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use teampulse_timefilter::align::{
-    Aggregate, Mode, Output, Policy, RowTimes, Sample, SourceSettings, Validity,
+    Aggregate, AlignError, Mode, Output, Policy, RowTimes, Sample, SourceSettings, Validity,
 };
 
 use crate::story::{KeptCell, MS, Outcome, SECOND};
@@ -188,6 +188,28 @@ fn a_sample_without_a_number_is_no_value_but_shows_that_its_source_is_there() {
     let mut expected = [Validity::Fresh; 9];
     expected[3..6].fill(Validity::Gap);
     assert_eq!(validities, expected);
+}
+
+#[test]
+fn a_held_channel_has_no_values_in_between() {
+    let mut outcome = Outcome::grid(10 * MS);
+    let policy = "linear:1s".parse().unwrap();
+    let id =
+        outcome.aligner.add(SourceSettings { channels: 2, ..SourceSettings::new(policy) }).unwrap();
+    outcome.aligner.hold(id, &[false, true]).unwrap();
+    let mut rows = Vec::new();
+    for (time, values) in [(0, [0.0, 0.0]), (20, [2.0, 1.0]), (40, [4.0, 0.0])] {
+        let sample = Sample { measured: time * MS, arrival: time * MS, values: &values };
+        let take = |output: Output<'_>| {
+            if let Output::Row(row) = output {
+                rows.push(row.cell(id).unwrap().values.to_vec());
+            }
+        };
+        outcome.aligner.push(id, sample, take).unwrap();
+    }
+    assert_eq!(rows, [[0.0, 0.0], [1.0, 0.0], [2.0, 1.0], [3.0, 1.0], [4.0, 0.0]]);
+    let expected = Err(AlignError::Channels { expected: 2, got: 1 });
+    assert_eq!(outcome.aligner.hold(id, &[true]), expected);
 }
 
 #[test]

@@ -114,6 +114,20 @@ impl Aligner {
         self.admit(settings)
     }
 
+    /// Has some channels of a source held where its policy interpolates the others: states and flags have no values in
+    /// between.
+    pub fn hold(&mut self, source: SourceId, held: &[bool]) -> Result<(), AlignError> {
+        let place = self.place(source)?;
+        if let Some(source) = &mut self.sources[place] {
+            let (expected, got) = (source.channels, held.len());
+            if expected != got {
+                return Err(AlignError::Channels { expected, got });
+            }
+            source.held = if held.contains(&true) { held.to_vec() } else { Vec::new() };
+        }
+        Ok(())
+    }
+
     /// Adds a source at `now` [ns of session time], after issuing everything that is due until then.
     pub fn join<F>(
         &mut self,
