@@ -24,7 +24,7 @@ pub use metadata::Version;
 pub use pace::Pace;
 pub use read::index::Damage;
 pub use read::messages::{Message, Messages};
-pub use read::{Bag, BagStream, DAMAGE_NOTE};
+pub use read::{Bag, BagStream, DAMAGE_NOTE, absent_text};
 pub use recorded::Recorded;
 pub use recording::{Broken, Complete, Opening, Recording, STOPPED};
 pub use recover::{RecoveredFile, Report, folder_with, recover};

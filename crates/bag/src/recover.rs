@@ -19,7 +19,7 @@ use crate::private;
 use crate::read::block::Entry;
 use crate::read::index::{Damage, Index};
 use crate::read::parse;
-use crate::read::{Bag, DAMAGE_NOTE};
+use crate::read::{Bag, DAMAGE_NOTE, absent_text};
 use crate::write::chunk::Compression;
 use crate::write::part::{Attachment, Part};
 use crate::write::spare::SpareFile;
@@ -30,6 +30,8 @@ use teampulse_messages::convert::type_name;
 pub struct Report {
     /// Each file, in the bag's order.
     pub files: Vec<RecoveredFile>,
+    /// The files that `metadata.yaml` listed and the folder did not have; it lists them no more, and notes their loss.
+    pub absent: Vec<PathBuf>,
 }
 
 /// The result of repairing one file.
@@ -79,14 +81,16 @@ pub fn recover(path: &Path) -> Result<Report, BagError> {
     let parts = bag.parts_mut().iter_mut().zip(stated);
     let recovered = parts.map(|(part, stated)| recover_file(part, stated, lone.clone()));
     let files: Vec<RecoveredFile> = recovered.collect::<Result<_, _>>()?;
+    let absent = bag.absent().to_vec();
     drop(bag);
     if path.is_dir() {
         let bag = Bag::open(path)?;
         let mut metadata = describe(&bag);
         note_losses(&files, &mut metadata);
+        note_absent(&bag, &mut metadata);
         metadata.save(path).map_err(BagError::io("write", path))?;
     }
-    Ok(Report { files })
+    Ok(Report { files, absent })
 }
 
 /// The folder of the bag to which a file belongs.
@@ -108,8 +112,19 @@ fn note_losses(files: &[RecoveredFile], metadata: &mut Metadata) {
         );
         format!("{name}: {lost} lost to damage")
     });
+    note(lost, metadata);
+}
+
+/// Notes the files that are missing, as the metadata list them no more.
+fn note_absent(bag: &Bag, metadata: &mut Metadata) {
+    let files = bag.files_count();
+    note(bag.absent().iter().map(|file| absent_text(file, files)), metadata);
+}
+
+/// Adds to the notes on damage.
+fn note(losses: impl Iterator<Item = String>, metadata: &mut Metadata) {
     let before = metadata.custom.remove(DAMAGE_NOTE);
-    let notes: Vec<String> = before.into_iter().chain(lost).collect();
+    let notes: Vec<String> = before.into_iter().chain(losses).collect();
     if !notes.is_empty() {
         metadata.custom.insert(DAMAGE_NOTE.into(), notes.join("; "));
     }

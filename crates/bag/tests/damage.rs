@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
 use session::session;
-use teampulse_bag::{Bag, BagError, BagWriter, Compression, Found, Message, Options, recover};
+use teampulse_bag::{
+    Bag, BagError, BagWriter, Compression, Found, Message, Options, Version, recover,
+};
 use teampulse_core::sample::Record;
 use tempfile::tempdir;
 
@@ -349,6 +351,42 @@ fn what_metadata_reports_and_is_not_there_is_lost() {
     assert_eq!(Bag::open(&path).unwrap().missing(), 200);
     let report = recover(&path).unwrap();
     assert_eq!((report.files[0].messages, report.files[0].lost_messages), (0, Some(200)));
+}
+
+#[test]
+fn a_file_that_is_missing_is_named_and_the_others_are_read() {
+    for version in [Version::V5, Version::V9] {
+        misses_a_file(version);
+    }
+}
+
+fn misses_a_file(metadata_version: Version) {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag");
+    let options = Options { split_secs: Some(0.2), metadata_version, ..Options::default() };
+    let mut writer = BagWriter::create(&path, &options).unwrap();
+    for record in &session(700) {
+        writer.write(record).unwrap();
+    }
+    writer.finish().unwrap();
+    let files = Bag::open(&path).unwrap().files_count();
+    let all = read(&path).len();
+    assert!(files >= 3, "{files}");
+    fs::remove_file(path.join("bag_1.mcap")).unwrap();
+    let lost = format!("bag_1.mcap is missing, one of its {files} files");
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!(bag.absent(), [path.join("bag_1.mcap")]);
+    assert_eq!(bag.lost_to_damage().as_ref(), Some(&lost));
+    let hidden = folder.path().join("metadata.yaml");
+    fs::rename(path.join("metadata.yaml"), &hidden).unwrap();
+    assert_eq!(Bag::open(&path).unwrap().absent(), bag.absent());
+    fs::rename(hidden, path.join("metadata.yaml")).unwrap();
+    let left = read(&path).len();
+    assert!((1..all).contains(&left), "{left} of {all}");
+    assert_eq!(recover(&path).unwrap().absent, [path.join("bag_1.mcap")]);
+    let bag = Bag::open(&path).unwrap();
+    assert_eq!((bag.absent().len(), bag.lost_to_damage()), (0, Some(lost)));
+    assert_eq!(read(&path).len(), left);
 }
 
 #[test]

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use teampulse_bag::{Bag, BagStream, CONTINUES_NOTE, DAMAGE_NOTE, Damage, ENDED_NOTE, Unread};
+use teampulse_bag::{
+    Bag, BagStream, CONTINUES_NOTE, DAMAGE_NOTE, Damage, ENDED_NOTE, Unread, absent_text,
+};
 use teampulse_core::counted::counted;
 use teampulse_core::stream::Origin;
 use teampulse_core::time::Time;
@@ -166,7 +168,11 @@ pub fn damage(bag: &Bag) -> Vec<String> {
         let of = bag.messages_count() + missing;
         format!("{path}: {missing} of {} missing", counted(of, "message is", "messages are"))
     });
-    places.chain(missing).collect()
+    let files = bag
+        .absent()
+        .iter()
+        .map(|file| format!("{}: {}", bag.path().display(), absent_text(file, bag.files_count())));
+    files.chain(places).chain(missing).collect()
 }
 
 /// The kind of damage, and its place.

@@ -27,12 +27,19 @@ impl Recover {
         let path = folder_with(&path).map(Path::to_owned).unwrap_or(path);
         let report = teampulse_bag::recover(&path).map_err(|error| self.refused(&error))?;
         report.files.iter().for_each(print_file);
+        for file in &report.absent {
+            output::line(format!(
+                "{}: missing; metadata.yaml now lists the other files",
+                file.display()
+            ));
+        }
         let is_mended = report.files.iter().any(|file| !file.damage.is_empty());
         let mut exit = Exit::Fine;
         if path.is_dir() && (is_mended || !path.join(SUMMARY).exists()) {
             exit = tidied(&path).await;
         }
-        let is_lossy = report.files.iter().any(RecoveredFile::is_lossy);
+        let is_lossy =
+            !report.absent.is_empty() || report.files.iter().any(RecoveredFile::is_lossy);
         Ok(if is_lossy { Exit::DataLost } else { exit })
     }
 

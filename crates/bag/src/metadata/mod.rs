@@ -16,6 +16,7 @@ use teampulse_core::time::Time;
 use yaml::{YamlWriter, scalar};
 
 use crate::private;
+use crate::read::DAMAGE_NOTE;
 
 pub(crate) use parsed::ParsedMetadata;
 
@@ -31,7 +32,7 @@ const ROS_DISTRO: &str = "jazzy";
 /// A version of `metadata.yaml`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Version {
-    /// What ROS 2 Humble reads: without custom data.
+    /// What ROS 2 Humble reads: without custom data, but for a note on damage.
     V5,
     /// What ROS 2 Jazzy and later read and write.
     #[default]
@@ -131,8 +132,14 @@ impl Metadata {
             out.line(1, format_args!("- path: {}", scalar(&file.path)));
             out.span(2, file.span);
         });
-        if self.version == Version::V9 {
-            self.write_custom(&mut out);
+        match (self.version, self.custom.get(DAMAGE_NOTE)) {
+            (Version::V9, _) => self.write_custom(&mut out),
+            // Humble ignores what it doesn't know.
+            (Version::V5, Some(damage)) => {
+                out.line(0, format_args!("custom_data:"));
+                out.line(1, format_args!("{}: {}", scalar(DAMAGE_NOTE), scalar(damage)));
+            }
+            (Version::V5, None) => {}
         }
         out.0
     }

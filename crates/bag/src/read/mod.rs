@@ -38,6 +38,9 @@ use teampulse_messages::convert::type_name;
 /// The note of a bag that lists what was lost to damage before it was repaired or recomputed.
 pub const DAMAGE_NOTE: &str = "teampulse.damage";
 
+/// The most files that are named where a number is missing.
+const MOST_MISSING: usize = 1000;
+
 /// A bag: everything known about it without reading its messages.
 ///
 /// Bags of other writers can be opened too, and so can truncated ones: these are read as far as possible,
@@ -52,6 +55,8 @@ pub struct Bag {
     /// The streams of each part's channels.
     channels: Vec<BTreeMap<u16, Carried>>,
     metadata: ParsedMetadata,
+    /// The files that `metadata.yaml` lists and the folder does not have.
+    absent: Vec<PathBuf>,
 }
 
 /// The stream of a channel, by its index, with its type as known there.
@@ -80,12 +85,14 @@ impl Bag {
     /// Opens a bag folder, or a single MCAP file.
     pub fn open(path: &Path) -> Result<Bag, BagError> {
         let (files, metadata) = if path.is_dir() { files_of(path)? } else { only(path) };
+        let (files, absent) = present(files);
         let parts = files.iter().map(|file| Index::open(file)).collect::<Result<Vec<_>, _>>()?;
         if !path.is_dir() && parts.iter().all(Index::is_empty_file) {
             return Err(BagError::NotABag { path: path.to_owned(), found: Found::Empty });
         }
         let (streams, places, channels) = (Vec::new(), HashMap::new(), Vec::new());
-        let mut bag = Bag { path: path.to_owned(), parts, streams, places, channels, metadata };
+        let path = path.to_owned();
+        let mut bag = Bag { path, parts, streams, places, channels, metadata, absent };
         bag.gather_streams();
         bag.read_descriptions();
         if !bag.notes().keys().any(|key| key.starts_with("lost_source:")) {
@@ -128,6 +135,16 @@ impl Bag {
         parts.flat_map(|part| part.damage.iter().map(|damage| (part.path.as_path(), damage)))
     }
 
+    /// The files of the bag, by its `metadata.yaml`, that are not in its folder. The others are read.
+    pub fn absent(&self) -> &[PathBuf] {
+        &self.absent
+    }
+
+    /// The number of its files.
+    pub fn files_count(&self) -> usize {
+        self.parts.len() + self.absent.len()
+    }
+
     /// Whether it was still being recorded when it was opened: it is then as complete as the last second's sync.
     pub fn is_being_recorded(&self) -> bool {
         self.parts.iter().any(|part| part.is_open)
@@ -157,12 +174,14 @@ impl Bag {
         let missing =
             missing.map(|missing| counted(missing, "message is missing", "messages are missing"));
         let before = self.notes().get(DAMAGE_NOTE).cloned();
-        let damage: Vec<String> = before.into_iter().chain(unread).chain(missing).collect();
+        let absent = self.absent.iter().map(|file| absent_text(file, self.files_count()));
+        let damage: Vec<String> =
+            before.into_iter().chain(unread).chain(missing).chain(absent).collect();
         (!damage.is_empty()).then(|| damage.join("; "))
     }
 
     /// The number of messages that were written according to its statistics and `metadata.yaml`, but are
-    /// missing.
+    /// missing; without those of [absent](Bag::absent) files.
     pub fn missing(&self) -> u64 {
         let parts = self.parts.iter().zip(self.stated_messages());
         parts.map(|(part, stated)| stated.unwrap_or(0).saturating_sub(part.span.messages)).sum()
@@ -329,6 +348,19 @@ fn place_of(
     place
 }
 
+/// Names a file that is missing in a bag of this many files.
+pub fn absent_text(file: &Path, files: usize) -> String {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    format!("{name} is missing, one of its {files} files")
+}
+
+/// The files that are there, and those that are not. If none is there, opening them shows it.
+fn present(files: Vec<PathBuf>) -> (Vec<PathBuf>, Vec<PathBuf>) {
+    let (present, absent): (Vec<PathBuf>, Vec<PathBuf>) =
+        files.into_iter().partition(|file| file.symlink_metadata().is_ok());
+    if present.is_empty() { (absent, present) } else { (present, absent) }
+}
+
 fn only(file: &Path) -> (Vec<PathBuf>, ParsedMetadata) {
     (vec![file.to_owned()], ParsedMetadata::default())
 }
@@ -347,7 +379,9 @@ fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, ParsedMetadata), BagError> {
     let named =
         metadata.files.iter().filter_map(|file| Some(folder.join(Path::new(file).file_name()?)));
     let mut files: Vec<PathBuf> = named.collect();
-    for found in files_in(folder)? {
+    let is_listed = !files.is_empty();
+    let found = files_in(folder)?;
+    for found in if is_listed { found } else { with_gaps(&found) } {
         // A decompressed copy that rosbag2 left beside the compressed file is the same file.
         if !files.iter().any(|file| unpacked_name(file) == unpacked_name(&found)) {
             files.push(found);
@@ -361,6 +395,29 @@ fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, ParsedMetadata), BagError> {
         }
     }
     if files.is_empty() { not_a_bag(Found::NoFiles) } else { Ok((files, metadata)) }
+}
+
+/// Numbered files from 0 on, with those that are missing between them.
+fn with_gaps(files: &[PathBuf]) -> Vec<PathBuf> {
+    let mut all: Vec<PathBuf> = Vec::with_capacity(files.len());
+    for file in files {
+        if let (Some((name, number, kind)), Some(last)) = (numbered(file), all.last())
+            && let Some((_, before, _)) = numbered(last).filter(|(other, ..)| *other == name)
+            && files.contains(&file.with_file_name(format!("{name}_0.{kind}")))
+        {
+            let missing = (before..number).skip(1).take(MOST_MISSING);
+            all.extend(missing.map(|at| file.with_file_name(format!("{name}_{at}.{kind}"))));
+        }
+        all.push(file.clone());
+    }
+    all
+}
+
+/// The parts of a numbered file's name: `b`, 1 and `mcap` of `b_1.mcap`.
+fn numbered(file: &Path) -> Option<(&str, u64, &str)> {
+    let (stem, kind) = file.file_name()?.to_str()?.split_once('.')?;
+    let (name, number) = stem.rsplit_once('_')?;
+    Some((name, number.parse().ok()?, kind))
 }
 
 /// A file's name without the extension for compression.
