@@ -46,6 +46,8 @@ pub struct RecoveredFile {
     pub lost_messages: Option<u64>,
     /// The parts cut from it; empty for an intact file, which is not changed.
     pub damage: Vec<Damage>,
+    /// Whether any of its messages had no checksum, so that changed bytes in them can't be found.
+    pub lacked_checksums: bool,
     /// The path of the damaged original, kept if anything was lost from its middle.
     pub original: Option<PathBuf>,
 }
@@ -142,6 +144,7 @@ fn recover_file(
         messages: index.span.messages,
         lost_messages: None,
         damage: index.damage.clone(),
+        lacked_checksums: index.lacks_checksums,
         original: None,
     };
     if !recovered.damage.is_empty() {

@@ -174,6 +174,11 @@ fn pack_messages(path: &Path) {
 /// The same in an MCAP file.
 fn packed_mcap(path: &Path) {
     let options = mcap::WriteOptions::new().profile("ros2").compression(None);
+    write_mcap(path, options, |cdr| zstd::encode_all(cdr, 3).expect("bytes can be packed"));
+}
+
+/// Messages in an MCAP file.
+fn write_mcap(path: &Path, options: mcap::WriteOptions, packed: impl Fn(&[u8]) -> Vec<u8>) {
     let mut writer = options
         .create(fs::File::create(path).expect("a file can be made"))
         .expect("a file can be made");
@@ -191,10 +196,31 @@ fn packed_mcap(path: &Path) {
             log_time: at_ns,
             publish_time: at_ns,
         };
-        let packed = zstd::encode_all(&battery(number)[..], 3).expect("a file can be made");
+        let packed = packed(&battery(number));
         writer.write_to_known_channel(&header, &packed).expect("a file can be made");
     }
     writer.finish().expect("a file can be made");
+}
+
+#[test]
+fn a_file_without_checksums_is_known_as_one() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bag_0.mcap");
+    let lacks_checksums = |path: &Path| {
+        let mut bag = Bag::open(path).unwrap();
+        bag.check();
+        is_whole(&bag);
+        bag.lacks_checksums()
+    };
+    for has_checksums in [true, false] {
+        let options = mcap::WriteOptions::new().calculate_chunk_crcs(has_checksums);
+        write_mcap(&path, options, <[u8]>::to_vec);
+        assert_eq!(lacks_checksums(&path), !has_checksums);
+    }
+    write_mcap(&path, mcap::WriteOptions::new().use_chunks(false), <[u8]>::to_vec);
+    assert!(lacks_checksums(&path));
+    let (_folder, database) = written(JAZZY);
+    assert!(lacks_checksums(&database));
 }
 
 #[test]

@@ -36,6 +36,9 @@ pub struct Info {
 /// What is said of a bag that was opened during its recording.
 const BEING_RECORDED: &str = "still being recorded: what has been written so far is read";
 
+/// What a check can't find.
+pub const NO_CHECKSUMS: &str = "without checksums, so changed bytes can't be found";
+
 /// A bag, as reported.
 #[derive(Debug, Serialize)]
 struct BagInfo {
@@ -99,12 +102,7 @@ impl Info {
             }
             show(&describe(&bag));
             if self.check && damage(&bag).is_empty() {
-                let count = bag.messages_count();
-                let intact = match count {
-                    1 => "its message is intact".to_owned(),
-                    _ => format!("all {count} messages are intact"),
-                };
-                output::line(format!("checked: {intact}"));
+                output::line(format!("checked: {}", verdict(&bag)));
             }
         }
         Ok(exit)
@@ -151,6 +149,18 @@ pub fn warn_of_damage(bag: &Bag) {
     for each in damage(bag) {
         output::note(format!("damaged: {each}"));
     }
+}
+
+/// What a check of an undamaged bag has shown.
+fn verdict(bag: &Bag) -> String {
+    let (count, lacks) = (bag.messages_count(), bag.lacks_checksums());
+    let found = match (count, lacks) {
+        (1, false) => "its message is intact".to_owned(),
+        (_, false) => format!("all {count} messages are intact"),
+        (1, true) => "its message can be read".to_owned(),
+        (_, true) => format!("all {count} messages can be read"),
+    };
+    if lacks { format!("{found}; {NO_CHECKSUMS}") } else { found }
 }
 
 /// The exit code of a command that has read a bag: damage means lost data.

@@ -6,7 +6,7 @@ use clap::Args;
 use teampulse_bag::{BagError, Found, RecoveredFile, folder_with};
 use teampulse_core::counted::counted;
 
-use crate::commands::info::damage_text;
+use crate::commands::info::{NO_CHECKSUMS, damage_text};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output::{self, say};
@@ -80,7 +80,9 @@ fn print_file(file: &RecoveredFile) {
     let messages = counted(file.messages, "message", "messages");
     if file.damage.is_empty() {
         let lost = if file.is_lossy() { lost.as_str() } else { "" };
-        output::line(format!("{path}: whole, {messages}{lost}"));
+        let unsure =
+            if file.lacked_checksums { format!(", {NO_CHECKSUMS}") } else { String::new() };
+        output::line(format!("{path}: whole, {messages}{lost}{unsure}"));
         return;
     }
     output::line(format!("{path}: repaired, {messages} kept{lost}"));

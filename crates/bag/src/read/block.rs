@@ -6,7 +6,7 @@ use bytes::Bytes;
 use mcap::records::op;
 use mcap::{McapError, McapResult};
 
-use crate::read::chunk::{Extent, unpack};
+use crate::read::chunk::{CHECKSUM_END, Extent, has_checksum, unpack};
 use crate::read::fields::Fields;
 use crate::read::records::{PREFIX_BYTES, RawRecord, Records, read_at};
 
@@ -74,6 +74,13 @@ impl Block {
             Some(&op::MESSAGE) => Ok(bytes),
             _ => Err(McapError::BadIndex),
         }
+    }
+
+    /// Whether a checksum protects its messages.
+    pub(crate) fn has_checksum(&self, file: &File) -> bool {
+        let head = PREFIX_BYTES as u64 + CHECKSUM_END;
+        let head = read_at(file, self.offset, self.length.min(head)).unwrap_or_default();
+        head.first() == Some(&op::CHUNK) && has_checksum(&head[PREFIX_BYTES.min(head.len())..])
     }
 
     /// Reads the messages of the block.

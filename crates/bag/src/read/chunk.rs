@@ -17,6 +17,15 @@ pub(crate) enum Extent {
     Cut,
 }
 
+/// The end of the checksum in a chunk: after two times and a length [bytes].
+pub(crate) const CHECKSUM_END: u64 = 28;
+
+/// Whether a chunk has a checksum. MCAP: zero means that there is none.
+pub(crate) fn has_checksum(body: &[u8]) -> bool {
+    let mut fields = Fields::new(body);
+    fields.bytes(24).and_then(|_| fields.u32()).is_ok_and(|crc| crc != 0)
+}
+
 /// Decompresses the records of a chunk.
 pub(crate) fn unpack(body: &Bytes, extent: Extent) -> McapResult<Bytes> {
     let (header, packed_at) = Header::read(body)?;

@@ -35,6 +35,8 @@ pub(crate) struct Index {
     pub is_made: bool,
     /// Whether it was still being written when it was opened, so that its end may be missing.
     pub is_open: bool,
+    /// Whether any of its messages have no checksum; known once it was checked.
+    pub lacks_checksums: bool,
     pub blocks: Vec<Block>,
     pub channels: BTreeMap<u16, Arc<Channel>>,
     pub counts: BTreeMap<u16, u64>,
@@ -144,6 +146,7 @@ impl Index {
             file,
             is_made: false,
             is_open: false,
+            lacks_checksums: false,
             blocks: Vec::new(),
             channels: BTreeMap::new(),
             counts: BTreeMap::new(),
@@ -196,9 +199,13 @@ impl Index {
                 == Some(statistics.messages)
     }
 
-    /// Reads all messages, and records unreadable blocks as damage.
+    /// Reads all messages, and records unreadable blocks as damage, and whether all others have a checksum.
     pub(crate) fn check(&mut self) {
+        // Neither SQLite nor bags of ROS 1 have any.
+        let is_mcap = |path: &Path| path.to_string_lossy().ends_with(".mcap.zstd");
+        self.lacks_checksums = self.is_made && !is_mcap(&self.path);
         for block in &self.blocks {
+            self.lacks_checksums |= !block.has_checksum(&self.file);
             if let Err(error) = block.load(&self.file) {
                 self.damage.push(Damage {
                     offset: block.offset,

@@ -145,6 +145,12 @@ impl Bag {
         self.parts.len() + self.absent.len()
     }
 
+    /// Whether any of its messages have no checksum, so that changed bytes in them can't be found; known after
+    /// [`Bag::check`].
+    pub fn lacks_checksums(&self) -> bool {
+        self.parts.iter().any(|part| part.lacks_checksums)
+    }
+
     /// Whether it was still being recorded when it was opened: it is then as complete as the last second's sync.
     pub fn is_being_recorded(&self) -> bool {
         self.parts.iter().any(|part| part.is_open)
