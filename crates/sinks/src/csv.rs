@@ -82,7 +82,7 @@ impl Tables {
         if !self.by_stream.contains_key(&id) {
             let name = format!("{}.csv", self.name_of(&record.stream));
             let path = self.folder.join(name);
-            self.by_stream.insert(id, Table::new(path));
+            self.by_stream.insert(id, Table::new(record.stream.name.clone(), path));
         }
         self.make_room(id)?;
         self.by_stream.get_mut(&id).map_or(Ok(()), |table| table.take(record))

@@ -2,12 +2,14 @@
 
 use std::io;
 
+use teampulse_core::counted::counted;
 use teampulse_core::data::{Data, Event, FeatureValues, Wave};
 use teampulse_core::sample::Record;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{Channel, Shape, Stream};
 use teampulse_core::time::Time;
-use teampulse_messages::definition::Definition;
+use teampulse_messages::cdr::CdrError;
+use teampulse_messages::definition::{Definition, DefinitionError};
 use teampulse_messages::value::{Value, flatten};
 
 use super::layout::Layout;
@@ -22,6 +24,10 @@ pub(super) struct Columns {
     definition: Option<Definition>,
     /// The number of values without a column, as the table has too many.
     left_out: u64,
+    /// The number of messages that could not be decoded, and the reason for the first.
+    undecoded: Option<(u64, CdrError)>,
+    /// Why no message can be decoded, if so.
+    undefined: Option<DefinitionError>,
 }
 
 impl Columns {
@@ -34,16 +40,32 @@ impl Columns {
             (Data::Wave(wave), _) => channels(stream, wave.channels as usize),
             _ => of_shape(stream),
         };
-        Columns { layout: Layout::new(names), definition, left_out: 0 }
+        let undefined = match (&stream.shape, &definition) {
+            (Shape::Message(schema), None) => Definition::of(schema).err(),
+            _ => None,
+        };
+        let layout = Layout::new(names);
+        Columns { layout, definition, left_out: 0, undecoded: None, undefined }
     }
 
     pub(super) fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// The number of values that the table has no column for, as it has too many.
-    pub(super) fn left_out(&self) -> u64 {
-        self.left_out
+    /// What the table does not have of its stream, each as a sentence.
+    pub(super) fn lacks(&self) -> Vec<String> {
+        let undefined = self.undefined.as_ref().map(|error| {
+            format!("its table has only the sizes of its messages: failed to {error}")
+        });
+        let undecoded = self.undecoded.as_ref().map(|(count, error)| {
+            let failed = counted(*count, "message has", "messages have");
+            format!("{failed} no values in its table: failed to {error}")
+        });
+        let left_out = (self.left_out > 0).then(|| {
+            let left_out = counted(self.left_out, "value has", "values have");
+            format!("{left_out} no column in its table, as there would be too many")
+        });
+        undefined.into_iter().chain(undecoded).chain(left_out).collect()
     }
 
     /// Passes on each row of a record, with its time.
@@ -92,7 +114,10 @@ impl Columns {
 
     fn of_message(&mut self, cdr: &[u8]) -> Vec<String> {
         let Some(definition) = &self.definition else { return vec![cdr.len().to_string()] };
-        let fields = flatten(definition, cdr, LONGEST_ARRAY).unwrap_or_default();
+        let fields = flatten(definition, cdr, LONGEST_ARRAY).unwrap_or_else(|error| {
+            self.undecoded.get_or_insert((0, error)).0 += 1;
+            Vec::new()
+        });
         let mut cells = vec![String::new(); self.layout.width()];
         let mut before = None;
         for (path, value) in &fields {

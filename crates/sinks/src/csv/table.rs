@@ -5,7 +5,6 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use teampulse_bag::private;
-use teampulse_core::counted::counted;
 use teampulse_core::sample::Record;
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_messages::definition::Definition;
@@ -19,6 +18,8 @@ const MOST_WAITING_BYTES: usize = 16 << 20;
 
 /// The table of one stream, whose file may be open or closed.
 pub(super) struct Table {
+    /// The name of the stream.
+    stream: String,
     path: PathBuf,
     file: Option<BufWriter<File>>,
     columns: Option<Columns>,
@@ -29,8 +30,8 @@ pub(super) struct Table {
 
 impl Table {
     /// A table that is written into a file, which is created with its first row.
-    pub(super) fn new(path: PathBuf) -> Table {
-        Table { path, file: None, columns: None, waiting: Vec::new(), waiting_bytes: 0 }
+    pub(super) fn new(stream: String, path: PathBuf) -> Table {
+        Table { stream, path, file: None, columns: None, waiting: Vec::new(), waiting_bytes: 0 }
     }
 
     /// Writes a record, or keeps it until its columns are known.
@@ -91,19 +92,25 @@ impl Table {
     /// Finishes the table: waiting records are written as far as their columns are known, and every row gets the columns
     /// that were found after its header.
     pub(super) fn finish(&mut self) -> io::Result<()> {
+        self.conclude()?;
+        for lack in self.lacks() {
+            tracing::warn!("{}: {lack}", self.stream);
+        }
+        let columns = self.columns.take();
+        columns.map_or(Ok(()), |columns| columns.layout().complete(&self.path))
+    }
+
+    /// Writes what still waits.
+    pub(super) fn conclude(&mut self) -> io::Result<()> {
         if let Some(last) = self.waiting.pop() {
             self.begin(&last, None)?;
         }
-        self.close()?;
-        let Some(columns) = self.columns.take() else { return Ok(()) };
-        if columns.left_out() > 0 {
-            let left_out = counted(columns.left_out(), "value has", "values have");
-            tracing::warn!(
-                "{}: {left_out} no column, as there would be too many",
-                self.path.display()
-            );
-        }
-        columns.layout().complete(&self.path)
+        self.close()
+    }
+
+    /// What it does not have of its stream, each as a sentence.
+    pub(super) fn lacks(&self) -> Vec<String> {
+        self.columns.as_ref().map(Columns::lacks).unwrap_or_default()
     }
 }
 

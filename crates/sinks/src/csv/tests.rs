@@ -189,6 +189,36 @@ fn an_array_that_grows_keeps_all_of_its_values() {
 }
 
 #[test]
+fn what_cannot_be_decoded_is_named() {
+    let lacks = |text: &str, cdr: &'static [u8]| {
+        let schema = Schema {
+            name: "own_msgs/msg/Own".into(),
+            encoding: "ros2msg".into(),
+            text: text.into(),
+            hash: String::new(),
+        };
+        let stream = messages("/r1/own", Some(Arc::new(schema)));
+        let mut session = Session::new();
+        session.report(0, &stream, Data::Message(Bytes::from_static(cdr)));
+        session.report(0, &stream, Data::Message(Bytes::from_static(cdr)));
+        let table = session.tables.by_stream.get_mut(&StreamId(0)).unwrap();
+        table.conclude().unwrap();
+        table.lacks()
+    };
+    assert_eq!(lacks("float64 x", &[0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]), [""; 0]);
+    assert_eq!(
+        lacks("float64 x", &[0, 1, 0, 0, 0, 0]),
+        ["2 messages have no values in its table: failed to read 8 bytes at byte 0 of a message: \
+          2 are left"]
+    );
+    assert_eq!(
+        lacks("", &[0, 1, 0, 0, 0, 0]),
+        ["its table has only the sizes of its messages: failed to read the definition of \
+          own_msgs/msg/Own: it is not known"]
+    );
+}
+
+#[test]
 fn a_sample_that_is_wider_than_its_first_keeps_all_of_its_numbers() {
     let mut session = Session::new();
     let stream = Stream::raw("/p1/own", Subject::robot("r1"), Shape::Sample);
