@@ -56,6 +56,11 @@ impl Csv {
     pub fn into_folder(folder: PathBuf) -> Box<dyn Sink> {
         Box::new(Tables::new(folder))
     }
+
+    /// The same, without the health of streams, which is computed anew: for recordings that have none.
+    pub fn without_health(folder: PathBuf) -> Box<dyn Sink> {
+        Box::new(Tables { has_health: false, ..Tables::new(folder) })
+    }
 }
 
 /// The tables of a session.
@@ -66,17 +71,21 @@ struct Tables {
     names: BTreeSet<String>,
     /// The streams with an open file, the last written to at the end.
     open: VecDeque<StreamId>,
+    /// Whether there is a table of the health of streams.
+    has_health: bool,
 }
 
 impl Tables {
     fn new(folder: PathBuf) -> Tables {
         let (by_stream, names, open) = (BTreeMap::new(), BTreeSet::new(), VecDeque::new());
-        Tables { folder, by_stream, names, open }
+        Tables { folder, by_stream, names, open, has_health: true }
     }
 
     fn write(&mut self, record: &Record) -> io::Result<()> {
-        if matches!(record.sample.data, Data::Description(_)) {
-            return Ok(());
+        match record.sample.data {
+            Data::Description(_) => return Ok(()),
+            Data::Status(_) if !self.has_health => return Ok(()),
+            _ => {}
         }
         let id = record.sample.stream;
         if !self.by_stream.contains_key(&id) {
@@ -105,7 +114,8 @@ impl Tables {
     /// The name of a stream's file; a second type on a topic gets its own file, named after the type.
     fn name_of(&mut self, stream: &Stream) -> String {
         let plain = stream.name.trim_matches('/').replace('/', "__");
-        let mut name = file_name(&plain);
+        let plainly = file_name(&plain);
+        let mut name = plainly.clone();
         if let (Shape::Message(schema), true) = (&stream.shape, self.names.contains(&lower(&name)))
         {
             name = file_name(&format!("{plain}__{}", schema.name.replace('/', "_")));
@@ -115,6 +125,12 @@ impl Tables {
         while !self.names.insert(lower(&name)) {
             name = format!("{first}_{number}");
             number += 1;
+        }
+        if name != plainly {
+            tracing::warn!(
+                "{}: its table is {name}.csv, as there is another {plainly}.csv",
+                stream.name
+            );
         }
         name
     }

@@ -98,7 +98,8 @@ impl Export {
         let (sink, written) = match self.onto() {
             Some(onto) => (self.aligned(onto, &bag, &folder)?, folder.join(TABLE)),
             None => match self.format {
-                Format::Csv => (Csv::into_folder(folder.clone()), folder),
+                Format::Csv if has_health(&bag) => (Csv::into_folder(folder.clone()), folder),
+                Format::Csv => (Csv::without_health(folder.clone()), folder),
             },
         };
         let source = source_of(&bag, Selection::RawAndDerived);
@@ -202,6 +203,11 @@ impl Export {
         let rule = rules.clone().find(named).or_else(|| rules.find(|rule| rule.streams.is_none()));
         rule.map_or(POLICY, |rule| rule.policy)
     }
+}
+
+/// Whether the health of streams was recorded: other recorders don't know it.
+fn has_health(bag: &Bag) -> bool {
+    bag.streams().iter().any(|known| known.stream.shape == Shape::Status)
 }
 
 /// A stream with its numbers as channels: all numbers of a message where none are named; `None` without

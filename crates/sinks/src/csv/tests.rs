@@ -4,6 +4,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use teampulse_core::data::{Event, EventKind, Wave};
 use teampulse_core::sample::{Sample, Turn};
+use teampulse_core::status::{State, StreamStatus};
 use teampulse_core::stream::{Channel, Schema, Subject};
 use teampulse_core::time::Time;
 use tempfile::{TempDir, tempdir};
@@ -234,6 +235,39 @@ fn a_sample_that_is_wider_than_its_first_keeps_all_of_its_numbers() {
         lines,
         ["x [m],value2", "1.500000000,2.000000000,7,1,", "1.500000000,2.000000000,7,2,3"]
     );
+}
+
+fn health() -> StreamStatus {
+    StreamStatus {
+        name: "/r1/x".into(),
+        state: State::Ok,
+        reason: String::new(),
+        rate_hz: 1.0,
+        age_secs: 0.0,
+        received: 1,
+        lost_source: None,
+        lost_queue: 0,
+        late: 0,
+        duplicates: 0,
+        clock: 0,
+        epoch: 0,
+        offset_secs: 0.0,
+        skew_ppm: 0.0,
+        jitter_secs: 0.0,
+        sigma_secs: 0.0,
+        latency_secs: 0.0,
+    }
+}
+
+#[test]
+fn the_health_of_streams_is_left_out_where_a_recording_has_none() {
+    for (has_health, names) in [(true, vec!["teampulse__status.csv"]), (false, vec![])] {
+        let mut session = Session::new();
+        session.tables.has_health = has_health;
+        let stream = Stream::raw("/teampulse/status", Subject::session(), Shape::Status);
+        session.report(0, &stream, Data::Status(Arc::new(health())));
+        assert_eq!(session.names(), names);
+    }
 }
 
 #[test]
