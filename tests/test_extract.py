@@ -304,7 +304,7 @@ def test_the_last_interval_counts_whatever_its_time(stage, method, late_secs):
 
 def test_what_is_chosen_or_left_out_is_printed_for_machines_too(stage):
     rows = [f"{k / RATE_HZ:.6f},{v:.4f}" for k, v in enumerate(ecg())]
-    rows[1000] = rows[999]
+    rows.insert(1000, rows[999])
     rows[2000] = rows[2000].split(",")[0]
     path = table(stage.folder / "odd.csv", rows, "t,ecg")
     followed = stage.ask("extract", path, "--signal", "ecg", "--json")
@@ -321,9 +321,23 @@ def test_samples_that_do_not_last_as_long_as_their_times_are_reported(stage):
     half = 60 * RATE_HZ
     times = [min(k, half) / RATE_HZ + max(k - half, 0) / RATE_HZ / 2 for k in range(len(ecg()))]
     path = table(stage.folder / "faster.csv", [f"{at:.6f},{v:.4f}" for at, v in zip(times, ecg())], "t,ecg")
-    notes = extract(stage, path, "--signal", "ecg")["notes"]
+    at_130_hz = ("--signal", "ecg", "--time", "t", "--rate", RATE_HZ)
+    notes = extract(stage, path, *at_130_hz)["notes"]
     assert any("at 130 Hz the samples last 120.0 s, by their times 90.0 s" in note for note in notes), notes
-    assert len(extract(stage, path, "--signal", "ecg", "--method", "causal")["notes"]) == 1
+    assert extract(stage, path, *at_130_hz, "--method", "causal")["notes"] == []
+    # Without a rate, the slower half lacks every second sample.
+    by_times = extract(stage, path, "--signal", "ecg")
+    assert by_times["rate_hz"] == 260 and any("rows are missing" in note for note in by_times["notes"]), by_times["notes"]
+
+
+@pytest.mark.parametrize("rate_hz", [400, 512])
+def test_times_in_whole_milliseconds_give_the_rate(stage, rate_hz):
+    rows = [f"{k / rate_hz:.3f},{v:.4f}" for k, v in enumerate(ecg(rate_hz=rate_hz))]
+    extracted = extract(stage, table(stage.folder / "ms.csv", rows, "time,ecg"), "--signal", "ecg")
+    assert extracted["rate_hz"] == rate_hz
+    assert not any("missing" in note for note in extracted["notes"]), extracted["notes"]
+    beats = [event["time_secs"] for event in extracted["events"]]
+    assert beats == pytest.approx(BEAT_SECS, abs=0.02)
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])

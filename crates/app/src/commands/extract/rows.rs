@@ -91,7 +91,8 @@ impl Rows {
                 break row;
             }
         };
-        let at_ns = self.times.of(&row);
+        let following_ns = self.table.following_ns(self.times.needs(&row)).map_err(failure)?;
+        let at_ns = self.times.of(&row, &following_ns);
         // A pause of more than a day is a wrong time, not a gap.
         match self.times.jump_secs() {
             Some(step_secs) => Err(failure(TableError::Jump { line: row.line, step_secs })),

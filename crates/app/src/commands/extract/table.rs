@@ -7,10 +7,12 @@ mod dates;
 mod dialect;
 mod empatica;
 mod error;
+mod grid;
 mod head;
 mod line;
 mod line_reader;
 mod oddity;
+mod sampling;
 mod times;
 mod units;
 mod utf16;
@@ -21,7 +23,9 @@ use std::path::Path;
 pub use columns::Wanted;
 pub use dialect::Decimal;
 pub use error::TableError;
+pub use grid::Grid;
 pub use oddity::Oddity;
+pub use sampling::Sampling;
 pub use units::{is_raw, is_unit};
 
 use columns::{Columns, is_own_time};
@@ -29,10 +33,11 @@ use head::Head;
 use line::number;
 use line_reader::{LineReader, TextLine};
 use oddity::Oddities;
-use times::{Uneven, usual_rate_hz};
+use times::Uneven;
 
-/// Rows from which the rate is estimated where nothing states it.
-const FIRST_ROWS: usize = 2000;
+/// Rows from which the sampling is estimated, and the most cells of them.
+const FIRST_ROWS: usize = 20_000;
+const FIRST_CELLS: usize = 1 << 20;
 
 /// A table that is read row by row.
 ///
@@ -50,7 +55,7 @@ pub struct Table {
     head: Head,
     /// Whether an empty line between others is a missing sample: where a line holds one sample and nothing else.
     counts_empty: bool,
-    rate_hz: f64,
+    sampling: Sampling,
     /// Rows that were returned.
     rows: usize,
     oddities: Oddities,
@@ -92,15 +97,12 @@ impl Table {
             counts_empty,
             ahead: VecDeque::new(),
             columns,
-            rate_hz: 0.0,
+            sampling: Sampling::even(1.0),
             rows: 0,
             oddities: Oddities::default(),
             head,
         };
-        table.rate_hz = match rate_hz.or(table.head.rate_hz) {
-            Some(rate_hz) => rate_hz,
-            None => table.learnt_rate_hz(wanted)?,
-        };
+        table.sampling = table.learnt(wanted, rate_hz.or(table.head.rate_hz))?;
         Ok(table)
     }
 
@@ -111,7 +113,17 @@ impl Table {
 
     /// Samples a second [Hz].
     pub fn rate_hz(&self) -> f64 {
-        self.rate_hz
+        self.sampling.rate_hz
+    }
+
+    /// How rows with times are sampled.
+    pub fn sampling(&self) -> Option<Sampling> {
+        self.columns.time.is_some().then_some(self.sampling)
+    }
+
+    /// The times of the next rows, up to this many [ns].
+    pub fn following_ns(&mut self, count: usize) -> Result<Vec<i64>, TableError> {
+        Ok(self.peek(count)?.filter_map(|row| row.at_ns).collect())
     }
 
     /// Names of the columns that are read.
@@ -178,31 +190,40 @@ impl Table {
         oddity.add(count, row.line);
     }
 
-    fn learnt_rate_hz(&mut self, wanted: &Wanted) -> Result<f64, TableError> {
+    /// The sampling of the rows, at the known rate if there is one [Hz].
+    fn learnt(&mut self, wanted: &Wanted, known_hz: Option<f64>) -> Result<Sampling, TableError> {
         if !wanted.is_even {
-            return Ok(1.0);
+            return Ok(Sampling::even(known_hz.unwrap_or(1.0)));
         }
-        if self.columns.time.is_none() {
-            return Err(TableError::NoRate { time: self.head.time_like() });
-        }
-        let times_ns: Vec<i64> = self.peek(FIRST_ROWS)?.filter_map(|row| row.at_ns).collect();
-        let column = self.columns.time.as_ref().map(|time| self.head.name(time.place));
-        if let Some(column) = column.filter(|name| wanted.time.is_none() && !is_own_time(name))
-            && let Some(uneven) = Uneven::of(&times_ns)
-        {
-            return Err(match uneven {
-                Uneven::Coarse { whole_hz } => TableError::Coarse { column, whole_hz },
-                Uneven::Bursts { within_hz, whole_hz } => {
-                    TableError::Bursts { column, within_hz, whole_hz }
-                }
+        let Some(time) = &self.columns.time else {
+            let no_rate = || TableError::NoRate { time: self.head.time_like() };
+            return known_hz.map(Sampling::even).ok_or_else(no_rate);
+        };
+        let column = self.head.name(time.place);
+        let rows = FIRST_ROWS.min(FIRST_CELLS / self.columns.places.len().max(1));
+        let times_ns = self.following_ns(rows)?;
+        let sampling = match known_hz {
+            Some(known_hz) => Some(Sampling::at(&times_ns, known_hz)),
+            None => Sampling::of(&times_ns),
+        };
+        let Some(sampling) = sampling else {
+            return Err(match times_ns.len() {
+                0 | 1 => TableError::NoRate { time: None },
+                _ => TableError::NoStep { column },
             });
-        }
-        usual_rate_hz(&times_ns).ok_or_else(|| match &self.columns.time {
-            Some(time) if times_ns.len() > 1 => {
-                TableError::NoStep { column: self.head.name(time.place) }
+        };
+        let is_chosen = known_hz.is_some() || wanted.time.is_some() || is_own_time(&column);
+        if let Some(uneven) = Uneven::of(&times_ns).filter(|_| !is_chosen) {
+            match uneven {
+                Uneven::Coarse { .. } if sampling.is_steady(times_ns.len()) => {}
+                Uneven::Coarse { whole_hz } => return Err(TableError::Coarse { column, whole_hz }),
+                Uneven::Bursts { within_hz, whole_hz } => {
+                    return Err(TableError::Bursts { column, within_hz, whole_hz });
+                }
             }
-            _ => TableError::NoRate { time: None },
-        })
+        }
+        self.columns.notes.extend(sampling.note(&column));
+        Ok(sampling)
     }
 
     fn next_line(&mut self) -> Result<Option<TextLine>, TableError> {

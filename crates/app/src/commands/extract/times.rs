@@ -2,13 +2,15 @@
 
 use teampulse_features::analyses::Analysis;
 
-use super::table::{Row, Table};
+use super::table::{Grid, Row, Table};
 
 /// The times of successive rows: from a column; else from the rate, starting at zero; for intervals their
 /// sum.
 pub struct Times {
     signal: &'static Analysis,
     rate_hz: f64,
+    /// The even times behind the stamps of an evenly sampled signal.
+    grid: Option<Grid>,
     rows: usize,
     begin_ns: i64,
     last_ns: i64,
@@ -29,14 +31,24 @@ impl Times {
         let rate_hz = table.rate_hz();
         let dated_ns = table.begin_ns().unwrap_or(0);
         let (last_ns, sum_ns) = (i64::MIN, begin_ns);
-        Times { signal, rate_hz, rows: 0, begin_ns, last_ns, sum_ns, step_ns: 0, dated_ns }
+        let grid = table.sampling().filter(|_| signal.is_even()).map(Grid::new);
+        Times { signal, rate_hz, grid, rows: 0, begin_ns, last_ns, sum_ns, step_ns: 0, dated_ns }
     }
 
-    /// When the next row was measured [ns].
-    pub fn of(&mut self, row: &Row) -> i64 {
+    /// How many of the times after the next row are needed to place it.
+    pub fn needs(&self, row: &Row) -> usize {
+        self.grid.as_ref().zip(row.at_ns).map_or(0, |(grid, at_ns)| grid.needs(at_ns))
+    }
+
+    /// When the next row was measured [ns]; the times of those after it are `following_ns`.
+    pub fn of(&mut self, row: &Row, following_ns: &[i64]) -> i64 {
         let even_ns = (self.rows as f64 / self.rate_hz * 1e9).round() as i64 + self.dated_ns;
         let is_even = self.signal.is_even();
-        let at_ns = match row.at_ns {
+        let placed_ns = self.grid.as_mut().and_then(|grid| match row.at_ns {
+            Some(at_ns) => Some(grid.place(at_ns, following_ns).at_ns),
+            None => grid.after_last(),
+        });
+        let at_ns = match placed_ns.or(row.at_ns) {
             Some(at_ns) if is_even => at_ns,
             Some(at_ns) => self.in_turn(at_ns),
             None if is_even => even_ns,

@@ -2,7 +2,8 @@
 
 use super::dates::{DAY_NS, Order, date_ns, has_zone, minutes_ns, order, time_of_day_ns};
 use super::line::number;
-use super::times::{nanos, usual_rate_hz};
+use super::sampling::Sampling;
+use super::times::nanos;
 
 /// Units of time, with their lengths [ns].
 const UNITS: [(&str, i64); 4] = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)];
@@ -124,15 +125,16 @@ impl Clock {
         if let Some(excel) = Clock::of_spreadsheet(name, &cells, least_hz) {
             return Some(excel);
         }
-        let rate_hz = |ns: i64| {
+        let rate_of_unit_hz = |ns: i64| {
             let times = cells.iter().filter_map(|cell| nanos(cell, ns).ok().flatten());
-            usual_rate_hz(&times.collect::<Vec<_>>())
+            rate_hz(&times.collect::<Vec<_>>())
         };
         let fits = |(_, ns): &&(&str, i64)| {
-            rate_hz(*ns).is_some_and(|rate_hz| (least_hz..=MOST_HZ).contains(&rate_hz))
+            rate_of_unit_hz(*ns).is_some_and(|rate_hz| (least_hz..=MOST_HZ).contains(&rate_hz))
         };
         // Steps of exactly one may as well be row numbers.
-        let counts = rate_hz(UNITS[0].1).is_some_and(|rate_hz| (rate_hz - 1.0).abs() < 1e-9);
+        let counts =
+            rate_of_unit_hz(UNITS[0].1).is_some_and(|rate_hz| (rate_hz - 1.0).abs() < 1e-9);
         let unit = UNITS.iter().find(fits).filter(|(unit, _)| *unit == "s" || !counts);
         let (unit, ns) = unit.copied().unwrap_or(UNITS[0]);
         let note =
@@ -176,13 +178,12 @@ impl Clock {
     /// Whether these cells are times at a plausible rate, `least_hz` at least [Hz].
     pub fn fits(&self, cells: &[&str], least_hz: f64) -> bool {
         let times = self.times_of(cells);
-        !times.is_empty()
-            && usual_rate_hz(&times).is_none_or(|hz| (least_hz..=MOST_HZ).contains(&hz))
+        !times.is_empty() && rate_hz(&times).is_none_or(|hz| (least_hz..=MOST_HZ).contains(&hz))
     }
 
     /// The rate of these cells as times [Hz].
     pub fn rate_hz(&self, cells: &[&str]) -> Option<f64> {
-        usual_rate_hz(&self.times_of(cells))
+        rate_hz(&self.times_of(cells))
     }
 
     fn times_of(&self, cells: &[&str]) -> Vec<i64> {
@@ -221,6 +222,11 @@ impl Clock {
     fn after(&self, at_ns: Option<i64>) -> Option<i64> {
         at_ns.map(|at_ns| at_ns.saturating_add(self.offset_ns))
     }
+}
+
+/// The rate of rows at these times [Hz].
+fn rate_hz(times_ns: &[i64]) -> Option<f64> {
+    Sampling::of(times_ns).map(|sampling| sampling.rate_hz)
 }
 
 #[cfg(test)]

