@@ -39,11 +39,19 @@ use options::{failure, mains, seconds, warn};
 use progress::Progress;
 use report::{Report, Score};
 use table::{TableError, is_raw};
+use truth::Marks;
 use windows::{Lengths, Windows};
 
 /// Events count as found within these distances of the true ones [s]: the usual tolerance for beats, and
-/// one that is fine enough for their intervals.
-const TOLERANCES_SECS: [f64; 2] = [0.15, 0.05];
+/// one that is fine enough for their intervals; slower events have less exact onsets.
+const fn tolerances_secs(signal: Signal) -> &'static [f64] {
+    match signal {
+        Signal::Eda => &[1.0],
+        Signal::Respiration => &[0.5],
+        _ => &[0.15, 0.05],
+    }
+}
+
 /// The most cells that are held at once: half a gigabyte, of which an analysis needs several copies.
 const MOST_CELLS: usize = 1 << 26;
 
@@ -88,7 +96,9 @@ pub struct Extract {
     /// PPG are corrected
     #[arg(long, value_name = "WHAT")]
     artefacts: Option<analyses::Artefacts>,
-    /// A table of true events (column `sample`, or `time_secs`) to score the detected ones against
+    /// A table of true events to score the detected ones against: column `sample`, or `time_secs` on the time axis of
+    /// the table. Of beats and pulses within 150 and 50 ms, of skin responses the onsets within 1 s, of breaths the
+    /// onsets within 0.5 s
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     #[command(flatten)]
@@ -133,8 +143,14 @@ impl Extract {
         warn(&rows, &mut found);
         let score = match &self.truth {
             Some(truth) => {
-                let truth = truth::read(truth, rate_hz).map_err(failure)?;
-                Some(Extract::score(&found, &truth, rate_hz))
+                let times = rows.times();
+                let span_secs = (times.begin_ns() as f64 / 1e9, times.end_ns() as f64 / 1e9);
+                let marks = Marks::read(truth).map_err(failure)?;
+                let (places, note) = marks.places(span_secs, rate_hz);
+                if let Some(note) = note {
+                    found.note(note);
+                }
+                Some(self.score(&found, &places, rate_hz))
             }
             None => None,
         };
@@ -342,10 +358,10 @@ impl Extract {
         if self.signal.is_even() { end_ns } else { end_ns.max(last_beat_ns.saturating_add(1)) }
     }
 
-    fn score(found: &Found, truth: &[f64], rate_hz: f64) -> Vec<Score> {
+    fn score(&self, found: &Found, truth: &[f64], rate_hz: f64) -> Vec<Score> {
         let agreement = |secs: f64| matched(truth, &found.places, secs * rate_hz);
         let score = |&secs: &f64| Score::new(secs, &agreement(secs), rate_hz);
-        TOLERANCES_SECS.iter().map(score).collect()
+        tolerances_secs(self.signal.signal).iter().map(score).collect()
     }
 }
 

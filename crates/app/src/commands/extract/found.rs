@@ -79,7 +79,11 @@ impl Found {
         }
         self.last_event_ns = self.last_event_ns.max(event.at_ns);
         if self.scored == Some(event.kind) {
-            self.places.push(event.sample);
+            // A skin response is placed at its peak, but marked at its onset.
+            let is_response = event.kind == "response";
+            let onset =
+                event.details.iter().find(|(name, _)| is_response && *name == "onset_sample");
+            self.places.push(onset.map_or(event.sample, |(_, onset)| *onset));
         }
         match self.purpose {
             Purpose::Kept => self.events.push(event),

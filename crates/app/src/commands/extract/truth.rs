@@ -4,21 +4,69 @@ use std::path::Path;
 
 use super::table::{Table, TableError, Wanted};
 
-/// Reads the places of true events [samples] from a table's column `sample`, or `time_secs`, or from
-/// the first column of a table without names.
-pub fn read(path: &Path, rate_hz: f64) -> Result<Vec<f64>, TableError> {
-    match column(path, "sample") {
-        Err(TableError::NoColumn { there, .. }) if there.iter().any(|name| name == "time_secs") => {
-            let times_secs = column(path, "time_secs")?;
-            Ok(times_secs.into_iter().map(|secs| secs * rate_hz).collect())
+/// Events that an expert marked.
+pub enum Marks {
+    /// Their places [samples].
+    Samples(Vec<f64>),
+    /// Their times [s].
+    Secs(Vec<f64>),
+}
+
+impl Marks {
+    /// Reads a table's column `sample`, or `time_secs`, or the first column of a table without names as samples.
+    pub fn read(path: &Path) -> Result<Marks, TableError> {
+        match column(path, "sample") {
+            Err(TableError::NoColumn { there, .. })
+                if there.iter().any(|name| name == "time_secs") =>
+            {
+                column(path, "time_secs").map(Marks::Secs)
+            }
+            Err(TableError::NoColumn { there, .. })
+                if there.first().is_some_and(|name| name == "1") =>
+            {
+                column(path, "1").map(Marks::Samples)
+            }
+            read => read.map(Marks::Samples),
         }
-        Err(TableError::NoColumn { there, .. })
-            if there.first().is_some_and(|name| name == "1") =>
-        {
-            column(path, "1")
-        }
-        read => read,
     }
+
+    /// Their places in a recording from one time to another [s] at a rate [Hz], and a note on what they are taken as.
+    /// Times are on the axis of the recording; if none lies within it, they are times after its first sample.
+    pub fn places(
+        self,
+        (begin_secs, end_secs): (f64, f64),
+        rate_hz: f64,
+    ) -> (Vec<f64>, Option<String>) {
+        let length_secs = end_secs - begin_secs;
+        let is_within = |secs: &f64| (0.0..=length_secs).contains(secs);
+        let (places, offset_secs, note) = match self {
+            Marks::Samples(places) => {
+                let is_any_within = places.iter().any(|place| is_within(&(place / rate_hz)));
+                (places, 0.0, (!is_any_within).then(|| outside(begin_secs, end_secs)))
+            }
+            Marks::Secs(times_secs) => {
+                let is_on_axis = times_secs.iter().any(|secs| is_within(&(secs - begin_secs)));
+                let is_after_first = times_secs.iter().any(is_within);
+                let (offset_secs, note) = match (is_on_axis, is_after_first) {
+                    (true, _) => (begin_secs, None),
+                    (false, true) => (0.0, Some(
+                        "the times of --truth are taken as those after the first sample: none of them lies within the \
+                         recording on its own time axis".to_owned(),
+                    )),
+                    (false, false) => (begin_secs, Some(outside(begin_secs, end_secs))),
+                };
+                (times_secs.into_iter().map(|secs| secs * rate_hz).collect(), offset_secs, note)
+            }
+        };
+        let places = places.into_iter().map(|place| place - offset_secs * rate_hz).collect();
+        (places, note)
+    }
+}
+
+fn outside(begin_secs: f64, end_secs: f64) -> String {
+    format!(
+        "no event of --truth is within the recording, which is from {begin_secs:.3} to {end_secs:.3} s"
+    )
 }
 
 /// The columns with the times of events [s]: of tables that `extract` reads and writes, of `events.tsv`, and of events
@@ -64,4 +112,23 @@ fn column(path: &Path, name: &str) -> Result<Vec<f64>, TableError> {
         places.extend(row.values.iter().filter(|place| place.is_finite()));
     }
     Ok(places)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn true_events_are_on_the_axis_of_the_recording_or_after_its_first_sample() {
+        let placed = |secs: &[f64]| Marks::Secs(secs.to_vec()).places((1000.0, 1060.0), 10.0);
+        assert_eq!(placed(&[1001.0, 1002.0]), (vec![10.0, 20.0], None));
+        let (places, note) = placed(&[1.0, 2.0]);
+        assert_eq!(places, [10.0, 20.0]);
+        assert!(note.is_some_and(|note| note.contains("after the first sample")));
+        let (_, note) = placed(&[5000.0]);
+        assert!(
+            note.is_some_and(|note| note.contains("no event of --truth is within the recording"))
+        );
+        assert_eq!(Marks::Samples(vec![7.0]).places((1000.0, 1060.0), 10.0), (vec![7.0], None));
+    }
 }
