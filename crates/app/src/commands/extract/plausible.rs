@@ -11,6 +11,10 @@ pub const FIRST: usize = 20;
 pub const INTERVALS_MS: (f64, f64) = (200.0, 3000.0);
 /// Highest skin conductance [uS].
 const MOST_EDA_US: f64 = 100.0;
+/// A recording whose largest number is smaller is one in another unit: of a skin conductance, in siemens [uS]; of an
+/// EEG, in volts or millivolts [uV].
+const LEAST_EDA_US: f64 = 5e-5;
+const LEAST_EEG_UV: f64 = 0.1;
 /// Lowest and highest skin temperature of a living person [degC].
 const SKIN_DEG_C: (f64, f64) = (-20.0, 60.0);
 /// Highest typical acceleration of a person [g].
@@ -21,11 +25,13 @@ pub struct Plausible {
     signal: Signal,
     first: Vec<f64>,
     are_whole: bool,
+    /// The largest magnitude of all numbers.
+    largest: f64,
 }
 
 impl Plausible {
     pub fn new(signal: Signal) -> Plausible {
-        Plausible { signal, first: Vec::with_capacity(FIRST), are_whole: true }
+        Plausible { signal, first: Vec::with_capacity(FIRST), are_whole: true, largest: 0.0 }
     }
 
     /// Takes in a row: its first number, or the magnitude of the three of an acceleration.
@@ -34,10 +40,31 @@ impl Plausible {
             Signal::Acceleration => values.iter().map(|value| value * value).sum::<f64>().sqrt(),
             _ => values.first().copied().unwrap_or(f64::NAN),
         };
+        self.largest = values.iter().fold(self.largest, |largest, value| largest.max(value.abs()));
         if self.first.len() < FIRST && number.is_finite() {
             self.first.push(number);
             self.are_whole &= values.iter().all(|value| value.fract() == 0.0);
         }
+    }
+
+    /// Why the numbers of a whole recording are too small, with a remedy. Zeros alone are not in another unit.
+    pub fn too_small(&self) -> Result<(), Failure> {
+        let largest = self.largest;
+        if largest <= 0.0 || self.first.len() < FIRST {
+            return Ok(());
+        }
+        let (message, hint) = match self.signal {
+            Signal::Eda if largest < LEAST_EDA_US => (
+                format!("a skin conductance of at most {largest:.2e} uS is too small"),
+                "give --unit S if it is in siemens",
+            ),
+            Signal::Eeg if largest < LEAST_EEG_UV => (
+                format!("an EEG of at most {largest:.2e} uV is too small"),
+                "give --unit V or --unit mV if that is its unit",
+            ),
+            _ => return Ok(()),
+        };
+        Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
     }
 
     /// Why the numbers are implausible, with a remedy.
@@ -96,6 +123,27 @@ mod tests {
         }
         for signal in [Signal::Ecg, Signal::Ppg, Signal::Emg, Signal::Other] {
             assert!(!is_refused(signal, &[1812.0]), "{signal:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_far_too_small_for_their_unit_are_refused_when_all_are() {
+        let refused = |signal: Signal, numbers: &[f64]| {
+            let mut plausible = Plausible::new(signal);
+            (0..FIRST).for_each(|row| plausible.take(&[numbers[row % numbers.len()]]));
+            plausible.too_small().err().map(|failure| failure.words().1)
+        };
+        let hint = refused(Signal::Eda, &[5e-6, 6e-6]).unwrap();
+        assert!(hint.contains("--unit S"), "{hint}");
+        let hint = refused(Signal::Eeg, &[-3e-6, 2e-5]).unwrap();
+        assert!(hint.contains("--unit V"), "{hint}");
+        for (signal, numbers) in [
+            (Signal::Eda, &[0.0][..]),
+            (Signal::Eda, &[5e-6, 0.01]),
+            (Signal::Eeg, &[0.0, 0.5]),
+            (Signal::Emg, &[1e-9]),
+        ] {
+            assert!(refused(signal, numbers).is_none(), "{signal:?}: {numbers:?}");
         }
     }
 

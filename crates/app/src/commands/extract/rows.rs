@@ -80,6 +80,7 @@ impl Rows {
         let row = loop {
             let Some(mut row) = self.table.next_row().map_err(failure)? else {
                 self.plausible.refused()?;
+                self.plausible.too_small()?;
                 return Ok(None);
             };
             self.scaling.apply(&mut row.values);
