@@ -169,11 +169,14 @@ impl Scaling {
     }
 }
 
-/// Fails for an unknown unit of a voltage; other signals without a unit to convert to may have any.
+/// Fails for another unit of a voltage; other signals without a unit to convert to may have any.
 fn known(signal: &'static Analysis, unit: Option<&str>) -> Result<(), Failure> {
     let is_voltage = matches!(signal.signal, Signal::Ecg | Signal::Emg);
-    let Some(unknown) = unit.filter(|unit| is_voltage && !is_unit(unit)) else { return Ok(()) };
-    let message = format!("--unit {unknown} of {} is not a known unit", signal.word());
+    let is_of_voltage =
+        |unit: &str| is_raw(unit) || unit == "1" || Conversion::between(unit, "mV").is_some();
+    let Some(other) = unit.filter(|unit| is_voltage && !is_of_voltage(unit)) else { return Ok(()) };
+    let what = if is_unit(other) { "not a unit of voltage" } else { "not a known unit" };
+    let message = format!("--unit {other} of {} is {what}", signal.word());
     let hint = format!("known are {}, and counts of a converter", accepted("mV").join(", "));
     Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
 }
@@ -246,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_of_a_voltage_must_be_known() {
+    fn the_unit_of_a_voltage_is_one_of_voltages() {
         let rated = |signal, unit| {
             let text = "# Sampling Rate: 100 Hz\nx\n1\n2\n";
             rows(signal, text, Some(unit)).map(|_| ()).map_err(|failure| failure.words())
@@ -254,6 +257,8 @@ mod tests {
         let (message, hint) = rated(Signal::Ecg, "banana").unwrap_err();
         assert_eq!(message, "--unit banana of ecg is not a known unit");
         assert!(hint.contains("mV, V"), "{hint}");
+        let (message, _) = rated(Signal::Ecg, "uS").unwrap_err();
+        assert_eq!(message, "--unit uS of ecg is not a unit of voltage");
         for unit in ["mV", "uV", "millivolts", "counts", "1"] {
             assert!(rated(Signal::Ecg, unit).is_ok(), "{unit}");
         }
