@@ -86,7 +86,10 @@ impl<'a> Iterator for Cells<'a> {
 /// The number of a cell: NaN for a cell marked as missing, `None` for text. A comma in a cell is decimal:
 /// where commas separate, the cell was quoted.
 pub fn number(cell: &str) -> Option<f64> {
-    const NONE: [&str; 7] = ["", "na", "n/a", "null", "none", "-", "?"];
+    // The last ones are errors of spreadsheets.
+    const NONE: [&str; 12] = [
+        "", "na", "n/a", "null", "none", "-", "?", "#n/a", "#div/0!", "#value!", "#num!", "#null!",
+    ];
     if let Ok(number) = cell.parse::<f64>() {
         return Some(if number.is_finite() { number } else { f64::NAN });
     }
@@ -132,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_mark_of_a_missing_value_is_not_a_number() {
-        for cell in ["", "NaN", "NA", "inf", "-inf", "null", "1e999"] {
+        for cell in ["", "NaN", "NA", "inf", "-inf", "null", "1e999", "#N/A", "#DIV/0!"] {
             assert!(number(cell).is_some_and(f64::is_nan), "{cell}");
         }
         assert_eq!(number("abc"), None);

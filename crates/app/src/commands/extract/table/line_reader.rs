@@ -175,5 +175,8 @@ pub fn is_rule(line: &str) -> bool {
 
 /// Whether a line is a comment.
 pub fn is_comment(line: &str) -> bool {
-    line.trim_start().starts_with(['#', '%'])
+    let line = line.trim_start();
+    // A cell of a spreadsheet with an error begins like a comment.
+    line.starts_with(['#', '%'])
+        && !["#N/A", "#DIV/0!", "#VALUE!", "#NUM!", "#NULL!"].iter().any(|it| line.starts_with(it))
 }
