@@ -53,7 +53,7 @@ pub enum TableError {
         text: String,
     },
     /// The named column does not exist.
-    #[error("find the column {wanted}; the table has: {}", .there.join(", "))]
+    #[error("find the column {wanted}; the table has: {}", listed(.there))]
     NoColumn {
         /// The requested column.
         wanted: String,
@@ -67,7 +67,7 @@ pub enum TableError {
         column: String,
     },
     /// Several columns match.
-    #[error("choose the column with {signal}; the table has: {}", .there.join(", "))]
+    #[error("choose the column with {signal}; the table has: {}", listed(.there))]
     WhichColumn {
         /// The signal that was looked for.
         signal: &'static str,
@@ -205,5 +205,28 @@ impl TableError {
             }
             TableError::Begin { .. } => "start the table with its samples".into(),
         }
+    }
+}
+
+/// The most names of columns that are listed.
+const MOST_LISTED: usize = 30;
+
+/// Names of columns: where there are many, the first of them.
+fn listed(names: &[String]) -> String {
+    match names.len().saturating_sub(MOST_LISTED) {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names[..MOST_LISTED].join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_columns_the_first_are_listed() {
+        let there: Vec<String> = (1..=75_000).map(|number| number.to_string()).collect();
+        let message = TableError::WhichColumn { signal: "ecg", there }.to_string();
+        assert!(message.ends_with("29, 30 and 74970 more") && message.len() < 200, "{message}");
     }
 }
