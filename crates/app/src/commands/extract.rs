@@ -321,7 +321,7 @@ impl Extract {
             events: &events,
             windows: &*whole.windows,
         })?;
-        if let Some(note) = found.around.note.take() {
+        for note in std::mem::take(&mut found.around.notes) {
             found.note(note);
         }
         for span in Windows::new(begin_ns, Lengths::new(self.window, self.hop)).rest(end_ns) {

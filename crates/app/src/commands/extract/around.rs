@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::Args;
+use teampulse_core::counted::counted;
 use teampulse_core::stream::Signal;
 use teampulse_features::analyses::Analysis;
 use teampulse_signal::analysis::{Event, Measured, Reason, Span, Value, Windows};
@@ -45,8 +46,8 @@ pub struct Around {
     pub values: Vec<Value>,
     /// The time of each event [s], and its values.
     pub events: Vec<(f64, Measured)>,
-    /// Why no event has values, if none is within the recording.
-    pub note: Option<String>,
+    /// Why events have no values: those without a time, or all that are outside of the recording.
+    pub notes: Vec<String>,
 }
 
 /// A recording with its beats or responses.
@@ -108,12 +109,17 @@ impl AroundArgs {
         let Some(path) = &self.around else { return Ok(Around::default()) };
         let events_secs = times_secs(path, analysed)?;
         let failed = |error: SignalError| Failure::new(error.to_string()).exit(Exit::BadArguments);
-        let note = analysed.outside(&events_secs);
+        let left_out = truth::left_out(path).map_err(failure)?;
+        let without_time = (left_out > 0).then(|| {
+            let events = counted(left_out, "event", "events");
+            format!("{events} of --around without a time: left out")
+        });
+        let notes = without_time.into_iter().chain(analysed.outside(&events_secs)).collect();
         let around = match kind(analysed.signal) {
             Some(Kind::Heart) => self.heart(analysed, events_secs).map_err(failed),
             _ => self.skin(analysed, events_secs).map_err(failed),
         };
-        Ok(Around { note, ..around? })
+        Ok(Around { notes, ..around? })
     }
 
     fn heart(&self, analysed: &Analysed<'_>, events_secs: Vec<f64>) -> Result<Around, SignalError> {
@@ -139,7 +145,7 @@ impl AroundArgs {
         Ok(Around {
             events: events.collect(),
             values: heart_values(self.baseline, count, analysed),
-            note: None,
+            notes: Vec::new(),
         })
     }
 
@@ -164,7 +170,7 @@ impl AroundArgs {
             };
             (secs, Measured { values, ..whole })
         });
-        Ok(Around { events: events.collect(), values: skin_values(window), note: None })
+        Ok(Around { events: events.collect(), values: skin_values(window), notes: Vec::new() })
     }
 }
 

@@ -93,7 +93,23 @@ pub fn times_secs(
     }
 }
 
+/// How many rows of the table have no time, or no number where one was expected.
+pub fn left_out(path: &Path) -> Result<usize, TableError> {
+    let is_there = |name: &&str| !matches!(column(path, name), Err(TableError::NoColumn { .. }));
+    let names = [&TIMES[..], &["sample"]].concat();
+    let name = names.into_iter().find(is_there).unwrap_or(TIMES[0]);
+    Ok(cells(path, name)?.iter().filter(|cell| !cell.is_finite()).count())
+}
+
+/// The numbers in a column.
 fn column(path: &Path, name: &str) -> Result<Vec<f64>, TableError> {
+    let mut numbers = cells(path, name)?;
+    numbers.retain(|number| number.is_finite());
+    Ok(numbers)
+}
+
+/// The cells of a column, NaN where there is no number.
+fn cells(path: &Path, name: &str) -> Result<Vec<f64>, TableError> {
     let wanted = Wanted {
         signal: "true events",
         words: &[],
@@ -107,16 +123,24 @@ fn column(path: &Path, name: &str) -> Result<Vec<f64>, TableError> {
         decimal: None,
     };
     let mut table = Table::open(path, &wanted, Some(1.0))?;
-    let mut places = Vec::new();
+    let mut cells = Vec::new();
     while let Some(row) = table.next_row()? {
-        places.extend(row.values.iter().filter(|place| place.is_finite()));
+        cells.extend(row.values);
     }
-    Ok(places)
+    Ok(cells)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn events_without_a_time_are_counted() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("events.tsv");
+        std::fs::write(&path, "onset\ttrial_type\n1.5\tgo\nn/a\tgo\nnan\tstop\n").unwrap();
+        assert_eq!((times_secs(&path, None).unwrap(), left_out(&path).unwrap()), (vec![1.5], 2));
+    }
 
     #[test]
     fn true_events_are_on_the_axis_of_the_recording_or_after_its_first_sample() {
