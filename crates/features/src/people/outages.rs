@@ -19,6 +19,8 @@ use crate::value::moment;
 const USUAL_INTERVALS: f64 = 3.0;
 /// Samples within this time are one arrival [s]: some devices send those of five seconds at once.
 const BURST_SECS: f64 = 0.02;
+/// Samples that follow each other that closely for this long are no burst but a fast stream [s].
+const LONGEST_BURST_SECS: f64 = 0.5;
 /// The longest assumed interval of a stream with a single sample so far [s].
 const SLOWEST_SECS: f64 = 60.0;
 /// Signals whose numbers never stay constant for long on a living body.
@@ -103,6 +105,8 @@ struct OutagesExtractor {
 /// The arrivals of a stream so far.
 struct Presence {
     last_arrival: Time,
+    /// The start of the current burst.
+    burst_began: Time,
     /// The end of the newest sample.
     newest: Time,
     /// The number of intervals between arrivals, and their sum, without silences [s].
@@ -111,6 +115,42 @@ struct Presence {
     is_silent: bool,
     /// Until when nothing could be received, as teampulse itself was suspended.
     deaf_until: Option<Time>,
+}
+
+impl Presence {
+    /// Those of a stream whose first sample arrives at this time.
+    fn since(arrival: Time, newest: Time) -> Presence {
+        Presence {
+            last_arrival: arrival,
+            burst_began: arrival,
+            newest,
+            intervals: 0.0,
+            came_secs: 0.0,
+            is_silent: false,
+            deaf_until: None,
+        }
+    }
+
+    /// Learns the usual interval from the next arrival, unless a silence precedes it.
+    fn arrive(&mut self, at: Time, was_silent: bool) {
+        let was_deaf = self.deaf_until.is_some_and(|until| until > self.last_arrival);
+        let waited_secs = at.secs_since(self.last_arrival);
+        let is_burst = waited_secs < BURST_SECS;
+        if was_silent || was_deaf {
+            self.burst_began = at;
+        } else if !is_burst {
+            self.came_after(waited_secs, at);
+        } else if at.secs_since(self.burst_began) >= LONGEST_BURST_SECS {
+            self.came_after(BURST_SECS, at);
+        }
+        self.last_arrival = at;
+    }
+
+    fn came_after(&mut self, interval_secs: f64, at: Time) {
+        self.intervals += 1.0;
+        self.came_secs += interval_secs;
+        self.burst_began = at;
+    }
 }
 
 /// Consecutive samples with the same numbers.
@@ -173,27 +213,12 @@ impl OutagesExtractor {
     fn arrive(&mut self, sample: &Sample, out: &mut Outputs) {
         let newest = end_of(sample);
         let Some(presence) = &mut self.presence else {
-            let (last_arrival, is_silent) = (sample.log_time, false);
-            let (intervals, came_secs) = (0.0, 0.0);
-            self.presence = Some(Presence {
-                last_arrival,
-                newest,
-                intervals,
-                came_secs,
-                is_silent,
-                deaf_until: None,
-            });
+            self.presence = Some(Presence::since(sample.log_time, newest));
             return;
         };
         let gone_secs = sample.measured.secs_since(presence.newest).max(0.0);
         let was_silent = std::mem::take(&mut presence.is_silent);
-        let was_deaf = presence.deaf_until.is_some_and(|until| until > presence.last_arrival);
-        let waited_secs = sample.log_time.secs_since(presence.last_arrival);
-        if !was_silent && !was_deaf && waited_secs >= BURST_SECS {
-            presence.intervals += 1.0;
-            presence.came_secs += waited_secs;
-        }
-        presence.last_arrival = sample.log_time;
+        presence.arrive(sample.log_time, was_silent);
         presence.newest = presence.newest.max(newest);
         if was_silent {
             let back = moment(EventKind::Marker, format!("{} is back", self.name));
@@ -347,6 +372,23 @@ mod tests {
             }
         }
 
+        /// Delivers a single sample, measured when it arrives.
+        fn arrive(&mut self, at_nanos: i64, value: f64) {
+            let log_time = Time::from_nanos(at_nanos);
+            let sample = Sample {
+                stream: StreamId(0),
+                measured: log_time,
+                log_time,
+                device_time: None,
+                source_time: None,
+                period_ns: 0.0,
+                index: 0,
+                turn: Turn::OnTime,
+                data: Data::Sample(Arc::new([value])),
+            };
+            self.watch.push(&sample, &mut self.out);
+        }
+
         fn pass(&mut self, to_secs: i32) {
             self.watch.tick(Time::from_stamp(to_secs, 0), &mut self.out);
         }
@@ -440,6 +482,21 @@ mod tests {
         assert!(ecg.reported().is_empty(), "{:?}", ecg.reported());
         ecg.pass(41);
         assert_eq!(ecg.reported().len(), 1, "three usual intervals have passed");
+    }
+
+    #[test]
+    fn a_fast_stream_that_dies_is_silent_after_the_set_time() {
+        for hz in [60, 128, 1000, 2000] {
+            let mut ecg = Ecg::new();
+            for k in 0..4 * hz {
+                // In runs of as many as share a millisecond.
+                ecg.arrive(k * 1000 / hz * 1_000_000, k as f64);
+            }
+            ecg.pass(8);
+            assert!(ecg.reported().is_empty(), "{hz} Hz: {:?}", ecg.reported());
+            ecg.pass(10);
+            assert_eq!(ecg.reported().len(), 1, "{hz} Hz: silent for six seconds");
+        }
     }
 
     #[test]
