@@ -35,7 +35,7 @@ impl Clock {
 
     /// The host's clock with an offset [s] and a skew [ppm]: for a simulated computer.
     pub fn host_off(ahead_secs: f64, fast_ppm: f64) -> Clock {
-        let (wall_at_start, started) = (wall(), Moment::now());
+        let (wall_at_start, started) = wall_and_moment(wall, Moment::now);
         Clock(Arc::new(Kind::Host { wall_at_start, started, ahead_secs, fast_ppm }))
     }
 
@@ -93,14 +93,9 @@ impl Clock {
 
     /// How far the session's clock is ahead of the machine's [monotonic](monotonic) one [ns].
     pub fn ahead_of_monotonic_nanos(&self) -> i64 {
-        // The fastest of some readings, as another program may run in the middle of one.
-        let reading = |_| {
-            let (before, now, after) = (monotonic(), self.now(), monotonic());
-            let took = after.saturating_sub(before);
-            let between = i64::try_from((before + took / 2).as_nanos()).unwrap_or(i64::MAX);
-            (took, now.nanos().saturating_sub(between))
-        };
-        (0..3).map(reading).min().map_or(0, |(_, ahead)| ahead)
+        let (now, between) = fastest(|| self.now(), monotonic);
+        let between = i64::try_from(between.as_nanos()).unwrap_or(i64::MAX);
+        now.nanos().saturating_sub(between)
     }
 
     /// How much the machine's wall clock was stepped and slewed since this clock began [ns]. Zero for a
@@ -108,11 +103,31 @@ impl Clock {
     pub fn wall_offset_nanos(&self) -> i64 {
         match &*self.0 {
             Kind::Host { wall_at_start, started, .. } => {
-                wall().nanos_since(*wall_at_start + started.elapsed())
+                let (wall, moment) = wall_and_moment(wall, Moment::now);
+                wall.nanos_since(*wall_at_start + moment.0.saturating_sub(started.0))
             }
             Kind::Set { .. } => 0,
         }
     }
+}
+
+/// The wall clock and the monotonic moment at which it had this time.
+fn wall_and_moment(wall: impl Fn() -> Time, moment: impl Fn() -> Moment) -> (Time, Moment) {
+    let (wall, moment) = fastest(wall, || moment().0);
+    (wall, Moment(moment))
+}
+
+/// The time of one clock and that of a monotonic one at the same moment: of three readings the fastest, as another
+/// program may run in the middle of one.
+fn fastest(clock: impl Fn() -> Time, monotonic: impl Fn() -> Duration) -> (Time, Duration) {
+    let reading = || {
+        let (before, now, after) = (monotonic(), clock(), monotonic());
+        let took = after.saturating_sub(before);
+        (took, now, before + took / 2)
+    };
+    let (_, now, between) =
+        [reading(), reading(), reading()].into_iter().min().unwrap_or_else(reading);
+    (now, between)
 }
 
 /// The machine's wall clock, for uses outside any session: names and ages of files.
@@ -181,6 +196,25 @@ mod tests {
         let clock = Clock::host_off(1.5, 40.0);
         assert!((clock.now().secs_since(wall()) - 1.5).abs() < 1.0);
         assert!(clock.wall_offset_nanos().abs() < 1_000_000_000);
+    }
+
+    #[test]
+    fn a_host_clock_is_right_even_if_another_program_runs_while_it_starts() {
+        use std::cell::Cell;
+
+        // Of all readings of the two clocks, these take 5 ms longer.
+        for slow in [1, 2, 3] {
+            let (count, elapsed) = (Cell::new(0), Cell::new(Duration::ZERO));
+            let pass = || {
+                count.set(count.get() + 1);
+                let took = Duration::from_micros(if count.get() == slow { 5000 } else { 1 });
+                elapsed.set(elapsed.get() + took);
+                elapsed.get()
+            };
+            let (wall, moment) = wall_and_moment(|| Time::EPOCH + pass(), || Moment(pass()));
+            let off = wall.nanos_since(Time::EPOCH + moment.0);
+            assert!(off.abs() < 2_000, "{off} ns");
+        }
     }
 
     #[test]
