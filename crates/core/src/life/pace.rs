@@ -13,11 +13,14 @@ const PAUSE_INTERVALS: f64 = 10.0;
 const PAUSE_SECS: f64 = 5.0;
 /// Samples within this time count as one arrival: networks and radios deliver in bursts [s].
 const BURST_SECS: f64 = 0.02;
+/// The first arrival is a backlog, which took longer than an interval, if it has more than this many times the samples
+/// of a usual one.
+const BACKLOG: f64 = 2.0;
 
 /// The rate of a stream: the number of samples between its first recent arrival and its last.
 ///
 /// The counted time ends with the last arrival, whose samples belong to the next interval: so the rate is right from
-/// the second arrival on.
+/// the second arrival on. Of a backlog at the start as many samples count as arrive at a time later on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pace {
     stretches: VecDeque<Stretch>,
@@ -33,6 +36,8 @@ struct Stretch {
     last: Time,
     arrivals: u64,
     samples: u64,
+    /// The samples of its first arrival.
+    first_samples: u64,
 }
 
 impl Pace {
@@ -57,9 +62,17 @@ impl Pace {
                 if !is_burst {
                     stretch.last = at;
                     stretch.arrivals += 1;
+                } else if stretch.arrivals == 1 {
+                    stretch.first_samples = stretch.samples;
                 }
             }
-            _ => self.stretches.push_back(Stretch { first: at, last: at, arrivals: 1, samples }),
+            _ => self.stretches.push_back(Stretch {
+                first: at,
+                last: at,
+                arrivals: 1,
+                samples,
+                first_samples: samples,
+            }),
         }
         let is_old = |stretch: &Stretch| at.secs_since(stretch.first) > WINDOW_SECS;
         while let Some(first) = self.stretches.front().copied().filter(is_old)
@@ -85,8 +98,21 @@ impl Pace {
             return 0.0;
         }
         let secs = last.secs_since(first.first) + (silent_secs - usual_secs).max(0.0);
+        self.counted_samples(first.first_samples) / secs
+    }
+
+    /// The samples of all arrivals but the last, without the backlog that the first may be.
+    fn counted_samples(&self, first_samples: u64) -> f64 {
         let samples = self.stretches.iter().map(|each| each.samples).fold(0, u64::saturating_add);
-        samples.saturating_sub(self.last_samples) as f64 / secs
+        let counted = samples.saturating_sub(self.last_samples);
+        let between = counted.saturating_sub(first_samples) as f64;
+        // The second arrival may be incomplete as long as there is no third.
+        let usual = match self.arrivals() {
+            ..3 => f64::INFINITY,
+            arrivals => between / (arrivals - 2) as f64,
+        };
+        let is_backlog = first_samples as f64 > BACKLOG * usual;
+        between + if is_backlog { usual } else { first_samples as f64 }
     }
 
     fn last(&self) -> Option<Time> {
@@ -149,6 +175,23 @@ mod tests {
             pace.arrived(73, at(f64::from(k) * 73.0 / 130.0));
             if k > 1 {
                 assert_rate(&pace, f64::from(k) * 73.0 / 130.0 + 0.2, 130.0);
+            }
+        }
+    }
+
+    #[test]
+    fn a_backlog_at_the_start_does_not_count() {
+        for (held, hz) in [(275_u64, 250.0), (1_100, 1000.0), (5, 1.0)] {
+            let mut pace = Pace::default();
+            // It is handed over piece by piece.
+            (0..held).for_each(|k| pace.arrived(1, at(k as f64 * 1e-6)));
+            for k in 1..3000 {
+                let now_secs = f64::from(k) / hz;
+                pace.arrived(1, at(now_secs));
+                if now_secs > 1.0 {
+                    let rate_hz = pace.rate_hz(at(now_secs));
+                    assert!((rate_hz / hz - 1.0).abs() < 0.05, "{rate_hz} Hz at {now_secs} s");
+                }
             }
         }
     }
