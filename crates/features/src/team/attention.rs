@@ -241,6 +241,10 @@ impl Extractor for AttentionExtractor {
             None => {}
         }
         self.alerts.report(&self.topics, out);
+        if matches!(sample.data, Data::Event(_)) && out.phases().is_over() {
+            let idle = self.watching.idle_so_far();
+            self.report_idle(idle, sample.log_time, out);
+        }
     }
 
     fn push_late(&mut self, sample: &Sample, out: &mut Outputs) {
@@ -250,12 +254,8 @@ impl Extractor for AttentionExtractor {
     fn tick(&mut self, now: Time, out: &mut Outputs) {
         self.watching.tick(now, &mut self.alerts);
         self.alerts.report(&self.topics, out);
-        if let Some(events) = self.topics.get(&Topic::Team) {
-            for words in self.watching.idle(now) {
-                let fault = moment(EventKind::Fault, words);
-                out.emit(*events, now, Data::Event(Arc::new(fault)));
-            }
-        }
+        let idle = self.watching.idle(now);
+        self.report_idle(idle, now, out);
         if let (Some(second), Some(state)) = (self.due.take(), self.state) {
             self.declare(out);
             out.emit(state, second, window_of(1.0, 1.0, 1.0, &self.values(second)));
@@ -289,6 +289,15 @@ impl AttentionExtractor {
             known(self.alerts.robots_in_need() as f64),
             oldest.map(Estimate::unstated).ok_or(Reason::Nothing),
         ]
+    }
+
+    /// Reports alerts that watch nothing.
+    fn report_idle(&self, idle: Vec<String>, at: Time, out: &mut Outputs) {
+        let Some(events) = self.topics.get(&Topic::Team) else { return };
+        for words in idle {
+            let fault = moment(EventKind::Fault, words);
+            out.emit(*events, at, Data::Event(Arc::new(fault)));
+        }
     }
 
     fn declare(&mut self, out: &mut Outputs) {

@@ -7,6 +7,7 @@ mod troubles;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
+use teampulse_core::alerts::{Alert, holds_alerts};
 use teampulse_core::counted::counted;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues};
 use teampulse_core::phases::Phases;
@@ -110,7 +111,7 @@ impl Board {
         let own = self.take_phase(stream, sample, event);
         self.team.take_event(stream, event, self.now);
         self.has_markers |= event.kind == EventKind::Marker;
-        if event.kind == EventKind::Fault && stream.name == session_events().name {
+        if is_of_session(stream, event) {
             self.faults.take(&event.label, self.now);
         }
         let time = clock_time(self.now);
@@ -353,6 +354,13 @@ fn streams(health: Option<Health>) -> StyledLine {
 /// The time of day in UTC.
 pub(super) fn clock_time(time: Time) -> String {
     time.to_string()[11..19].to_owned()
+}
+
+/// Whether an event is a fault of the session itself: one among its own events, or an alert of the study that watches
+/// nothing.
+fn is_of_session(stream: &Stream, event: &Event) -> bool {
+    let is_of_alerts = || holds_alerts(stream) && Alert::read(&event.label).is_none();
+    event.kind == EventKind::Fault && (stream.name == session_events().name || is_of_alerts())
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use teampulse_core::alerts::holds_alerts;
+use teampulse_core::alerts::{Alert, holds_alerts};
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::loss::Loss;
@@ -174,7 +174,7 @@ impl Summary {
                 self.counts.reports += 1;
                 self.counts.take_unused(event, is_about_nobody(stream, event, timeline));
             }
-            EventKind::Fault if !is_reported_elsewhere(stream) => {
+            EventKind::Fault if !is_reported_elsewhere(stream, event) => {
                 self.take_fault(&event.label, record.sample.measured);
             }
             _ => {}
@@ -211,10 +211,11 @@ fn is_too_short(values: &FeatureValues) -> bool {
     values.coverage >= ENOUGH && values.reasons.iter().all(|reason| *reason == Reason::Short)
 }
 
-/// Whether the faults of a stream are counted elsewhere, or repeat others.
-fn is_reported_elsewhere(stream: &Stream) -> bool {
+/// Whether a fault is counted elsewhere, repeats others, or is an alert: that someone was needed.
+fn is_reported_elsewhere(stream: &Stream, fault: &Event) -> bool {
     let name = stream.name.as_str();
-    holds_alerts(stream) || UNTOLD.contains(&name) || Loss::of_stream(stream).is_some()
+    let is_alert = holds_alerts(stream) && Alert::read(&fault.label).is_some();
+    is_alert || UNTOLD.contains(&name) || Loss::of_stream(stream).is_some()
 }
 
 /// The raw stream with this name, if it has samples of a signal: events and commands have no expected rate.

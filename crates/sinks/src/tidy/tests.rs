@@ -3,6 +3,7 @@ mod session;
 
 use std::fs;
 
+use teampulse_core::alerts::ALERTS;
 use teampulse_core::data::EventKind;
 use teampulse_core::session_streams::session_events;
 use teampulse_core::status::State;
@@ -351,6 +352,10 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     let fault = || event(EventKind::Fault, "robot1 offline", 5.0, 0.0);
     session.report(50.0, &session_events(), fault());
     session.report(58.0, &session_events(), fault());
+    let alerts = Stream::concluded(ALERTS, Subject::team(), "alerts", Shape::Event);
+    for label in ["robot1 needs someone: offline", "alert 1 of the study watches nothing"] {
+        session.report(59.0, &alerts, event(EventKind::Fault, label, f64::NAN, 0.0));
+    }
     session.beats(ECG, Signal::Ecg, 58.0, 3);
     insta::assert_snapshot!(session.run().text("summary.md").split("## Where").next().unwrap(), @r"
     # trial
@@ -389,6 +394,7 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     ## What was lost or wrong
 
     - at 50.0 s: robot1 offline, 2 times
+    - at 59.0 s: alert 1 of the study watches nothing
     - /robot1/odom: 15 s not as it should be (dead: silent for 9.0 s)
     ");
 }

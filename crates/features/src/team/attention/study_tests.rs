@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use teampulse_core::alerts::{ALERTS, holds_alerts};
-use teampulse_core::data::{Data, Event, FeatureValues, Reason, Wave};
+use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason, Wave};
 use teampulse_core::feature::Feature;
 use teampulse_core::registry::Component;
+use teampulse_core::session_streams::{END, session_events};
 use teampulse_core::stream::{Shape, Stream, StreamId, Subject, Window};
 
 use super::Attention;
@@ -180,4 +181,22 @@ fn an_alert_that_watches_nothing_is_reported_once_without_naming_anybody() {
     assert_eq!(found.len(), 1);
     assert!(found[0].1.starts_with("alert 2 of the study watches nothing"), "{}", found[0].1);
     assert!(!found[0].1.contains("p009"));
+}
+
+#[test]
+fn an_alert_that_watched_nothing_is_reported_at_the_end_of_a_short_session() {
+    let idle = "stream = \"/humans/persons/p009/x\"\nabove = 1";
+    let mut drive = Drive::new(&*watching(&[HR, idle]), &heart_rate());
+    drive.join(StreamId(1), &session_events());
+    drive.until(5.0);
+    assert_eq!(labels(&mut drive, ALERTS), []);
+    let end = || {
+        let (kind, label) = (EventKind::Clock, END.to_owned());
+        Data::Event(Arc::new(Event { kind, label, value: f64::NAN, duration_secs: 0.0 }))
+    };
+    drive.take_on(StreamId(1), 6.0, end());
+    drive.until(100.0);
+    let found = labels(&mut drive, ALERTS);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].1.starts_with("alert 2 of the study watches nothing"), "{}", found[0].1);
 }

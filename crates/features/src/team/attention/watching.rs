@@ -58,10 +58,14 @@ impl Watching {
     /// The alerts that have watched nothing for a while, in words; reported once.
     pub(super) fn idle(&mut self, now: Time) -> Vec<String> {
         let began = *self.due.get_or_insert(now);
-        if self.is_reported || now.secs_since(began) < WATCHED_SECS {
+        if now.secs_since(began) < WATCHED_SECS { Vec::new() } else { self.idle_so_far() }
+    }
+
+    /// The alerts that have watched nothing so far, in words; reported once, here or after a while.
+    pub(super) fn idle_so_far(&mut self) -> Vec<String> {
+        if std::mem::replace(&mut self.is_reported, true) {
             return Vec::new();
         }
-        self.is_reported = true;
         let idle = self.has_stream.iter().enumerate().filter(|(_, has_stream)| !**has_stream);
         // Without its pattern, which may name a person: this is published.
         let words = |(place, _)| {

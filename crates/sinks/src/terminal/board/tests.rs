@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use bytes::Bytes;
+use teampulse_core::alerts::ALERTS;
 use teampulse_core::sample::Turn;
 use teampulse_core::stream::{Shape, StreamId, Window};
 
@@ -213,6 +214,23 @@ fn faults_of_the_session_are_pinned_and_in_the_summary() {
     board.see_faults();
     assert_eq!(text(&board.troubles()), "");
     assert!(board.summary().contains(&format!("fault: {fault}")));
+}
+
+#[test]
+fn an_alert_that_watches_nothing_is_in_the_summary_and_one_that_is_raised_is_no_fault() {
+    let alerts = || Stream {
+        shape: Shape::Event,
+        ..Stream::concluded(ALERTS, Subject::team(), "alerts", Shape::Event)
+    };
+    let idle = "alert 1 of the study watches nothing: no stream so far matches its name and number";
+    let raised = "robot1 needs someone: offline";
+    let board = board([
+        happens(5, alerts(), (EventKind::Fault, raised), f64::NAN),
+        happens(6, alerts(), (EventKind::Fault, idle), f64::NAN),
+    ]);
+    let summary = board.summary();
+    assert!(summary.contains(&format!("fault: {idle}")), "{summary:?}");
+    assert!(!summary.contains(&format!("fault: {raised}")), "{summary:?}");
 }
 
 #[test]
