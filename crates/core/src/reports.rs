@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use crate::data::{Event, EventKind};
 
 /// The label of a report of the Instantaneous Self-Assessment.
-const ISA: &str = "isa";
+pub const ISA: &str = "isa";
 /// Its scale, from idle to overloaded.
 pub const SCALE: RangeInclusive<f64> = 1.0..=5.0;
 
@@ -39,6 +39,34 @@ impl Isa<'_> {
     }
 }
 
+/// A report on any scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rating<'a> {
+    /// The scale: the first word of the label.
+    pub scale: &'a str,
+    /// The id of the person that its label names, `p001` in `nasa_tlx p001`; empty in `nasa_tlx`.
+    pub person: &'a str,
+    /// The reported number.
+    pub value: f64,
+}
+
+impl Rating<'_> {
+    /// The report in an event; `None` for any other event, such as a note, which has no number.
+    pub fn read(event: &Event) -> Option<Rating<'_>> {
+        if let Some(Isa { person, value }) = Isa::read(event) {
+            return Some(Rating { scale: ISA, person, value });
+        }
+        let mut words = event.label.split_whitespace();
+        let (scale, person) = (words.next()?, words.next().unwrap_or(""));
+        let is_rating = event.kind == EventKind::Report && event.value.is_finite();
+        (is_rating && words.next().is_none()).then_some(Rating {
+            scale,
+            person,
+            value: event.value,
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,6 +83,20 @@ mod tests {
         };
         assert_eq!(Isa::read(&other("ISA p001")).map(|isa| isa.person), Some("p001"));
         assert_eq!(Isa::read(&other("tlx")), None);
+    }
+
+    #[test]
+    fn a_rating_on_any_scale_names_its_person() {
+        let read = |label: &str, value| {
+            let event = Event { label: label.to_owned(), ..Isa { person: "", value }.event() };
+            Rating::read(&event).map(|rating| (rating.scale.to_owned(), rating.person.to_owned()))
+        };
+        let rating = |scale: &str, person: &str| Some((scale.to_owned(), person.to_owned()));
+        assert_eq!(read("nasa_tlx p001", 50.0), rating("nasa_tlx", "p001"));
+        assert_eq!(read("kss", 3.0), rating("kss", ""));
+        assert_eq!(read("ISA p001", f64::NAN), rating("isa", "p001"));
+        assert_eq!(read("dashboard note", f64::NAN), None);
+        assert_eq!(read("how hard it was", 3.0), None);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::phases::{Phase, Phases};
-use teampulse_core::reports::Isa;
+use teampulse_core::reports::Rating;
 use teampulse_core::sample::Record;
 use teampulse_core::stream::{About, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
@@ -152,8 +152,8 @@ impl Timeline {
     /// The subject of an event: for a self-report among the session's events the person it names, or the only
     /// person present.
     pub(super) fn whom(&self, stream: &Stream, event: &Event) -> Subject {
-        let isa = Isa::read(event).filter(|_| stream.about == About::Session);
-        let named = isa.map(|isa| isa.person);
+        let rating = Rating::read(event).filter(|_| stream.about == About::Session);
+        let named = rating.map(|rating| rating.person);
         let id = match named {
             Some("") if self.people.len() == 1 => self.people.first(),
             Some(id) => self.people.get(id),

@@ -177,10 +177,14 @@ fn a_report_on_the_session_s_events_is_about_whom_it_names() {
     session.report(20.0, &session_events(), report("isa p001"));
     session.report(30.0, &session_events(), report("isa"));
     session.report(40.0, &session_events(), report("isa p007"));
+    session.report(50.0, &session_events(), report("nasa_tlx p001"));
+    session.report(60.0, &session_events(), report("kss p007"));
     let files = session.run();
     assert_eq!(row(&files, "isa p001", &[5, 7]), "p001 1-back");
     assert_eq!(row(&files, "isa", &[5, 7]), "p001 1-back");
     assert_eq!(row(&files, "isa p007", &[5, 7]), "session session's");
+    assert_eq!(row(&files, "nasa_tlx p001", &[5, 7]), "p001 1-back");
+    assert_eq!(row(&files, "kss p007", &[5, 7]), "session session's");
 }
 
 #[test]
