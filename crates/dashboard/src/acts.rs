@@ -1,10 +1,13 @@
 //! Actions of viewers, each of which becomes an event of the session.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use teampulse_core::command::{Command, Sender};
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::outlet::Outlet;
+use teampulse_core::reports::{ISA, SCALE};
+use teampulse_core::stream::About;
 use teampulse_core::time::Time;
 
 use crate::client::Client;
@@ -282,8 +285,36 @@ impl Doer<'_> {
             let hint = "a scale is one word of letters, digits, - and _";
             return Err(Refusal::new("it is not an answer on a scale", hint));
         }
+        if let Some(refusal) = self.unused(scale, subject, value) {
+            return Err(refusal);
+        }
         let subject = subject.map(|subject| format!(" {subject}")).unwrap_or_default();
         self.happen(format!("{scale}{subject}"), value, (Right::Mark, at), reference)
+    }
+
+    /// The refusal of a report that nothing would use: of the Instantaneous Self-Assessment, off its scale or about an
+    /// unknown person.
+    fn unused(&self, scale: &str, subject: Option<&str>, value: f64) -> Option<Refusal> {
+        if !scale.eq_ignore_ascii_case(ISA) {
+            return None;
+        }
+        let (least, most) = (SCALE.start(), SCALE.end());
+        if !SCALE.contains(&value) {
+            let hint = format!("report a value from {least} (idle) to {most} (too much)");
+            return Some(Refusal::new(format!("ISA {value} is not used"), &hint));
+        }
+        let others = self.others_than(subject?)?;
+        let reason = format!("ISA of {} is not used, as nobody of that name is known", subject?);
+        Some(Refusal::new(reason, &format!("known are {others}")))
+    }
+
+    /// The known people, if nobody of this name is among them; `None` where nobody is known yet.
+    pub fn others_than(&self, subject: &str) -> Option<String> {
+        let known = self.hub.known();
+        let people = known.streams.values().filter(|stream| stream.about == About::Person);
+        let people: BTreeSet<&str> = people.map(|stream| &*stream.id).collect();
+        let is_unknown = !people.is_empty() && !people.contains(subject);
+        is_unknown.then(|| people.into_iter().collect::<Vec<_>>().join(", "))
     }
 
     fn show_estimates(&self, reference: String) -> Result<(), Refusal> {

@@ -42,7 +42,8 @@ async fn index(State(shared): State<Shared>) -> Json<Value> {
         "GET /api/history?stream=NAME&from=SECS&to=SECS&points=N":
             "up to ten minutes in columns: smallest, largest and mean number of each channel; times below 0 count from now",
         "POST /api/events": "{\"label\": \"robot lost\"} sets a marker; {\"note\": \"…\"} writes a note; \
-            {\"scale\": \"isa\", \"value\": 3, \"subject\": \"p001\"} reports; each with \"at\" [s] or \"unix\" [s] if it was not now",
+            {\"scale\": \"isa\", \"value\": 3, \"subject\": \"p001\"} reports, on any scale, of which only isa (1 to 5) \
+            counts in estimates; each with \"at\" [s] or \"unix\" [s] if it was not now",
         "GET /metrics": "for Prometheus",
         "WebSocket /ws": "all of it live, as sent to the pages",
     }))
@@ -201,6 +202,15 @@ impl Posted {
         }
     }
 
+    /// The remark on a report about an unknown person, if it is one.
+    fn remark(&self, doer: &Doer<'_>) -> Option<String> {
+        let subject = self.subject.as_deref()?;
+        let others = doer.others_than(subject)?;
+        Some(format!(
+            "nobody named {subject} is known (known are {others}): it is among the events of the session"
+        ))
+    }
+
     /// Which of its keys exclude each other, if any do.
     fn contradiction(&self) -> Option<String> {
         let kinds = [
@@ -250,7 +260,13 @@ async fn post_event(
     let now = hub.now();
     let done = posted.time(hub).and_then(|at| posted.record(&doer, at).map(|()| at));
     match done {
-        Ok(at) => answer(StatusCode::OK, json!({ "t": at.unwrap_or(now) })),
+        Ok(at) => {
+            let mut body = json!({ "t": at.unwrap_or(now) });
+            if let Some(remark) = posted.remark(&doer) {
+                body["note"] = remark.into();
+            }
+            answer(StatusCode::OK, body)
+        }
         Err(Refusal { cause, reason, hint }) => refused(status_of(cause), &reason, &hint),
     }
 }

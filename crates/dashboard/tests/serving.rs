@@ -183,6 +183,32 @@ async fn what_a_program_asks_wrongly_is_refused_with_the_reason() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_self_report_that_nothing_would_use_is_refused_with_the_reason() {
+    let stage = Stage::new("s");
+    let lines = ["POST /api/events HTTP/1.1", "Host: HOST", "Content-Type: application/json"];
+    let ask = async |scale: &str, value: f64, subject: &str| {
+        let body = json!({"scale": scale, "value": value, "subject": subject}).to_string();
+        stage.request(&lines, &body).await
+    };
+    // A recording takes no events (403), but for those that are wrong (422).
+    assert!(ask("isa", 3.0, "p999").await.starts_with("HTTP/1.1 403"), "nobody is known yet");
+    stage.give(ecg(), 1e7, wave(20));
+    stage.happen(EventKind::Marker, "x");
+    stage.browser().await.event("x").await;
+    let person = ecg().id;
+    for (scale, value, subject, reason) in [
+        ("isa", 99.0, &*person, "ISA 99 is not used"),
+        ("ISA", 0.5, &*person, "ISA 0.5 is not used"),
+        ("isa", 3.0, "p999", "ISA of p999 is not used, as nobody of that name is known"),
+    ] {
+        let answer = ask(scale, value, subject).await;
+        assert!(answer.starts_with("HTTP/1.1 422") && answer.contains(reason), "{answer}");
+    }
+    assert!(ask("isa", 3.0, &person).await.starts_with("HTTP/1.1 403"));
+    assert!(ask("nasa_tlx", 99.0, "p999").await.starts_with("HTTP/1.1 403"));
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_token_opens_the_page_and_says_what_may_be_done() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("tokens");
