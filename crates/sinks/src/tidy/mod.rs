@@ -116,7 +116,7 @@ impl Sink for Files {
             message: error.to_string(),
             hint: format!(
                 "the bag continues without its tidy files; check the free disk space and the \
-                 permissions; `teampulse replay {}` writes them again",
+                 permissions; `teampulse recover {}` writes them again",
                 folder.display()
             ),
         };

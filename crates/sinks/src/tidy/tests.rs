@@ -435,6 +435,8 @@ fn a_file_that_can_t_be_written_is_an_error_that_says_what_to_do() {
     let Err(SinkError::Lost { message, hint }) = write(&session) else { panic!("no error") };
     assert!(message.starts_with("write ") && message.contains("events.tsv"), "{message}");
     assert!(hint.contains("the bag continues"), "{hint}");
+    let repair = format!("`teampulse recover {}` writes them", session.folder.path().display());
+    assert!(hint.contains(&repair), "{hint}");
 }
 
 #[test]

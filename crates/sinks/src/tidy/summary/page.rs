@@ -243,7 +243,7 @@ impl Page<'_> {
         writeln!(
             f,
             "- Everything, every sample and the windows of each second: in the bag, which is this \
-             folder.\n  `teampulse info` lists its contents, `teampulse export` exports it as tables, `teampulse replay`\n  writes these files again. It is {bag}."
+             folder.\n  `teampulse info` lists its contents, `teampulse export` exports it as tables, `teampulse recover`\n  writes these files again if this page is deleted. It is {bag}."
         )
     }
 
