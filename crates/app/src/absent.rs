@@ -42,6 +42,7 @@ impl Absent {
         let received: Vec<&Stream> =
             raw.iter().copied().filter(|stream| stream.has_health()).collect();
         let mut absent = with_unopened(required.absent(&received), unopened);
+        absent.extend(required.absent_lsl(&raw));
         let markers = required.kinds.iter().filter(|kind| MARKERS.contains(&kind.as_str())).count();
         if absent.is_empty() && raw.is_empty() && markers < required.kinds.len() {
             let but = if markers == 0 { "" } else { ", apart from those of markers" };
@@ -104,6 +105,10 @@ fn is_received(stream: &Stream) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use teampulse_core::stream::{Shape, Subject};
+
+    use crate::study::Study;
+
     use super::*;
 
     #[test]
@@ -118,11 +123,28 @@ mod tests {
     }
 
     #[test]
+    fn a_stream_of_lsl_that_never_came_was_missing() {
+        let text = "[[sources]]\ntype = \"lsl\"\nname = \"NoSuch\"\n";
+        let study = Study::parse(Path::new("study.toml"), text.to_owned()).expect("a study");
+        let required = Requirements::of(&study).expect("settings that read");
+        let whats = |streams: &Streams| {
+            let absent = Absent::of(&required, streams, &[], Duration::from_secs(20));
+            absent.0.into_iter().map(|it| it.what).collect::<Vec<_>>()
+        };
+        let streams = Streams::default();
+        assert_eq!(whats(&streams), ["an LSL stream with name='NoSuch'"]);
+        let marker = Stream::raw("/session/nosuch/markers", Subject::session(), Shape::Event);
+        let doc = "LSL stream NoSuch of the type Markers from here".to_owned();
+        streams.declare(Stream { doc, ..marker });
+        assert_eq!(whats(&streams), [""; 0]);
+    }
+
+    #[test]
     fn a_session_with_nothing_but_markers_lacks_nothing() {
         let absent = |kinds: &[&str]| {
             let kinds = kinds.iter().map(|kind| (*kind).to_owned()).collect();
             let (robots, people, voices) = (Vec::new(), Vec::new(), Vec::new());
-            let required = Requirements { robots, people, voices, kinds };
+            let required = Requirements { robots, people, voices, lsl: Vec::new(), kinds };
             let lasted = Duration::from_secs(20);
             Absent::of(&required, &Streams::default(), &[], lasted)
                 .0

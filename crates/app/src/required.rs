@@ -7,6 +7,7 @@ use teampulse_core::source::SourceError;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Signal, Stream};
 use teampulse_sinks::Unmet;
+use teampulse_sources::lsl::Lsl;
 use teampulse_sources::robots::{Robot, Robots, conformity};
 use teampulse_sources::ros_audio::RosAudio;
 use teampulse_sources::ros_people::{RosPeople, second_publishers};
@@ -21,6 +22,10 @@ type Received = [(Arc<Stream>, StreamStatus)];
 const ABSENT: &str =
     "Switch it on, and check its network and ROS domain; `teampulse scan` lists what is in range.";
 
+/// The remedy for a stream of LSL that nothing sends.
+const NO_SENDER: &str =
+    "Start its program, on the same network; `teampulse scan` lists the streams in range.";
+
 /// The remedy for two publishers of one person's topic.
 const TWICE: &str =
     "Stop one of the two: a driver was started twice, or one person has two devices.";
@@ -34,6 +39,8 @@ pub struct Requirements {
     pub people: Vec<RosPeople>,
     /// Its microphones on ROS.
     pub voices: Vec<RosAudio>,
+    /// Its sources of streams of LSL.
+    pub lsl: Vec<Lsl>,
     /// The types of all its sources.
     pub kinds: Vec<String>,
 }
@@ -45,6 +52,7 @@ impl Requirements {
             robots: study.settings_of("sources", "robots")?,
             people: study.settings_of("sources", "people")?,
             voices: study.settings_of("sources", "ros_audio")?,
+            lsl: study.settings_of("sources", "lsl")?,
             kinds: study.kinds("sources"),
         })
     }
@@ -57,6 +65,15 @@ impl Requirements {
     /// The sources of people from which nothing was received.
     pub fn absent_people(&self, received: &[&Stream]) -> Vec<&RosPeople> {
         self.people.iter().filter(|wanted| !are_there(wanted, received)).collect()
+    }
+
+    /// The sources of LSL streams of which none was received, each with a remedy. Markers are streams, too, without a
+    /// health status.
+    pub fn absent_lsl(&self, raw: &[&Stream]) -> Vec<Unmet> {
+        let is_absent = |lsl: &&Lsl| !raw.iter().any(|stream| lsl.is_read(stream));
+        let absent = self.lsl.iter().filter(is_absent);
+        let queries = absent.filter_map(|lsl| lsl.query().ok());
+        queries.map(|query| lacking(no_lsl(&query), NO_SENDER)).collect()
     }
 
     /// What is missing, each with a remedy.
@@ -112,6 +129,11 @@ fn is_there(wanted: &Robots, received: &[&Stream]) -> bool {
 /// The message that none of these robots was received.
 pub fn no_robot(wanted: &Robots) -> String {
     format!("no robot matches {}", wanted.namespace)
+}
+
+/// The message that no stream of LSL matches this query.
+pub fn no_lsl(query: &str) -> String {
+    format!("an LSL stream with {query}")
 }
 
 /// Whether any stream of the wanted people was received.

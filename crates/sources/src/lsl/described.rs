@@ -1,8 +1,10 @@
 //! An LSL stream in a session: its topic, its signal, its channels and their units.
 
-use teampulse_core::stream::{Channel, Shape, Signal, Stream, Subject};
+use teampulse_core::stream::{Channel, Origin, Shape, Signal, Stream, Subject};
 use teampulse_core::units;
 use teampulse_devices::lsl::{Format, StreamInfo};
+
+use super::Lsl;
 
 /// Types of streams, as used in XDF's metadata and by common programs, in lower case, and their signals.
 const TYPES: &[(&str, Signal)] = &[
@@ -38,6 +40,9 @@ const UNITS: &[(&[&str], &str)] = &[
     (&["percent"], "%"),
     (&["normalized", "normalised"], "1"),
 ];
+/// The words before the name and before the type in the description of a stream.
+const DESCRIBED: &str = "LSL stream ";
+const OF_TYPE: &str = " of the type ";
 const MARKERS: [&str; 3] = ["markers", "marker", "trigger"];
 
 /// How the samples of a stream are handed over.
@@ -74,8 +79,10 @@ pub(super) fn stream(info: &StreamInfo, person: Option<&str>, device: &str) -> S
         Kind::Markers => Shape::Event,
     };
     let mut stream = Stream::raw(format!("{root}/{device}/{}", leaf(info)), subject, shape);
-    stream.doc =
-        format!("LSL stream {} of the type {} from {}", info.name, info.kind, info.hostname);
+    stream.doc = format!("{} from {}", described(&info.name, &info.kind), info.hostname);
+    if !info.source_id.is_empty() {
+        stream.doc.push_str(&of_source(&info.source_id));
+    }
     device.clone_into(&mut stream.device);
     stream.rate_hz = info.rate_hz;
     if kind == Kind::Markers {
@@ -85,6 +92,30 @@ pub(super) fn stream(info: &StreamInfo, person: Option<&str>, device: &str) -> S
     stream.signal = signal(&info.kind);
     stream.channels = channels(info);
     stream
+}
+
+/// The start of the description of a stream.
+fn described(name: &str, kind: &str) -> String {
+    format!("{DESCRIBED}{name}{OF_TYPE}{kind}")
+}
+
+/// The end of the description of a stream whose source has an id.
+fn of_source(id: &str) -> String {
+    format!(", source_id {id}")
+}
+
+/// Whether a stream of a session is one that these settings read.
+pub(super) fn is_read(settings: &Lsl, stream: &Stream) -> bool {
+    let subject = settings.person.as_deref().map_or_else(Subject::session, Subject::person);
+    let is_named = |name: &String| stream.doc.starts_with(&described(name, ""));
+    let is_typed = |kind: &String| stream.doc.contains(&format!("{OF_TYPE}{kind} from "));
+    let is_of = |id: &String| stream.doc.ends_with(&of_source(id));
+    stream.origin == Origin::Raw
+        && stream.subject() == subject
+        && stream.doc.starts_with(DESCRIBED)
+        && settings.name.as_ref().is_none_or(is_named)
+        && settings.stream_type.as_ref().is_none_or(is_typed)
+        && settings.source_id.as_ref().is_none_or(is_of)
 }
 
 /// The last token of the topic of a stream: `eeg`, `markers`, `gaze`.
@@ -194,6 +225,21 @@ mod tests {
                 (stream.name.as_str(), stream.shape),
                 ("/session/psychopy/markers", Shape::Event)
             );
+        }
+    }
+
+    #[test]
+    fn a_stream_is_read_by_the_settings_that_it_matches() {
+        let info = StreamInfo { source_id: "a1".to_owned(), ..info("EEG", 500.0, "float32") };
+        let eeg = stream(&info, Some("p001"), "biosemi_a");
+        let is_read =
+            |settings: &str| is_read(&toml::from_str(settings).expect("settings that read"), &eeg);
+        for settings in ["name = 'BioSemi A'", "stream_type = 'EEG'", "source_id = 'a1'"] {
+            assert!(is_read(&format!("person = 'p001'\n{settings}")), "{settings}");
+            assert!(!is_read(settings), "it is about a person");
+        }
+        for settings in ["name = 'BioSemi'", "stream_type = 'EE'", "source_id = '1'"] {
+            assert!(!is_read(&format!("person = 'p001'\n{settings}")), "{settings}");
         }
     }
 

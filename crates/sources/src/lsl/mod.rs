@@ -16,6 +16,7 @@ use serde::Deserialize;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
+use teampulse_core::stream::Stream;
 use teampulse_devices::lsl::{OWN, StreamInfo};
 
 pub use described::{leaf, slug};
@@ -69,6 +70,11 @@ impl Lsl {
     pub fn reads(&self, info: &StreamInfo) -> bool {
         let is_named = self.name.is_some() || self.source_id.is_some();
         is_named || !info.source_id.starts_with(OWN)
+    }
+
+    /// Whether a stream of a session is one that it reads.
+    pub fn is_read(&self, stream: &Stream) -> bool {
+        described::is_read(self, stream)
     }
 
     /// The query that finds its streams.

@@ -7,6 +7,7 @@ use teampulse_sources::lsl::{FoundStream, Lsl, MulticastError, comes_back, resol
 
 use crate::failure::Failure;
 use crate::output;
+use crate::required::no_lsl;
 use crate::study::Study;
 
 /// How long the senders have to reply.
@@ -80,7 +81,7 @@ fn take(findings: &mut Findings, lsl: &Lsl, query: &str, found: &[FoundStream]) 
         )
     }));
     if read.is_empty() {
-        findings.missing.push(format!("an LSL stream with {query}"));
+        findings.missing.push(no_lsl(query));
     }
 }
 
