@@ -28,6 +28,8 @@ const FREE_DISK: u64 = 2 << 30;
 
 /// Nothing is recorded below this much free disk space [bytes].
 pub const LEAST_DISK: u64 = 64 << 20;
+/// What a recording needs besides the space that it keeps free [bytes]: it reserves some to be finished on a full disk.
+const ROOM: u64 = 8 << 20;
 
 /// One line for each property of the machine that a recording depends on.
 pub fn check(out: &Path) -> Vec<String> {
@@ -59,11 +61,13 @@ pub fn unfit(out: &Path, keep_free_bytes: u64) -> Option<String> {
 fn too_full(free_bytes: u64, keep_free_bytes: u64, folder: &Path) -> Option<String> {
     let free =
         format!("only {} MiB are free on the disk of {}", free_bytes >> 20, folder.display());
+    let needed = LEAST_DISK.max(keep_free_bytes.saturating_add(ROOM));
+    let needs = format!("{free}, and a recording needs {} MiB to begin", needed >> 20);
     if free_bytes < LEAST_DISK {
-        return Some(free);
+        return Some(needs);
     }
-    (free_bytes < keep_free_bytes).then(|| {
-        format!("{free}, and the study keeps {} MiB free (keep_free_mib)", keep_free_bytes >> 20)
+    (free_bytes < needed).then(|| {
+        format!("{needs}: the study keeps {} MiB free (keep_free_mib)", keep_free_bytes >> 20)
     })
 }
 
@@ -135,7 +139,7 @@ fn receive_buffer() -> String {
 fn free_disk(out: &Path) -> String {
     match free_bytes(out) {
         Ok(free) => {
-            let word = match unfit(out, LEAST_DISK) {
+            let word = match unfit(out, 0) {
                 Some(_) => "unfit",
                 None if free < FREE_DISK => "small",
                 None => "ok   ",
@@ -192,11 +196,17 @@ mod tests {
             too_full(free_mib << 20, keep_free_mib << 20, Path::new("/data"))
         };
         assert_eq!(said(500, 400), None);
-        assert!(said(10, 0).unwrap().ends_with("only 10 MiB are free on the disk of /data"));
+        assert!(said(10, 0).unwrap().ends_with(
+            "only 10 MiB are free on the disk of /data, and a recording needs 64 MiB to begin"
+        ));
         let kept = said(500, 600).unwrap();
         assert!(
-            kept.ends_with("/data, and the study keeps 600 MiB free (keep_free_mib)"),
+            kept.ends_with(
+                "a recording needs 608 MiB to begin: the study keeps 600 MiB free (keep_free_mib)"
+            ),
             "{kept}"
         );
+        assert!(said(66, 64).unwrap().contains("needs 72 MiB to begin"), "a bag reserves some");
+        assert_eq!(said(72, 64), None);
     }
 }
