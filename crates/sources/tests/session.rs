@@ -196,14 +196,40 @@ async fn a_node_may_command_what_the_study_allows_and_nothing_else() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_next_phase_begins_by_command() {
-    struct Asks;
+    let events = commanded(vec![Command::NextPhase]).await;
+    let begins = events.iter().filter(|event| event.kind == EventKind::Phase);
+    let begins: Vec<(&str, f64)> = begins.map(|each| (&*each.label, each.duration_secs)).collect();
+    assert_eq!(begins, [("task", 9.0)]);
+    assert!(events.iter().any(|event| event.label == "keys next_phase"), "{events:?}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_command_without_effect_is_noted_with_the_reason() {
+    let commands = [Command::AbortPhase, Command::RepeatPhase, Command::NextPhase];
+    let events = commanded(commands.to_vec()).await;
+    let notes = events.iter().filter(|event| event.kind == EventKind::Report);
+    let notes: Vec<&str> = notes.map(|event| &*event.label).collect();
+    assert_eq!(
+        notes,
+        [
+            "phases note `abort_phase` had no effect: no phase is running",
+            "phases note `repeat_phase` had no effect: no phase has begun",
+        ]
+    );
+}
+
+/// The events of a session with two phases that begin by hand, until the first has begun by one of these commands.
+async fn commanded(commands: Vec<Command>) -> Vec<Event> {
+    struct Asks(Vec<Command>);
 
     #[async_trait]
     impl Source for Asks {
         async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-            // The phases carry it out as soon as they run.
-            while outlet.command(&Sender::keys(), Command::NextPhase) == Err(Refused::NoReceiver) {
-                tokio::time::sleep(Duration::from_millis(1)).await;
+            for command in &self.0 {
+                // The phases carry it out as soon as they run.
+                while outlet.command(&Sender::keys(), command.clone()) == Err(Refused::NoReceiver) {
+                    tokio::time::sleep(Duration::from_millis(1)).await;
+                }
             }
             Ok(())
         }
@@ -218,12 +244,8 @@ async fn the_next_phase_begins_by_command() {
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
     };
-    let sources: Vec<Box<dyn Source>> = vec![Box::new(Asks), Box::new(phases)];
-    let events = events_of(sources, Commands::default(), Clock::host(), begun).await;
-    let begins = events.iter().filter(|event| event.kind == EventKind::Phase);
-    let begins: Vec<(&str, f64)> = begins.map(|each| (&*each.label, each.duration_secs)).collect();
-    assert_eq!(begins, [("task", 9.0)]);
-    assert!(events.iter().any(|event| event.label == "keys next_phase"), "{events:?}");
+    let sources: Vec<Box<dyn Source>> = vec![Box::new(Asks(commands)), Box::new(phases)];
+    events_of(sources, Commands::default(), Clock::host(), begun).await
 }
 
 /// Begins the next two phases: the first with a click that took 5 s to arrive, the second with one made even earlier.

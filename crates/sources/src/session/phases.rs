@@ -5,7 +5,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use teampulse_core::command::Instruction;
+use teampulse_core::command::{Instruction, Sender};
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::SettingsError;
@@ -181,10 +181,14 @@ impl Phases {
     /// Changes the phase at the time of the request, but not before the last change.
     fn carry_out(&mut self, instruction: &Instruction, started: Time, outlet: &Outlet) {
         let at = self.changed.map_or(instruction.at, |changed| changed.max(instruction.at));
-        let change = Change::of(&instruction.command);
-        let elapsed_secs = at.secs_since(started);
-        if let Some(event) = change.and_then(|change| self.schedule.apply(change, elapsed_secs)) {
+        let Some(change) = Change::of(&instruction.command) else { return };
+        if let Some(event) = self.schedule.apply(change, at.secs_since(started)) {
             self.report(outlet, &event, at);
+        } else {
+            let (sender, verb) = (Sender::through("phases", ""), instruction.command.verb());
+            let why = change.without_effect();
+            let note = format!("{sender} note `{verb}` had no effect: {why}");
+            happen_at(outlet, (EventKind::Report, &note, 0.0), at);
         }
     }
 

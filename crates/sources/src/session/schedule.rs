@@ -31,6 +31,15 @@ impl Change {
             _ => None,
         }
     }
+
+    /// Why it changes nothing where there is no such phase.
+    pub fn without_effect(self) -> &'static str {
+        match self {
+            Change::Next => "no phase follows",
+            Change::Repeat => "no phase has begun",
+            Change::Abort => "no phase is running",
+        }
+    }
 }
 
 /// The next phase, and the phases begun by other programs. Clones share their state.
