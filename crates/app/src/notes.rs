@@ -1,11 +1,12 @@
 //! Remarks on a study before it runs: valid, but perhaps not what was intended.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use teampulse_bag::disk::existing;
 use teampulse_core::pattern::Pattern;
 use teampulse_core::phases::BASELINE;
-use teampulse_core::stream::Stream;
+use teampulse_core::stream::{Stream, Window};
 use teampulse_features::thresholds::Threshold;
 use teampulse_sinks::Bag;
 use teampulse_sources::session::Phase;
@@ -18,6 +19,10 @@ use crate::study::Study;
 /// Streams about the whole team and about the session itself: always present.
 const TEAM: &str = "/team/";
 const OURS: &str = "/teampulse/";
+/// The most numbers of a stream that are listed.
+const NAMES: usize = 20;
+/// Why an alert watches no values over phases.
+const OF_PHASES: &str = "values over phases come once a phase";
 
 /// Remarks on a study.
 pub fn of_study(study: &Study) -> Vec<String> {
@@ -61,49 +66,82 @@ fn of_room(bag: &Bag) -> Option<String> {
     })
 }
 
-/// The patterns in a study, under `publish`, in workers and in alerts, that match neither a received stream nor one
-/// computed from it.
+/// The patterns in a study, under `publish` and in workers, that match neither a received stream nor one computed from
+/// it.
 pub fn matching_nothing(
     publish: &[Pattern],
     workers: &[Program],
-    alerts: &[Threshold],
     heard: &[&Stream],
 ) -> Vec<String> {
     let names: Vec<&str> = heard.iter().map(|stream| stream.name.as_str()).collect();
     let mut idle = publishing_nothing(publish, &names);
     idle.extend(looking_at_nothing(workers, &names));
-    idle.extend(alerting_of_nothing(alerts, heard));
     idle
 }
 
 /// The alerts that watch neither a received stream nor one computed from it.
-fn alerting_of_nothing(alerts: &[Threshold], heard: &[&Stream]) -> Vec<String> {
+pub fn alerting_of_nothing(
+    alerts: &[Threshold],
+    heard: &[&Stream],
+    computed: &[Arc<Stream>],
+) -> Vec<String> {
     let names: Vec<&str> = heard.iter().map(|stream| stream.name.as_str()).collect();
+    let all = || heard.iter().copied().chain(computed.iter().map(|stream| &**stream));
     let words = |alert: &Threshold| {
         let pattern = alert.stream.text();
-        if !names_something(&alert.stream, &names) {
-            return Some(format!("the pattern `{pattern}` of an alert matches no received stream"));
+        let exact: Vec<&Stream> = all().filter(|each| alert.stream.matches(&each.name)).collect();
+        if exact.is_empty() {
+            return watching_none(alert, &names, computed);
         }
-        // What is computed, and so its channels, is known only once it runs.
-        let mut exact = heard.iter().filter(|stream| alert.stream.matches(&stream.name)).peekable();
-        exact.peek()?;
-        let channels: BTreeSet<&str> = exact
-            .clone()
-            .flat_map(|stream| stream.channels.iter().map(|channel| channel.name.as_str()))
-            .collect();
-        let lacks = exact.all(|stream| alert.place_in(stream).is_none());
-        lacks.then(|| {
-            let own: Vec<&str> = channels.into_iter().collect();
-            let own = if own.is_empty() { "no numbers".into() } else { own.join(", ") };
-            match &alert.channel {
-                Some(channel) => format!(
+        let watched = exact.iter().filter(|each| each.window != Some(Window::Phases));
+        let watched: Vec<&&Stream> = watched.collect();
+        if watched.is_empty() {
+            return Some(format!("the alert on `{pattern}` watches nothing: {OF_PHASES}"));
+        }
+        let channels = watched.iter().flat_map(|stream| &stream.channels);
+        let own: BTreeSet<&str> = channels.map(|channel| channel.name.as_str()).collect();
+        let own = listed(&own);
+        let lacks = watched.iter().all(|stream| alert.place_in(stream).is_none());
+        lacks.then(|| match &alert.channel {
+            Some(channel) => {
+                format!(
                     "the alert on `{pattern}` finds no number `{channel}`: the stream has {own}"
-                ),
-                None => format!("the alert on `{pattern}` names no channel: the stream has {own}"),
+                )
             }
+            None => format!("the alert on `{pattern}` names no channel: the stream has {own}"),
         })
     };
     alerts.iter().filter_map(words).collect()
+}
+
+/// These names, or how many of them there are besides the first.
+fn listed(names: &BTreeSet<&str>) -> String {
+    let shown: Vec<&str> = names.iter().copied().take(NAMES).collect();
+    let shown = shown.join(", ");
+    match names.len().saturating_sub(NAMES) {
+        0 if names.is_empty() => "no numbers".into(),
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
+/// The remark on an alert whose pattern matches no stream.
+fn watching_none(alert: &Threshold, heard: &[&str], computed: &[Arc<Stream>]) -> Option<String> {
+    let pattern = alert.stream.text();
+    if !names_something(&alert.stream, heard) {
+        return Some(format!("the pattern `{pattern}` of an alert matches no received stream"));
+    }
+    let is_always_there = is_of_team(&alert.stream);
+    let below = |stream: &&Arc<Stream>| {
+        let mut inputs = heard.iter().filter(|name| stream.name.starts_with(**name));
+        inputs.any(|name| alert.stream.may_match_below(name))
+    };
+    let is_computed = computed.iter().any(|stream| below(&stream));
+    (is_computed && !is_always_there).then(|| {
+        format!(
+            "the pattern `{pattern}` of an alert matches no stream that is received or computed"
+        )
+    })
 }
 
 fn publishing_nothing(publish: &[Pattern], heard: &[&str]) -> Vec<String> {
@@ -122,8 +160,12 @@ fn looking_at_nothing(workers: &[Program], heard: &[&str]) -> Vec<String> {
 
 /// Whether a pattern matches a stream that was received, is computed from one, or is always present.
 fn names_something(pattern: &Pattern, heard: &[&str]) -> bool {
-    let of_team = [TEAM, OURS].iter().any(|room| pattern.text().starts_with(room));
-    of_team || heard.iter().any(|name| pattern.may_match_below(name))
+    is_of_team(pattern) || heard.iter().any(|name| pattern.may_match_below(name))
+}
+
+/// Whether a pattern names streams that are always present.
+fn is_of_team(pattern: &Pattern) -> bool {
+    [TEAM, OURS].iter().any(|room| pattern.text().starts_with(room))
 }
 
 /// The remark that phases must be started manually.
@@ -259,12 +301,30 @@ mod tests {
     fn an_alert_that_watches_nothing_is_named() {
         let arm = Stream::raw("/r1/arm", Subject::robot("r1"), Shape::Sample)
             .with_channels(&[("effort", "N m"), ("speed", "1/s")]);
+        let statistics = |window: Window| {
+            let stream = Stream::derived(&arm, "statistics", Shape::Feature);
+            Arc::new(
+                stream.over(window).with_channels(&[("effort_mean", "N m"), ("effort_sd", "N m")]),
+            )
+        };
+        let computed = [statistics(Window::of_secs(30.0)), statistics(Window::Phases)];
         let idle = |settings: &str| {
             let alert: Threshold = toml::from_str(&format!("above = 1\n{settings}")).unwrap();
-            alerting_of_nothing(&[alert], &[&arm]).join("")
+            alerting_of_nothing(&[alert], &[&arm], &computed).join("")
         };
         assert_eq!(idle("stream = \"/r1/arm\"\nchannel = \"speed\""), "");
         assert_eq!(idle("stream = \"/r1/arm/statistics/w30\"\nchannel = \"effort_mean\""), "");
+        let no_window = "the pattern `/r1/arm/statistics/w60` of an alert matches no stream that is received or computed";
+        let w60 = "stream = \"/r1/arm/statistics/w60\"\nchannel = \"effort_mean\"";
+        assert_eq!(idle(w60), no_window);
+        assert!(idle("stream = \"/*/arm/statistcs/w30\"").ends_with("received or computed"));
+        let mean = "stream = \"/r1/arm/statistics/w30\"\nchannel = \"effort_Mean\"";
+        assert_eq!(
+            idle(mean),
+            "the alert on `/r1/arm/statistics/w30` finds no number `effort_Mean`: the stream has effort_mean, effort_sd"
+        );
+        let phases = idle("stream = \"/r1/arm/statistics/phases\"\nchannel = \"effort_mean\"");
+        assert!(phases.ends_with("values over phases come once a phase"), "{phases}");
         assert_eq!(idle("stream = \"/team/state\"\nchannel = \"people\""), "");
         let no_stream = "the pattern `/r2/arm` of an alert matches no received stream";
         assert_eq!(idle("stream = \"/r2/arm\""), no_stream);

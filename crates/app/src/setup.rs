@@ -10,7 +10,7 @@ use teampulse_core::clock::Clock;
 use teampulse_core::clocks::Clocks;
 use teampulse_core::commands::Commands;
 use teampulse_core::registry::{Component, Settings};
-use teampulse_core::session::{NamedFeature, Outcome, Pace, Session};
+use teampulse_core::session::{NamedFeature, Pace, Session};
 use teampulse_core::sink::Sink;
 use teampulse_core::source::Source;
 use teampulse_core::streams::Streams;
@@ -310,11 +310,6 @@ impl Setup {
     /// names.
     fn published(&self) -> Publish {
         Publish::Conclusions(self.study.general.publish.clone())
-    }
-
-    /// Runs a session with these parts until it ends or is asked to stop.
-    pub async fn run(self, parts: Parts, stop: impl Future<Output = ()>) -> Outcome {
-        self.session(parts).run(stop).await
     }
 
     /// A session with these parts.

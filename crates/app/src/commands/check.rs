@@ -15,7 +15,7 @@ use clap::Args;
 use teampulse_core::counted::counted;
 use teampulse_core::source::SourceError;
 use teampulse_core::status::StreamStatus;
-use teampulse_core::stream::{About, Shape, Stream};
+use teampulse_core::stream::{About, Origin, Shape, Stream};
 use teampulse_ros::buses::Buses;
 use teampulse_sources::robots::{Finding, Robot, conformity};
 use teampulse_workers::Program;
@@ -30,7 +30,7 @@ use crate::network;
 use crate::notes;
 use crate::output;
 use crate::required::{Requirements, no_person, no_robot, with_unopened};
-use crate::setup::{Parts, Setup, Sources};
+use crate::setup::{Parts, Setup};
 use crate::stop::Stop;
 use crate::study::Study;
 
@@ -80,8 +80,11 @@ impl Check {
         output::lines(machine::check(&self.out));
         let (buses, keep_free_bytes) = (Arc::clone(&setup.buses), setup.keep_free_bytes());
         let unfit_fallback = setup.unfit_fallback();
-        let (Heard { streams: heard, own_phases, worn, faults }, unopened) =
-            listen(setup, sources, self.seconds).await?;
+        // What is computed is known once it runs: for the alerts that may watch it.
+        let features = if alerts.is_empty() { Vec::new() } else { setup.features()? };
+        let parts = Parts { sources, features, ..Parts::default() };
+        let Listened { heard, computed, unopened } = listen(setup, parts, self.seconds).await?;
+        let Heard { streams: heard, own_phases, worn, faults } = heard;
         let width = heard.iter().map(|(_, status)| status.name.len()).max().unwrap_or(0);
         output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status, width)));
         output::lines(machine::crowded(messages_per_sec(&heard)));
@@ -98,7 +101,8 @@ impl Check {
         output::lines(worn.lines);
         let away = required.absent_people(&received).into_iter();
         output::lines(away.map(|each| format!("person   none  {}", no_person(each))));
-        let idle = notes::matching_nothing(&publish, &workers, &alerts, &received);
+        let mut idle = notes::matching_nothing(&publish, &workers, &received);
+        idle.extend(notes::alerting_of_nothing(&alerts, &received, &computed));
         let overruled = lacks::overruled(!phases.is_empty(), &own_phases);
         let lacking = lacking(&required, &heard, &buses);
         let notes = idle.iter().chain(&overruled).chain(&lacking);
@@ -149,20 +153,28 @@ fn messages_per_sec(heard: &[(Arc<Stream>, StreamStatus)]) -> f64 {
     messages.map(|(_, status)| status.rate_hz).sum()
 }
 
-/// Receives from a study's sources; also returns those whose device could not be opened, with the reason.
-async fn listen(
-    setup: Setup,
-    sources: Sources,
-    duration_secs: f64,
-) -> Result<(Heard, Vec<(String, SourceError)>), Failure> {
+/// What was received and computed.
+struct Listened {
+    heard: Heard,
+    computed: Vec<Arc<Stream>>,
+    /// The sources whose device could not be opened, with the reason.
+    unopened: Vec<(String, SourceError)>,
+}
+
+/// Receives from a study's sources.
+async fn listen(setup: Setup, mut parts: Parts, duration_secs: f64) -> Result<Listened, Failure> {
     let listener = Listener::default();
-    let parts = Parts { sources, sinks: vec![Box::new(listener.clone())], ..Parts::default() };
+    parts.sinks.push(Box::new(listener.clone()));
     let asked = Stop::default().asked(setup.clock.clone(), Some(duration_secs));
-    let outcome = setup.run(parts, asked).await;
+    let session = setup.session(parts);
+    let streams = session.streams.clone();
+    let outcome = session.run(asked).await;
     if let Some((name, error)) = outcome.sources.into_iter().next() {
         return Err(Failure::new(format!("{name}: failed to {error}")));
     }
-    Ok((listener.heard(), outcome.unopened))
+    let streams = streams.all().into_iter().map(|(_, stream)| stream);
+    let computed = streams.filter(|stream| stream.origin == Origin::Derived).collect();
+    Ok(Listened { heard: listener.heard(), computed, unopened: outcome.unopened })
 }
 
 fn stream_line(stream: &Stream, status: &StreamStatus, width: usize) -> String {
