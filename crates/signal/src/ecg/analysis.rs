@@ -13,6 +13,7 @@ use super::history::History;
 use super::likeness::Likeness;
 use super::mains::{Cleaner, mains_hz};
 use super::pieces::Pieces;
+use super::steepness::Steepness;
 use super::whole::find_beats;
 use super::windows::{EcgWindows, HIDING_SECS, WindowBeat};
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
@@ -212,9 +213,14 @@ impl BeatReporter {
         let echo = self.before.filter(|_| looks.is_some()).and_then(|before| {
             self.likeness.echo(clean, before - begin as f64, beat.sample - begin as f64)
         });
+        let steepness = looks.and_then(|looks| {
+            let before = self.before.map(|before| before - begin as f64);
+            let at = (beat.sample - begin as f64, looks.height);
+            Steepness::of(clean, self.rate_hz, before, at)
+        });
         self.before = Some(beat.sample);
         let at_ns = windows.track.time_ns(beat.sample).unwrap_or_default();
-        windows.push(WindowBeat { at_ns, rr_ms, looks, between, echo });
+        windows.push(WindowBeat { at_ns, rr_ms, looks, between, echo, steepness });
         let quality = looks.and_then(|looks| looks.likeness);
         let details = vec![
             ("rr_ms", rr_ms.unwrap_or(f64::NAN)),

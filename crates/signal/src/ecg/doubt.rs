@@ -300,6 +300,11 @@ impl Doubt {
     }
 }
 
+/// Whether a probability is that of a rate that may be right, with a sign against it.
+pub(super) fn is_doubtful(probability: f64) -> bool {
+    (OF_THREE_AGREEING..=DOUBTFUL).contains(&probability)
+}
+
 /// The mean deviation of intervals from the usual one, as a share of it.
 fn variation(intervals_ms: &[f64], usual_ms: f64) -> f64 {
     let deviations = intervals_ms.iter().map(|rr_ms| (rr_ms / usual_ms - 1.0).abs());
@@ -361,6 +366,7 @@ mod tests {
             }),
             between: None,
             echo: None,
+            steepness: None,
         };
         (0..40).map(beat).collect()
     }

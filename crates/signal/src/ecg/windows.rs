@@ -2,11 +2,14 @@
 
 use std::collections::VecDeque;
 
-use super::doubt::Doubt;
+use super::doubt::{self, Doubt};
 use super::likeness::{Echo, Looks};
 use super::pieces::Piece;
 use super::quality::Parts;
+use super::settle::settled;
 use super::signs::Signs;
+use super::silence::Silence;
+use super::steepness::Steepness;
 use super::values;
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Track, Value, Windows};
 use crate::gaps::is_usable;
@@ -15,9 +18,9 @@ use crate::respiration::derived::{Beat, BreathingWindows};
 use crate::robust::median_in_place;
 
 /// A longer time without a beat is silence [s]: 20 beats a minute.
-const LONGEST_SECS: f64 = 3.0;
+pub(super) const LONGEST_SECS: f64 = 3.0;
 /// The longest pause of the heart while the signal is present [s].
-const LONGEST_PAUSE_SECS: f64 = 8.0;
+pub(super) const LONGEST_PAUSE_SECS: f64 = 8.0;
 /// The shortest gap that may hide a beat when the interval is a multiple of the usual one.
 const HIDING_PART_SECS: f64 = 0.02;
 const HIDING_CYCLES: f64 = 1.4;
@@ -44,6 +47,8 @@ pub(super) struct WindowBeat {
     pub(super) between: Option<f64>,
     /// A possible missed beat in between.
     pub(super) echo: Option<Echo>,
+    /// Its slopes, if it could be examined.
+    pub(super) steepness: Option<Steepness>,
 }
 
 pub(super) struct EcgWindows {
@@ -150,7 +155,8 @@ impl EcgWindows {
         if coverage < LEAST_COVERAGE {
             return Measured::nothing(coverage, 0.0, self.values.len(), Reason::Gap);
         }
-        let (beats, pieces) = (self.beats_in(span), self.pieces_in(span));
+        let (mut beats, pieces) = (self.beats_in(span), self.pieces_in(span));
+        let silence = Silence::judge(&self.track, &mut beats, span);
         let signs = Signs::of(&pieces);
         let silent = silent_share(&beats, span);
         let living = signs.map_or(1.0, |signs| 1.0 - signs.flat - signs.saturated);
@@ -159,7 +165,11 @@ impl EcgWindows {
         let living = living.max(0.0).min(1.0 - silent_there);
         let quality = quality(&beats, &pieces, 1.0);
         let is_poor = quality * living < LEAST_QUALITY;
-        let quality = Doubt::of(&beats, signs, span).probability(quality, living);
+        let doubt = Doubt::of(&beats, signs, span);
+        let probability = doubt.probability(quality, living);
+        let settled =
+            doubt::is_doubtful(probability).then(|| settled(&doubt, silence, &beats)).flatten();
+        let quality = settled.unwrap_or(probability);
         let mut values = rates(&beats, span).to_vec();
         values.push(self.breathing_rate(&beats, span));
         values.extend(self.heart.measure_after(span, last).values);
