@@ -1,4 +1,4 @@
-//! The even times of samples behind the uneven stamps of their rows.
+//! The even times of samples behind the uneven stamps of their rows; even stamps are kept, also where their rate changes.
 
 use super::sampling::Sampling;
 
@@ -78,6 +78,11 @@ impl Grid {
         let is_latest = since_ns > self.latest_ns;
         let mut line_ns = last_ns + self.period_ns;
         let mut is_kept = false;
+        if self.sampling.is_even && own.abs() < ASTRAY {
+            self.latest_ns = self.latest_ns.max(since_ns);
+            self.line_ns = Some(since_ns);
+            return Placed { at_ns: stamp_ns, steps: 1.0 + own, is_apart: false };
+        }
         if own.abs() <= self.usual() {
             line_ns += TRACKING * own * self.period_ns;
         } else {
@@ -103,7 +108,8 @@ impl Grid {
 
     fn begin(&mut self, stamp_ns: i64, following_ns: &[i64]) -> Placed {
         self.origin_ns = stamp_ns;
-        let common = self.common(stamp_ns, following_ns, -self.period_ns);
+        let even = if self.sampling.is_even { 0.0 } else { 1.0 };
+        let common = even * self.common(stamp_ns, following_ns, -self.period_ns);
         let line_ns = common.clamp(-self.usual(), self.usual()) * self.period_ns;
         self.line_ns = Some(line_ns);
         self.ahead_ns = line_ns;

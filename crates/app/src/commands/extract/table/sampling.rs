@@ -13,6 +13,8 @@ pub struct Sampling {
     pub shared: f64,
     /// The unit of the stamps [periods].
     pub unit: f64,
+    /// Whether nearly all steps between stamps are about a period long, or so long that rows are missing.
+    pub is_even: bool,
 }
 
 /// Stamps are coarse where more than this share of rows has the stamp of the row before.
@@ -34,13 +36,18 @@ const SEARCHED: usize = 4096;
 const BLOCK: usize = 256;
 /// The coherence of stamps with a period, from 0 to 1, from which it is believed.
 const COHERENT: f64 = 0.25;
+/// Stamps are even where at most this share of steps is further from a period than this share of it, and so they are at a
+/// rate that differs by less than this share.
+const UNEVEN: f64 = 0.01;
+const EVEN_STEP: f64 = 0.5;
+const SAME_RATE: f64 = 0.05;
 /// A whole rate is taken where it differs by less than this share, and by less than half a sample over all rows.
 const WHOLE: f64 = 1e-3;
 
 impl Sampling {
     /// Rows at a known rate [Hz], without stamps.
     pub fn even(rate_hz: f64) -> Sampling {
-        Sampling { rate_hz, jitter: 0.0, shared: 1.0, unit: 0.0 }
+        Sampling { rate_hz, jitter: 0.0, shared: 1.0, unit: 0.0, is_even: false }
     }
 
     /// The sampling of rows with these stamps [ns]; `None` where they never increase.
@@ -57,7 +64,8 @@ impl Sampling {
         let whole_hz = sampling.rate_hz.round();
         let off = (sampling.rate_hz / whole_hz - 1.0).abs();
         let is_whole = whole_hz > 0.0 && off < WHOLE && off * (stamps_ns.len() as f64) < 0.5;
-        Some(if is_whole { Sampling { rate_hz: whole_hz, ..sampling } } else { sampling })
+        let sampling = if is_whole { Sampling { rate_hz: whole_hz, ..sampling } } else { sampling };
+        Some(Sampling { is_even: sampling.shared <= 1.0 && stamps.are_even(sampling), ..sampling })
     }
 
     /// Whether rows that share stamps come steadily: there are several times of them, and none is further from its stamp
@@ -84,7 +92,9 @@ impl Sampling {
                 let periods = rate_hz / own.rate_hz;
                 let is_shared = own.shared > 1.0;
                 let shared = if is_shared { own.shared * periods } else { 1.0 };
-                Sampling { rate_hz, jitter: own.jitter * periods, shared, unit: own.unit * periods }
+                let (jitter, unit) = (own.jitter * periods, own.unit * periods);
+                let is_even = own.is_even && (periods - 1.0).abs() < SAME_RATE;
+                Sampling { rate_hz, jitter, shared, unit, is_even }
             }
             None => Sampling::even(rate_hz),
         }
@@ -133,6 +143,15 @@ impl Stamps<'_> {
         spans_ns
     }
 
+    /// Whether few steps are further than half a period from one, apart from gaps.
+    fn are_even(&self, sampling: Sampling) -> bool {
+        let steps = self.segments.iter().flat_map(|segment| segment.windows(2));
+        let periods =
+            |pair: &[i64]| pair[1].saturating_sub(pair[0]) as f64 * sampling.rate_hz / 1e9;
+        let uneven = steps.filter(|pair| (periods(pair) - 1.0).abs() >= EVEN_STEP).count();
+        uneven as f64 <= UNEVEN * self.rows as f64
+    }
+
     fn estimated(&self) -> Sampling {
         let spans = SPANS.iter().map(|steps| (*steps, self.spans_ns(*steps)));
         let enough =
@@ -145,7 +164,7 @@ impl Stamps<'_> {
         let variance = |spans_ns: &[f64]| variance(spans_ns) / (period_ns * period_ns);
         let short = variance(&self.spans_ns(SHORT_SPAN.min(steps)));
         let (jitter, unit) = ((0.5 * short).sqrt(), self.unit_ns() / period_ns);
-        let sampling = Sampling { rate_hz: 1e9 / period_ns, jitter, shared, unit };
+        let sampling = Sampling { rate_hz: 1e9 / period_ns, jitter, shared, unit, is_even: false };
         let grown = variance(&spans_ns) - short;
         if shared > 1.0 || steps < SPANS[0] || grown < 0.1 + 0.5 * short {
             return sampling;
