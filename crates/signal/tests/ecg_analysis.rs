@@ -118,9 +118,9 @@ fn flat_and_saturated_parts_are_reported() {
         assert!((0.3..0.37).contains(&of("ECG_Flat")), "{}", of("ECG_Flat"));
         assert!((of("ECG_LeadOff") - 0.33).abs() < 0.05);
         assert!(of("ECG_Saturated") <= 0.0);
-        // In a third without a signal the heart may have paused.
+        // A line without noise is no pause of the heart: the rate is that of the other two thirds.
         let quality = windows.measure(secs(60, 90)).quality;
-        assert!((0.7..0.8).contains(&quality), "{quality}");
+        assert!((0.9..0.95).contains(&quality), "{quality}");
     }
     let mut saturated = signal();
     saturated[14_000..16_000].fill(5.0);

@@ -34,8 +34,8 @@ const FAST_MS: f64 = 474.0;
 /// In recorded noise, more beats than this are at odd times and unlike others, and intervals vary by more than this.
 const FEW_ODD: f64 = 0.05;
 const REGULAR: f64 = 0.12;
-/// Beside noise, and beside pauses, beats are more similar than this.
-const NOISY_LIKE: f64 = 0.8;
+/// Beside another noise, and beside pauses, beats are more similar than this.
+const OTHER_LIKE: f64 = 0.8;
 const QUIET_LIKE: f64 = 0.9;
 /// Beside noise without beats, a rhythm is steady below this variation, and not too short above this coverage; beside
 /// pauses, more must be covered.
@@ -55,8 +55,8 @@ pub(super) fn settled(doubt: &Doubt, silence: Silence, beats: &[WindowBeat]) -> 
             let is_clear = doubt.variation < REGULAR || is_alike;
             (is_clear && slopes.are_beats(doubt)).then_some(RIGHT)
         }
-        Silence::Noisy => {
-            let is_long = doubt.covered > LEAST_COVERED && doubt.like > NOISY_LIKE;
+        Silence::Other => {
+            let is_long = doubt.covered > LEAST_COVERED && doubt.like > OTHER_LIKE;
             (is_steady && is_long && slopes.low > STEEP).then_some(RIGHT)
         }
         Silence::Quiet => {
@@ -158,9 +158,9 @@ mod tests {
     #[test]
     fn a_pause_or_an_electrode_that_is_off_leaves_the_rate_right() {
         let of = |silence| probability([50.0; 2], [0.3; 2], silence);
-        assert_eq!((of(Silence::Quiet), of(Silence::Noisy)), (Some(RIGHT), Some(RIGHT)));
+        assert_eq!((of(Silence::Quiet), of(Silence::Other)), (Some(RIGHT), Some(RIGHT)));
         assert_eq!((of(Silence::Long), of(Silence::Unknown)), (None, None));
-        assert_eq!(probability([20.0; 2], [0.3; 2], Silence::Noisy), None);
+        assert_eq!(probability([20.0; 2], [0.3; 2], Silence::Other), None);
     }
 
     #[test]

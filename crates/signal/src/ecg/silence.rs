@@ -1,5 +1,5 @@
 //! Stretches of a span without beats: those of a heart that pauses are as quiet as its rests, those of an electrode that is
-//! off have another noise.
+//! off have another noise, or none.
 
 use super::windows::{LONGEST_PAUSE_SECS, LONGEST_SECS, WindowBeat};
 use crate::analysis::{Span, Track};
@@ -16,8 +16,10 @@ const REST: (f64, f64) = (0.55, 0.8);
 const SHORTEST_CYCLES: f64 = 0.5;
 /// The time over which changes are taken [s].
 const LAG_SECS: f64 = 0.008;
-/// Above this multiple of the noise of rests, the noise of a stretch is another one.
-const OTHER_NOISE: f64 = 1.3;
+/// Outside of these multiples of the noise of rests, the noise of a stretch is another one.
+const SAME_NOISE: (f64, f64) = (0.4, 1.3);
+/// The longest pause of a heart that may be an interval [s].
+const LONGEST_INTERVAL_SECS: f64 = 15.0;
 /// The least share of its samples with which a stretch hides no beat.
 const LEAST_COVERED: f64 = 0.98;
 
@@ -30,8 +32,8 @@ pub(super) enum Silence {
     Quiet,
     /// They are as quiet, and in one the detector began anew: it may have missed a beat.
     Long,
-    /// At least one has another noise.
-    Noisy,
+    /// At least one has another noise, or none.
+    Other,
     /// There are no rests to compare them with.
     Unknown,
 }
@@ -47,7 +49,7 @@ struct Stretch {
 
 impl Silence {
     /// Judges the stretches between the beats of a span, and from its ends to them. A long one becomes the interval of the
-    /// beat at its end if it is quiet, and is none otherwise.
+    /// beat at its end if it is quiet and not too long, and is none otherwise.
     pub(super) fn judge(track: &Track, beats: &mut [WindowBeat], span: Span) -> Silence {
         let inside = beats.iter().map(|beat| beat.at_ns);
         let times_ns: Vec<i64> =
@@ -72,14 +74,16 @@ impl Silence {
             |pair: Span| noise(track, part(pair, REST.0 * pair.secs(), REST.1 * pair.secs()));
         let mut rests: Vec<f64> = pairs().skip(1).filter(is_usual).filter_map(rest).collect();
         let Some(at_rest) = median_in_place(&mut rests) else { return Silence::Unknown };
-        let most = OTHER_NOISE * at_rest;
+        let is_other = |stretch: &Stretch| {
+            stretch.noise < SAME_NOISE.0 * at_rest || stretch.noise > SAME_NOISE.1 * at_rest
+        };
         for stretch in stretches.iter().filter(|stretch| stretch.secs > LONGEST_SECS) {
             if let Some(beat) = beats.get_mut(stretch.place) {
-                stretch.end(beat, stretch.noise > most);
+                stretch.end(beat, is_other(stretch));
             }
         }
-        if stretches.iter().any(|stretch| stretch.noise > most) {
-            Silence::Noisy
+        if stretches.iter().any(is_other) {
+            Silence::Other
         } else if stretches.iter().any(|stretch| stretch.secs > LONGEST_PAUSE_SECS) {
             Silence::Long
         } else {
@@ -98,8 +102,8 @@ impl Stretch {
     }
 
     /// Decides whether it is the interval of the beat at its end.
-    fn end(&self, beat: &mut WindowBeat, is_noisy: bool) {
-        if is_noisy {
+    fn end(&self, beat: &mut WindowBeat, is_other: bool) {
+        if is_other || self.secs > LONGEST_INTERVAL_SECS {
             beat.rr_ms = None;
         } else if self.place > 0 && self.is_whole {
             beat.rr_ms = beat.rr_ms.or(Some(1e3 * self.secs));
@@ -161,15 +165,17 @@ mod tests {
     }
 
     #[test]
-    fn a_pause_as_quiet_as_rests_is_an_interval_however_long() {
+    fn a_pause_as_quiet_as_rests_is_an_interval() {
         assert_eq!(judged(1.0, 15), (Silence::Quiet, Some(5000.0)));
         assert_eq!(judged(1.0, 20), (Silence::Long, Some(10_000.0)));
+        assert_eq!(judged(1.0, 28), (Silence::Long, None));
     }
 
     #[test]
     fn a_stretch_with_another_noise_is_no_interval() {
-        assert_eq!(judged(4.0, 15), (Silence::Noisy, None));
-        assert_eq!(judged(4.0, 20), (Silence::Noisy, None));
+        assert_eq!(judged(4.0, 15), (Silence::Other, None));
+        assert_eq!(judged(4.0, 20), (Silence::Other, None));
+        assert_eq!(judged(0.0, 15), (Silence::Other, None), "a line that is flat");
     }
 
     #[test]

@@ -9,7 +9,7 @@ const ALL: [(&str, &str, &str); 13] = [
     (
         "ECG_Rate_Mean",
         "bpm",
-        "60 s · number of RR intervals within the span / their sum; intervals above 8 s left out, and with more than 0.1 s missing in a row (0.02 s if longer than 1.4 usual ones), {}",
+        "60 s · number of RR intervals within the span / their sum; intervals above 15 s left out, above 3 s where the signal is not as quiet as between beats, and with more than 0.1 s missing in a row (0.02 s if longer than 1.4 usual ones), {}",
     ),
     ("ECG_Rate_Min", "bpm", "60 s / longest of these RR intervals, {}"),
     ("ECG_Rate_Max", "bpm", "60 s / shortest of these RR intervals, {}"),
