@@ -217,6 +217,35 @@ fn half_a_second_of_other_contact_is_no_response() {
 }
 
 #[test]
+fn a_level_that_changes_at_once_is_no_response() {
+    for rate_hz in [4.0, 32.0, 128.0] {
+        for step_us in [0.3, 1.0, 3.0] {
+            let mut signal = with_truth(rate_hz);
+            let begin = (145.5 * rate_hz) as usize;
+            signal[begin..].iter_mut().for_each(|value| *value += step_us);
+            let is_there = |event: &Event| (event.sample / rate_hz - 145.5).abs() < 2.0;
+            let found = recorded(&signal, rate_hz, &Settings::default()).events;
+            assert!(!found.iter().any(is_there), "{step_us} µS at {rate_hz} Hz");
+            let (found, _) = live(&signal, rate_hz, 1);
+            assert!(!found.iter().any(|(event, _)| is_there(event)), "{step_us} at {rate_hz} Hz");
+        }
+    }
+}
+
+#[test]
+fn noise_has_a_level_and_no_responses() {
+    let mut state = 1_u64;
+    let mut noise_us = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        0.05 * ((state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
+    };
+    let measured = minute(&(0..240).map(|_| 5.0 + noise_us()).collect::<Vec<f64>>());
+    assert!(measured.quality < 0.1, "{}", measured.quality);
+    assert!(measured.values[0].is_ok_and(|level_us| (level_us - 5.0).abs() < 0.02));
+    assert_eq!(measured.values[3..], vec![Err(Reason::Quality); 9]);
+}
+
+#[test]
 fn windows_give_level_and_responses() {
     let rate_hz = 32.0;
     let analysed = recorded(&signal(rate_hz, 120.0), rate_hz, &Settings::default());

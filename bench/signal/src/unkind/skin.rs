@@ -20,6 +20,10 @@ const LEAST_PRECISION: f64 = 0.95;
 const MOST_OF_GLITCHES: f64 = 0.02;
 /// An electrode that hardly touches has less quality.
 const MOST_QUALITY: f64 = 0.4;
+/// Values with this quality are believed.
+const BELIEVED: f64 = 0.8;
+/// More responses than this to nothing are wrong [1/min].
+const MOST_OF_NOISE_PER_MIN: f64 = 1.0;
 
 /// A skin conductance of which all is known.
 struct Skin {
@@ -64,6 +68,7 @@ pub fn skins(seeds: Seeds, count: u64) -> Result<bool, Box<dyn Error>> {
             );
         }
         met &= hardly_touching(seeds, count, how)?;
+        met &= noise_alone(seeds, count, how)?;
     }
     Ok(met)
 }
@@ -88,6 +93,29 @@ fn hardly_touching(seeds: Seeds, count: u64, how: How) -> Result<bool, Box<dyn E
     Ok(met)
 }
 
+/// Amplifiers whose noise exceeds the threshold of a response, now and then: no response is true.
+fn noise_alone(seeds: Seeds, count: u64, how: How) -> Result<bool, Box<dyn Error>> {
+    let (mut believed, mut wrong) = (0, 0);
+    for number in 0..10 * count {
+        let mut random = Random::new(seeds.first() + 800_000 + number);
+        let mut skin = Skin::new(&mut random, 0.0);
+        let noise_us = 0.002 * 50f64.powf(random.share()) * (skin.rate_hz / 4.0).sqrt();
+        skin.signal.iter_mut().for_each(|value| *value += noise_us * random.normal());
+        let (peaks_secs, quality) = skin.found(how)?;
+        if quality >= BELIEVED {
+            believed += 1;
+            wrong += u32::from(peaks_secs.len() as f64 * 60.0 / SECS > MOST_OF_NOISE_PER_MIN);
+        }
+    }
+    let met = wrong == 0 && believed > 0;
+    println!(
+        "{}  unkind, {how:?}, noise of 0.002 to 0.1 µS without a response: {believed} of {} with quality above {BELIEVED}, {wrong} of them with more than {MOST_OF_NOISE_PER_MIN} responses a minute (bar 0)",
+        if met { "pass" } else { "FAIL" },
+        10 * count
+    );
+    Ok(met)
+}
+
 impl Skin {
     fn new(random: &mut Random, per_min: f64) -> Skin {
         let rate_hz = random.one_of(&[4.0, 8.0, 32.0, 64.0, 128.0]);
@@ -103,7 +131,7 @@ impl Skin {
         // Glands rest for a moment; then they fire by chance.
         let (dead_secs, mut at_secs) = (1.2, random.within(3.0..8.0));
         let mut peaks_secs = Vec::new();
-        while at_secs + peak_secs + 2.0 < SECS {
+        while per_min > 0.0 && at_secs + peak_secs + 2.0 < SECS {
             let amplitude_us = 0.08 * 12f64.powf(random.share());
             peaks_secs.push(at_secs + peak_secs);
             for (k, value) in signal.iter_mut().enumerate().skip((at_secs * rate_hz) as usize) {

@@ -60,7 +60,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
     let signal = recording.channels.first().map_or(&[][..], |signal| &signal[..recording.len()]);
     let touched = without_glitches(signal, recording.rate_hz)?;
     let clean = clean(&touched, recording.rate_hz)?;
-    let mut store = Store::new(recording.rate_hz, values::of_whole(settings))?;
+    let mut store = Store::new(recording.rate_hz, settings.threshold, values::of_whole(settings))?;
     store.take_recording(recording, &clean);
     let (split, every) = match settings.phasic {
         Phasic::HighPass => (high_pass_split(&clean, recording.rate_hz)?, 1),
@@ -71,7 +71,10 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
     let gaps = long_gaps(signal, recording.rate_hz);
     let at_ns = |sample: f64| recording.time_ns(sample);
     let placed = responses.iter().map(|response| Placed::new(response, every as f64, at_ns));
-    store.responses = placed.filter(|placed| !gaps.iter().any(|gap| placed.touches(gap))).collect();
+    let is_real = |placed: &Placed| {
+        !gaps.iter().any(|gap| placed.touches(gap)) && !placed.is_step(&touched, recording.rate_hz)
+    };
+    store.responses = placed.filter(is_real).collect();
     store.tonic = Track::of(&Recording { rate_hz, ..*recording }, split.tonic);
     store.phasic = split.phasic.into();
     let events = store.responses.iter().map(Placed::event).collect();

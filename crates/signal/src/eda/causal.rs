@@ -6,8 +6,9 @@ use super::analysis::{LONGEST_GAP_SECS, Settings};
 use super::clean::{FASTEST_HZ, LEAST_FILTERED_HZ, ORDER};
 use super::contact::SteadyContact;
 use super::detector::{ResponseDetector, WAIT_SECS};
+use super::step::{is_step, rise};
 use super::store::{Placed, Store};
-use super::{Threshold, checked_rate, values};
+use super::{Response, Threshold, checked_rate, values};
 use crate::analysis::{Causal, Event, Measured, Span, Value, Windows};
 use crate::error::SignalError;
 use crate::filter::Cascade;
@@ -71,7 +72,7 @@ impl CausalEda {
         let delay_secs = low.as_ref().map_or(0.0, |low| low.group_delay_secs(0.1));
         let wait_secs = WAIT_SECS - delay_secs;
         Ok(CausalEda {
-            store: Store::new(working_hz, values::of_causal(threshold_us))?,
+            store: Store::new(working_hz, settings.threshold, values::of_causal(threshold_us))?,
             group: Group::new(size),
             contact: SteadyContact::new(working_hz),
             held: f64::NAN,
@@ -140,11 +141,13 @@ impl CausalEda {
             }
         }
         let Some(found) = self.detector.push(phasic) else { return };
-        let in_samples = |place: f64| self.group.sample(place - self.delay);
+        if self.is_step(&found) {
+            return;
+        }
+        let (onset, peak) = (found.onset - self.delay, found.peak - self.delay);
         let mut placed = found;
-        (placed.onset, placed.peak) = (in_samples(found.onset), in_samples(found.peak));
-        let track = &self.store.raw;
-        let peak_ns = track.time_ns(found.peak - self.delay).unwrap_or(at_ns);
+        (placed.onset, placed.peak) = (self.group.sample(onset), self.group.sample(peak));
+        let peak_ns = self.store.raw.time_ns(peak).unwrap_or(at_ns);
         let placed = Placed::new(&placed, 1.0, |_| peak_ns);
         self.falling_to = Some(self.phasic_at(found.peak) - 0.5 * found.amplitude_us);
         if self.events.len() == MOST_EVENTS {
@@ -152,6 +155,11 @@ impl CausalEda {
         }
         self.events.push_back(placed.event());
         self.store.responses.push_back(placed);
+    }
+
+    fn is_step(&self, found: &Response) -> bool {
+        let rate_hz = self.store.raw.rate_hz();
+        is_step(&self.store.clean(rise(found, rate_hz)), rate_hz, found.amplitude_us)
     }
 
     fn phasic_at(&self, place: f64) -> f64 {

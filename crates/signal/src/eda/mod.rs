@@ -37,6 +37,8 @@ mod detector;
 mod event_related;
 mod contact;
 mod quality;
+mod noise;
+mod step;
 mod sympathetic;
 mod causal;
 mod store;

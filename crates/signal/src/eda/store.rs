@@ -3,10 +3,12 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::Response;
+use super::noise::clarity;
 use super::quality::{SPREAD_SECS, firmness, valid_samples};
+use super::step::{is_step, rise};
 use super::sympathetic::{SEGMENT_SECS, SlowDown, of_slow};
 use super::values::COUNT;
+use super::{Response, Threshold};
 use crate::analysis::{
     Event, LEAST_COVERAGE, Measured, Reason, Recording, Span, Track, Value, Windows,
 };
@@ -29,6 +31,7 @@ pub(super) struct Placed {
 /// The samples, raw and split, with their responses.
 pub(super) struct Store {
     values: Vec<Value>,
+    threshold: Threshold,
     /// The raw signal, with gaps.
     pub(super) raw: Track,
     /// The skin temperature [°C] at the samples of `raw`, or empty.
@@ -57,6 +60,17 @@ impl Placed {
         self.response.onset < samples.end && self.response.peak > samples.start
     }
 
+    /// Whether it is a step of the contact.
+    pub(super) fn is_step(&self, signal: &[f64], rate_hz: f64) -> bool {
+        let rise = rise(&self.response, rate_hz);
+        let begin = rise.start.min(signal.len());
+        is_step(
+            &signal[begin..rise.end.clamp(begin, signal.len())],
+            rate_hz,
+            self.response.amplitude_us,
+        )
+    }
+
     /// Sets the time of half recovery of the newest response.
     pub(super) fn recover(&mut self, at_ns: i64) {
         self.recovered_ns = Some(at_ns);
@@ -78,10 +92,15 @@ impl Placed {
 
 impl Store {
     /// An empty store for a signal at `rate_hz`.
-    pub(super) fn new(rate_hz: f64, values: Vec<Value>) -> Result<Store, SignalError> {
+    pub(super) fn new(
+        rate_hz: f64,
+        threshold: Threshold,
+        values: Vec<Value>,
+    ) -> Result<Store, SignalError> {
         let slow_down = SlowDown::new(rate_hz)?;
         Ok(Store {
             values,
+            threshold,
             raw: Track::new(rate_hz),
             temperature: VecDeque::new(),
             tonic: Track::new(rate_hz),
@@ -102,6 +121,13 @@ impl Store {
                 self.slow.push(recording.time_ns(sample as f64), slow);
             }
         }
+    }
+
+    /// The clean signal [µS] of samples, as far as they are held.
+    pub(super) fn clean(&self, samples: Range<usize>) -> Vec<f64> {
+        let first = self.tonic.held().start;
+        let phasic = self.phasic.iter().skip(samples.start.saturating_sub(first));
+        self.tonic.iter(samples).zip(phasic).map(|(tonic, phasic)| tonic + phasic).collect()
     }
 
     /// Takes in a clean sample for the sympathetic band.
@@ -130,7 +156,8 @@ impl Store {
         }
     }
 
-    fn quality(&self, span: Span) -> f64 {
+    /// How sure it is that electrodes touch skin [0..1].
+    fn contact(&self, span: Span) -> f64 {
         let samples = self.raw.samples_in(span.with_before(SPREAD_SECS));
         let inside = self.raw.samples_in(span).len();
         let first = self.raw.held().start;
@@ -229,15 +256,24 @@ impl Windows for Store {
 
     fn measure(&self, span: Span) -> Measured {
         let coverage = self.raw.coverage(span);
-        let quality = self.quality(span);
+        let contact = self.contact(span);
+        let raw = self.raw.values_in(span);
+        let quality = contact * clarity(&raw, self.raw.rate_hz(), self.threshold);
         if coverage < LEAST_COVERAGE {
             return Measured::nothing(coverage, quality, COUNT, Reason::Gap);
         }
-        if quality < LEAST_QUALITY {
+        if contact < LEAST_QUALITY {
             return Measured::nothing(coverage, quality, COUNT, Reason::Quality);
         }
-        let [level, responses] = [self.level(span).to_vec(), self.responses(span).to_vec()];
-        let values = [level, responses, vec![self.area(span)], self.rhythm(span).to_vec()].concat();
+        let mut values = self.level(span).to_vec();
+        if quality < LEAST_QUALITY {
+            // Noise spares the level.
+            values.resize(COUNT, Err(Reason::Quality));
+        } else {
+            values.extend(self.responses(span));
+            values.push(self.area(span));
+            values.extend(self.rhythm(span));
+        }
         Measured { coverage, quality, values }
     }
 }
