@@ -14,11 +14,17 @@ const MEMORY_SECS: f64 = 5.0;
 /// The factor by which the other frequency must be louder to be chosen.
 const LOUDER: f64 = 1.5;
 
+/// A phase is computed anew after so many turns by one sample, so that errors do not add up.
+const MOST_TURNS: u64 = 64;
+
 /// Detects the mains frequency sample by sample; 50 Hz until 60 Hz is louder.
 #[derive(Clone, Debug)]
 pub(super) struct Mains {
     rate_hz: f64,
     count: u64,
+    /// The phase of each frequency at the next sample, as cosine and sine, and its turn by one sample.
+    phases: [[f64; 2]; 2],
+    turns: [[f64; 2]; 2],
     /// The decay of the sums per sample.
     kept: f64,
     /// The correlation with the cosine and the sine of each frequency.
@@ -30,27 +36,53 @@ impl Mains {
     /// Creates a detector; at 120 Hz and below, 60 Hz cannot be detected and 50 Hz is assumed.
     pub(super) fn new(rate_hz: f64) -> Mains {
         let kept = (-1.0 / (MEMORY_SECS * rate_hz).max(1.0)).exp();
-        Mains { rate_hz, count: 0, kept, sums: [[0.0; 2]; 2], chosen: 0 }
+        let turns = MAINS_HZ.map(|hz| phase(hz / rate_hz));
+        let (phases, sums) = ([[1.0, 0.0]; 2], [[0.0; 2]; 2]);
+        Mains { rate_hz, count: 0, phases, turns, kept, sums, chosen: 0 }
     }
 
     /// Takes in a sample; returns the index of the detected frequency in [`MAINS_HZ`].
     pub(super) fn push(&mut self, sample: f64) -> usize {
-        let count = self.count as f64;
-        self.count += 1;
-        if !is_usable(sample) || self.rate_hz <= 2.0 * MAINS_HZ[1] {
+        if self.rate_hz <= 2.0 * MAINS_HZ[1] {
             return self.chosen;
         }
-        for (sums, hz) in self.sums.iter_mut().zip(MAINS_HZ) {
-            let (sine, cosine) = ((hz * count / self.rate_hz).fract() * TAU).sin_cos();
+        let phases = self.phases;
+        self.turn();
+        if !is_usable(sample) {
+            return self.chosen;
+        }
+        for (sums, [cosine, sine]) in self.sums.iter_mut().zip(phases) {
             *sums = [sums[0] * self.kept + sample * cosine, sums[1] * self.kept + sample * sine];
         }
-        let loudness = self.sums.map(|[cosine, sine]| cosine.hypot(sine));
+        let loudness = self.sums.map(|[cosine, sine]| cosine * cosine + sine * sine);
         let other = 1 - self.chosen;
-        if loudness[other] > LOUDER * loudness[self.chosen] {
+        if loudness[other] > LOUDER * LOUDER * loudness[self.chosen] {
             self.chosen = other;
         }
         self.chosen
     }
+
+    /// Turns the phases to the next sample.
+    fn turn(&mut self) {
+        self.count += 1;
+        if self.count.is_multiple_of(MOST_TURNS) {
+            let samples = self.count as f64;
+            self.phases = MAINS_HZ.map(|hz| phase(hz * samples / self.rate_hz));
+            return;
+        }
+        for ([cosine, sine], [turn_cosine, turn_sine]) in self.phases.iter_mut().zip(self.turns) {
+            (*cosine, *sine) = (
+                *cosine * turn_cosine - *sine * turn_sine,
+                *sine * turn_cosine + *cosine * turn_sine,
+            );
+        }
+    }
+}
+
+/// The cosine and the sine after so many periods.
+fn phase(periods: f64) -> [f64; 2] {
+    let (sine, cosine) = (periods.fract() * TAU).sin_cos();
+    [cosine, sine]
 }
 
 /// The mains frequency of a whole signal [Hz]: the one detected at most samples.
