@@ -54,7 +54,7 @@ const IRREGULAR: f64 = 0.12;
 const LEAST_INTERVALS: usize = 15;
 const OF_SIGNS: f64 = 0.93;
 /// The probability with evidence against the rate.
-const DOUBTFUL: f64 = 0.79;
+pub(super) const DOUBTFUL: f64 = 0.79;
 const OF_LOST: f64 = 0.5;
 const OF_THREE_AGREEING: f64 = 0.6;
 const OF_THREE: f64 = 0.1;

@@ -1,6 +1,6 @@
 //! A second look at a doubtful rate: how steep its beats are, and whether there is noise where there are none.
 
-use super::doubt::Doubt;
+use super::doubt::{DOUBTFUL, Doubt, is_doubtful};
 use super::silence::Silence;
 use super::windows::WindowBeat;
 use crate::robust::quantile_in_place;
@@ -23,6 +23,12 @@ const STEEP_HALF: f64 = 42.0;
 const STEEP_TENTH: f64 = 43.0;
 const RARELY_AS_STEEP: f64 = 1.0;
 const FEW_FASTER: f64 = 1.02;
+/// Broad beats are not settled by a steep tenth where what lies between them is steeper than this.
+const BROAD_BETWEEN: f64 = 0.5;
+/// Beats are beside another rhythm where what lies between them is higher than this multiple of their height, or as steep
+/// as this beside broad ones.
+const HIGHER: f64 = 1.2;
+const STEEP_BETWEEN_BROAD: f64 = 0.6;
 /// Nine in ten are less steep than this, with next to nothing between some of them: steps.
 const FLAT_TENTH: f64 = 42.0;
 const NOTHING_BETWEEN: f64 = 0.11;
@@ -30,6 +36,14 @@ const NOTHING_BETWEEN: f64 = 0.11;
 const STEEPER_BETWEEN: f64 = 1.2;
 const NEVER_STEEP: f64 = 68.0;
 const FAST_MS: f64 = 474.0;
+
+/// Premature beats: intervals vary by more than this, hardly anything between beats is as steep, as high or unexplained
+/// as this, and none is a T wave.
+const IRREGULAR: f64 = 0.15;
+const SELDOM_AS_STEEP: f64 = 0.55;
+const LOW_RIVAL: f64 = 0.35;
+const EXPLAINED: f64 = 0.07;
+const NO_TURN: f64 = 0.01;
 
 /// In recorded noise, more beats than this are at odd times and unlike others, and intervals vary by more than this.
 const FEW_ODD: f64 = 0.05;
@@ -41,11 +55,35 @@ const QUIET_LIKE: f64 = 0.9;
 /// pauses, more must be covered.
 const STEADY: f64 = 0.17;
 const LEAST_COVERED: f64 = 0.07;
+/// Beats in noise of muscles are all steeper than this [heights/s]; so much must be covered by so many intervals, which
+/// vary by less than this.
+const STEEP_IN_NOISE: f64 = 42.0;
+const COVERED_IN_NOISE: f64 = 0.35;
+const INTERVALS_IN_NOISE: usize = 12;
+const VARIED_IN_NOISE: f64 = 0.2;
+const LITTLE_SATURATED: f64 = 0.1;
 const MOSTLY_COVERED: f64 = 0.77;
 
-/// The probability of a doubtful rate where the slopes of beats or the noise between them settle it; chosen on the
-/// same signals as [`Doubt::probability`].
-pub(super) fn settled(doubt: &Doubt, silence: Silence, beats: &[WindowBeat]) -> Option<f64> {
+/// The probability of a rate after a second look: a doubtful one is settled where slopes of beats or the noise between
+/// them do so, and a trusted one is doubtful where there is another rhythm between its beats. Chosen on the same
+/// signals as [`Doubt::probability`].
+pub(super) fn looked_at_again(
+    probability: f64,
+    doubt: &Doubt,
+    silence: Silence,
+    beats: &[WindowBeat],
+) -> f64 {
+    if is_doubtful(probability) {
+        return settled(doubt, silence, beats).unwrap_or(probability);
+    }
+    let has_other = probability > DOUBTFUL
+        && doubt.intervals >= LEAST_INTERVALS
+        && Slopes::of(beats).is_some_and(|slopes| slopes.are_beside_others(doubt));
+    if has_other { DOUBTFUL } else { probability }
+}
+
+/// The probability of a doubtful rate where slopes or noise settle it.
+fn settled(doubt: &Doubt, silence: Silence, beats: &[WindowBeat]) -> Option<f64> {
     let slopes = Slopes::of(beats).filter(|_| doubt.intervals >= LEAST_INTERVALS)?;
     let is_steady = doubt.variation < STEADY && FEW_FALSE.contains(&doubt.rate_ratio);
     let is_alike = doubt.odd_unlike < FEW_ODD;
@@ -53,11 +91,12 @@ pub(super) fn settled(doubt: &Doubt, silence: Silence, beats: &[WindowBeat]) -> 
         Silence::Nowhere if slopes.are_steps(doubt) && !slopes.are_beats(doubt) => Some(OF_STEPS),
         Silence::Nowhere => {
             let is_clear = doubt.variation < REGULAR || is_alike;
-            (is_clear && slopes.are_beats(doubt)).then_some(RIGHT)
+            (is_clear && slopes.are_beats(doubt) || slopes.are_premature(doubt)).then_some(RIGHT)
         }
         Silence::Other => {
             let is_long = doubt.covered > LEAST_COVERED && doubt.like > OTHER_LIKE;
-            (is_steady && is_long && slopes.low > STEEP).then_some(RIGHT)
+            let are_beats = is_steady && is_long && slopes.low > STEEP;
+            (are_beats || slopes.are_beats_in_noise(doubt)).then_some(RIGHT)
         }
         Silence::Quiet => {
             let is_clear = is_alike && doubt.like > QUIET_LIKE;
@@ -95,11 +134,32 @@ impl Slopes {
 
     fn are_beats(&self, doubt: &Doubt) -> bool {
         let is_slow = doubt.usual_ms > SLOW_MS && doubt.rate_ratio < FEW_FASTER;
+        let is_broad = self.middle < STEEP && self.middle_between > BROAD_BETWEEN;
         let are_steep = self.low > STEEP && self.middle_between < STEEPEST_BETWEEN
             || self.high > STEEP_TENTH
                 && self.high_between < RARELY_AS_STEEP
-                && (is_slow || self.middle > STEEP_HALF);
+                && (is_slow && !is_broad || self.middle > STEEP_HALF);
         are_steep && FEW_FALSE.contains(&doubt.rate_ratio)
+    }
+
+    /// Whether what lies between beats may be another rhythm: higher and as steep, or steep beside broad beats.
+    fn are_beside_others(&self, doubt: &Doubt) -> bool {
+        doubt.rival > HIGHER && self.middle_between > STEEPEST_BETWEEN
+            || self.middle < STEEP && self.high_between > STEEP_BETWEEN_BROAD
+    }
+
+    fn are_premature(&self, doubt: &Doubt) -> bool {
+        let is_clean = doubt.rival < LOW_RIVAL && doubt.unexplained < EXPLAINED;
+        let are_steep = self.high > STEEP_TENTH && self.high_between < SELDOM_AS_STEEP;
+        doubt.variation > IRREGULAR && doubt.turns < NO_TURN && is_clean && are_steep
+    }
+
+    fn are_beats_in_noise(&self, doubt: &Doubt) -> bool {
+        let is_long = doubt.covered > COVERED_IN_NOISE
+            && doubt.intervals >= INTERVALS_IN_NOISE
+            && doubt.variation < VARIED_IN_NOISE;
+        let is_whole = doubt.saturated < LITTLE_SATURATED && FEW_FALSE.contains(&doubt.rate_ratio);
+        is_long && is_whole && self.low > STEEP_IN_NOISE
     }
 
     fn are_steps(&self, doubt: &Doubt) -> bool {
@@ -150,6 +210,46 @@ mod tests {
     }
 
     #[test]
+    fn premature_beats_between_which_there_is_nothing_are_right() {
+        let beats = beats([50.0, 15.0], [0.1, 0.4]);
+        let premature = |change: fn(&mut Doubt)| {
+            let mut doubt =
+                Doubt { variation: 0.3, odd_unlike: 0.2, rate_ratio: 1.2, ..doubt(&beats) };
+            change(&mut doubt);
+            settled(&doubt, Silence::Nowhere, &beats)
+        };
+        assert_eq!(premature(|_| ()), Some(RIGHT));
+        assert_eq!(premature(|doubt| doubt.turns = 0.1), None);
+        assert_eq!(premature(|doubt| doubt.rival = 0.5), None);
+    }
+
+    #[test]
+    fn steep_beats_beside_loud_muscles_are_right() {
+        let beats = beats([50.0; 2], [2.0; 2]);
+        let in_noise = |change: fn(&mut Doubt)| {
+            let mut doubt = Doubt { like: 0.6, variation: 0.19, ..doubt(&beats) };
+            change(&mut doubt);
+            settled(&doubt, Silence::Other, &beats)
+        };
+        assert_eq!(in_noise(|_| ()), Some(RIGHT));
+        assert_eq!(in_noise(|doubt| doubt.saturated = 0.5), None);
+        assert_eq!(in_noise(|doubt| doubt.rate_ratio = 1.09), None);
+    }
+
+    #[test]
+    fn beats_beside_another_rhythm_are_doubtful() {
+        let of = |probability: f64, own: f64, between: f64, rival: f64| {
+            let beats = beats([own; 2], [between; 2]);
+            let doubt = Doubt { rival, ..doubt(&beats) };
+            looked_at_again(probability, &doubt, Silence::Nowhere, &beats)
+        };
+        assert_eq!(of(0.97, 50.0, 1.1, 1.0), 0.97);
+        assert_eq!(of(0.97, 50.0, 1.1, 1.8), DOUBTFUL);
+        assert_eq!((of(0.97, 30.0, 0.5, 0.1), of(0.97, 30.0, 0.7, 0.1)), (0.97, DOUBTFUL));
+        assert_eq!(of(0.5, 30.0, 0.7, 0.1), 0.5);
+    }
+
+    #[test]
     fn waves_less_steep_than_what_lies_between_them_are_steps() {
         assert_eq!(probability([25.0; 2], [1.5; 2], Silence::Nowhere), Some(OF_STEPS));
         assert_eq!(probability([25.0; 2], [0.05; 2], Silence::Nowhere), Some(OF_STEPS));
@@ -159,7 +259,7 @@ mod tests {
     fn a_pause_or_an_electrode_that_is_off_leaves_the_rate_right() {
         let of = |silence| probability([50.0; 2], [0.3; 2], silence);
         assert_eq!((of(Silence::Quiet), of(Silence::Other)), (Some(RIGHT), Some(RIGHT)));
-        assert_eq!((of(Silence::Long), of(Silence::Unknown)), (None, None));
+        assert_eq!([Silence::Long, Silence::Unknown].map(of), [None; 2]);
         assert_eq!(probability([20.0; 2], [0.3; 2], Silence::Other), None);
     }
 

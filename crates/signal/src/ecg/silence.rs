@@ -48,9 +48,15 @@ struct Stretch {
 }
 
 impl Silence {
-    /// Judges the stretches between the beats of a span, and from its ends to them. A long one becomes the interval of the
-    /// beat at its end if it is quiet and not too long, and is none otherwise.
-    pub(super) fn judge(track: &Track, beats: &mut [WindowBeat], span: Span) -> Silence {
+    /// Judges the stretches between the beats of a span, and from its ends to them; `outside_ns` are the beats before and
+    /// after it, if there are any. A long one becomes the interval of the beat at its end if it is quiet and not too long,
+    /// and is none otherwise.
+    pub(super) fn judge(
+        track: &Track,
+        beats: &mut [WindowBeat],
+        span: Span,
+        outside_ns: [Option<i64>; 2],
+    ) -> Silence {
         let inside = beats.iter().map(|beat| beat.at_ns);
         let times_ns: Vec<i64> =
             std::iter::once(span.begin_ns).chain(inside).chain([span.end_ns]).collect();
@@ -74,6 +80,14 @@ impl Silence {
             |pair: Span| noise(track, part(pair, REST.0 * pair.secs(), REST.1 * pair.secs()));
         let mut rests: Vec<f64> = pairs().skip(1).filter(is_usual).filter_map(rest).collect();
         let Some(at_rest) = median_in_place(&mut rests) else { return Silence::Unknown };
+        let [before_secs, after_secs] = outside_secs(span, outside_ns);
+        let outside = |stretch: &Stretch| match stretch.place {
+            0 => before_secs,
+            place if place == beats.len() => after_secs,
+            _ => 0.0,
+        };
+        let longest_secs =
+            stretches.iter().map(|each| each.secs + outside(each)).fold(0.0, f64::max);
         let is_other = |stretch: &Stretch| {
             stretch.noise < SAME_NOISE.0 * at_rest || stretch.noise > SAME_NOISE.1 * at_rest
         };
@@ -84,7 +98,7 @@ impl Silence {
         }
         if stretches.iter().any(is_other) {
             Silence::Other
-        } else if stretches.iter().any(|stretch| stretch.secs > LONGEST_PAUSE_SECS) {
+        } else if longest_secs > LONGEST_PAUSE_SECS {
             Silence::Long
         } else {
             Silence::Quiet
@@ -109,6 +123,15 @@ impl Stretch {
             beat.rr_ms = beat.rr_ms.or(Some(1e3 * self.secs));
         }
     }
+}
+
+/// The times from the beats before and after a span to its ends [s]; 0 without such a beat.
+fn outside_secs(span: Span, [before_ns, after_ns]: [Option<i64>; 2]) -> [f64; 2] {
+    let secs = |from_ns: i64, to_ns: i64| to_ns.saturating_sub(from_ns) as f64 / 1e9;
+    [
+        before_ns.map_or(0.0, |at_ns| secs(at_ns, span.begin_ns)),
+        after_ns.map_or(0.0, |at_ns| secs(span.end_ns, at_ns)),
+    ]
 }
 
 fn part(span: Span, from_secs: f64, to_secs: f64) -> Span {
@@ -160,7 +183,7 @@ mod tests {
     /// The silence of such a span, and the interval of the beat at its end [ms].
     fn judged(noise: f64, until_secs: usize) -> (Silence, Option<f64>) {
         let (track, mut beats) = span(noise, until_secs);
-        let silence = Silence::judge(&track, &mut beats, SPAN);
+        let silence = Silence::judge(&track, &mut beats, SPAN, [None; 2]);
         (silence, beats[10].rr_ms)
     }
 
@@ -169,6 +192,17 @@ mod tests {
         assert_eq!(judged(1.0, 15), (Silence::Quiet, Some(5000.0)));
         assert_eq!(judged(1.0, 20), (Silence::Long, Some(10_000.0)));
         assert_eq!(judged(1.0, 28), (Silence::Long, None));
+    }
+
+    #[test]
+    fn a_pause_is_as_long_as_to_the_beat_after_the_span() {
+        let of = |after_secs: i64| {
+            let (track, mut beats) = span(1.0, 10);
+            beats.retain(|beat| beat.at_ns <= 25_000_000_000);
+            let after_ns = SPAN.end_ns + after_secs * 1_000_000_000;
+            Silence::judge(&track, &mut beats, SPAN, [None, Some(after_ns)])
+        };
+        assert_eq!((of(2), of(4)), (Silence::Quiet, Silence::Long));
     }
 
     #[test]
@@ -188,6 +222,6 @@ mod tests {
     fn without_usual_intervals_nothing_is_known() {
         let (track, mut beats) = span(1.0, 25);
         beats.retain(|beat| beat.at_ns == 10_000_000_000 || beat.at_ns == 25_000_000_000);
-        assert_eq!(Silence::judge(&track, &mut beats, SPAN), Silence::Unknown);
+        assert_eq!(Silence::judge(&track, &mut beats, SPAN, [None; 2]), Silence::Unknown);
     }
 }

@@ -2,11 +2,11 @@
 
 use std::collections::VecDeque;
 
-use super::doubt::{self, Doubt};
+use super::doubt::Doubt;
 use super::likeness::{Echo, Looks};
 use super::pieces::Piece;
 use super::quality::Parts;
-use super::settle::settled;
+use super::settle::looked_at_again;
 use super::signs::Signs;
 use super::silence::Silence;
 use super::steepness::Steepness;
@@ -127,6 +127,14 @@ impl EcgWindows {
         self.beats.iter().copied().filter(|beat| span.holds(beat.at_ns)).collect()
     }
 
+    /// The times of the beats before and after a span [ns].
+    fn outside_ns(&self, span: Span) -> [Option<i64>; 2] {
+        let after = self.beats.partition_point(|beat| beat.at_ns < span.end_ns);
+        let first = self.beats.partition_point(|beat| beat.at_ns < span.begin_ns);
+        let at = |place: usize| self.beats.get(place).map(|beat| beat.at_ns);
+        [first.checked_sub(1).and_then(at), at(after)]
+    }
+
     fn pieces_in(&self, span: Span) -> Vec<Piece> {
         let is_inside =
             |piece: &Piece| piece.begin_ns >= span.begin_ns && piece.end_ns <= span.end_ns;
@@ -156,7 +164,7 @@ impl EcgWindows {
             return Measured::nothing(coverage, 0.0, self.values.len(), Reason::Gap);
         }
         let (mut beats, pieces) = (self.beats_in(span), self.pieces_in(span));
-        let silence = Silence::judge(&self.track, &mut beats, span);
+        let silence = Silence::judge(&self.track, &mut beats, span, self.outside_ns(span));
         let signs = Signs::of(&pieces);
         let silent = silent_share(&beats, span);
         let living = signs.map_or(1.0, |signs| 1.0 - signs.flat - signs.saturated);
@@ -167,9 +175,7 @@ impl EcgWindows {
         let is_poor = quality * living < LEAST_QUALITY;
         let doubt = Doubt::of(&beats, signs, span);
         let probability = doubt.probability(quality, living);
-        let settled =
-            doubt::is_doubtful(probability).then(|| settled(&doubt, silence, &beats)).flatten();
-        let quality = settled.unwrap_or(probability);
+        let quality = looked_at_again(probability, &doubt, silence, &beats);
         let mut values = rates(&beats, span).to_vec();
         values.push(self.breathing_rate(&beats, span));
         values.extend(self.heart.measure_after(span, last).values);

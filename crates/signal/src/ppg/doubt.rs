@@ -33,6 +33,10 @@ const TWO_PULSES: f64 = 2.0;
 const LATEST_CREST_SECS: f64 = 0.46;
 const CREST_HEIGHT: f64 = 0.08;
 const LATE_CREST_SECS: f64 = 0.32;
+/// Nearly as late, a crest as high as this in the middle of a cycle may be one of alternating pulses.
+const HALF: std::ops::Range<f64> = 0.46..0.54;
+const HALF_CREST_SECS: f64 = 0.44;
+const HALF_CREST_HEIGHT: f64 = 0.25;
 
 /// Footsteps are broader than pulses [shares of a cycle]. A broad wave may be theirs if the mean cycle leaves more than
 /// this residual, or amplitudes are jagged or alternate.
@@ -43,7 +47,7 @@ const JAGGED: f64 = 0.05;
 const LARGE_REST: f64 = 0.05;
 const NEARLY_BROAD: f64 = 0.32;
 
-/// Pulses as fast as this [s] are perhaps every diastolic wave as well; intervals or amplitudes then alternate.
+/// Pulses as fast as this [s] are perhaps every diastolic wave as well; intervals, amplitudes or forms then alternate.
 const FAST_SECS: f64 = 0.47;
 const FAST_ALTERNATION: f64 = 0.011;
 const FAST_ALTERNATE: f64 = 0.8;
@@ -68,6 +72,13 @@ const MOST_VARIATION: f64 = 0.07;
 /// More intervals than this are odd, while good cycles cover less than this share of the span.
 const MOST_ODD: f64 = 0.2;
 const LEAST_COVERED: f64 = 0.75;
+/// Above this share of odd intervals, or with more variation, there is no rhythm of which pulses could be missed.
+const NO_RHYTHM_ODD: f64 = 0.35;
+const NO_RHYTHM_VARIATION: f64 = 0.25;
+/// Above this residual, a late, high crest may be the second pulse of a pair.
+const PAIR_REST: f64 = 0.15;
+const PAIR_CREST_SECS: f64 = 0.33;
+const PAIR_CREST_HEIGHT: f64 = 0.15;
 /// The usual interval of good cycles differs from that of all by more than this share: pulses between them are flagged,
 /// or false.
 const MOST_OFF: f64 = 0.05;
@@ -128,12 +139,17 @@ impl Doubt {
             cycles.harmonics > TWO_PULSES,
             self.is_second_rhythm(cycles),
             cycles.rest > LARGE_REST && self.width(cycles) > NEARLY_BROAD,
-            self.is_slow(cycles),
+            self.is_slow(cycles) || self.is_slow_in_turn(cycles),
+            is_half(cycles),
             self.is_missing_low(cycles),
             is_varied && cycles.alternation < MOST_ALTERNATION,
             is_part && is_odd,
             is_part && cycles.crest_secs > LATE_CREST_SECS,
             off.abs() > MOST_OFF,
+            self.train.odd > NO_RHYTHM_ODD || cycles.variation > NO_RHYTHM_VARIATION,
+            cycles.rest > PAIR_REST
+                && cycles.crest_secs > PAIR_CREST_SECS
+                && cycles.crest_height > PAIR_CREST_HEIGHT,
         ]
         .contains(&true)
     }
@@ -149,7 +165,8 @@ impl Doubt {
     fn is_doubled(&self, cycles: &Cycles) -> bool {
         let Train { jagged, alternate, .. } = self.train;
         let is_alternating = cycles.alternation > FAST_ALTERNATION
-            || (alternate > FAST_ALTERNATE && jagged > FAST_JAGGED);
+            || (alternate > FAST_ALTERNATE && jagged > FAST_JAGGED)
+            || self.train.is_of_two_kinds;
         cycles.usual_secs < FAST_SECS && is_alternating
     }
 
@@ -163,6 +180,12 @@ impl Doubt {
         cycles.usual_secs > SLOW_SECS && is_strange
     }
 
+    /// Whether slow amplitudes alternate: the pulses between them may be too low to be found.
+    fn is_slow_in_turn(&self, cycles: &Cycles) -> bool {
+        let Train { jagged, alternate, .. } = self.train;
+        cycles.usual_secs > SLOW_SECS && alternate > STRICTLY_ALTERNATE && jagged > JAGGED
+    }
+
     /// Whether the lower ones of alternating pulses may be flagged.
     fn is_missing_low(&self, cycles: &Cycles) -> bool {
         let is_part = cycles.secs < ALTERNATE_COVERED * self.secs;
@@ -173,6 +196,13 @@ impl Doubt {
     fn width(&self, cycles: &Cycles) -> f64 {
         self.train.width_secs / cycles.usual_secs
     }
+}
+
+/// Whether a late, high crest in the middle of a cycle may be a weak pulse.
+fn is_half(cycles: &Cycles) -> bool {
+    HALF.contains(&(cycles.crest_secs / cycles.usual_secs))
+        && cycles.crest_secs > HALF_CREST_SECS
+        && cycles.crest_height > HALF_CREST_HEIGHT
 }
 
 fn is_sine(cycles: &Cycles) -> bool {
@@ -193,6 +223,7 @@ mod tests {
             alternate: 0.5,
             rise_secs: 0.12,
             width_secs: 0.2,
+            is_of_two_kinds: false,
         };
         let cycles = Cycles {
             harmonics: 0.6,
@@ -267,6 +298,33 @@ mod tests {
             Doubt { cycles: Some(cycles), ..doubt }.probability()
         };
         assert_eq!((fast(0.6), fast(1.0)), (SURE, UNLIKELY));
+        let (mut doubt, mut cycles) = clean();
+        cycles.usual_secs = 0.4;
+        (doubt.train.width_secs, doubt.train.is_of_two_kinds) = (0.1, true);
+        assert_eq!(Doubt { cycles: Some(cycles), ..doubt }.probability(), UNLIKELY);
+    }
+
+    #[test]
+    fn a_high_crest_in_the_middle_of_a_cycle_may_be_a_weak_pulse() {
+        let crest = |usual_secs| {
+            of_cycles(|cycles| {
+                (cycles.crest_secs, cycles.crest_height) = (0.45, 0.4);
+                cycles.usual_secs = usual_secs;
+            })
+        };
+        assert_eq!((crest(0.8), crest(0.9)), (SURE, DOUBTFUL));
+    }
+
+    #[test]
+    fn pairs_of_pulses_and_pulses_without_a_rhythm_are_doubtful() {
+        let pair = |rest| {
+            of_cycles(|cycles| {
+                (cycles.crest_secs, cycles.crest_height, cycles.rest) = (0.35, 0.2, rest);
+            })
+        };
+        assert_eq!((pair(0.1), pair(0.16)), (SURE, DOUBTFUL));
+        assert_eq!(of_cycles(|cycles| cycles.variation = 0.3), DOUBTFUL);
+        assert_eq!(of_train(|train| train.odd = 0.5), DOUBTFUL);
     }
 
     #[test]

@@ -6,6 +6,11 @@ use crate::robust::median_in_place;
 /// An interval is odd when it deviates from the median by more than this share.
 const ODD: f64 = 0.25;
 
+/// Durations are in turn where they deviate by more than this share, and more than this share of deviations has the
+/// opposite sign of the one before.
+const TURN: f64 = 0.08;
+const MOSTLY: f64 = 0.8;
+
 /// Intervals, amplitudes and shapes of successive pulses.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Train {
@@ -22,6 +27,8 @@ pub(super) struct Train {
     /// The median rise [s], and the median width at half of the amplitude [s]; NaN if unknown.
     pub(super) rise_secs: f64,
     pub(super) width_secs: f64,
+    /// Whether pulses are narrow and broad in turn: every second one is of another kind.
+    pub(super) is_of_two_kinds: bool,
 }
 
 impl Train {
@@ -38,16 +45,24 @@ impl Train {
         let odd = intervals.iter().filter(is_odd).count();
         let amplitudes = all(|pulse| pulse.amplitude);
         let bends = bends(&amplitudes);
+        let (rises, widths) = (all(|pulse| pulse.rise_ms), all(|pulse| pulse.width_ms));
         Train {
             count: pulses.len(),
             usual_secs,
             odd: odd as f64 / intervals.len().max(1) as f64,
             jagged: mean_size(&bends) / mean_size(&amplitudes),
             alternate: alternate(&bends),
-            rise_secs: usual(all(|pulse| pulse.rise_ms)) / 1e3,
-            width_secs: usual(all(|pulse| pulse.width_ms)) / 1e3,
+            is_of_two_kinds: in_turn(&rises) && in_turn(&widths),
+            rise_secs: usual(rises) / 1e3,
+            width_secs: usual(widths) / 1e3,
         }
     }
+}
+
+/// Whether values are large and small in turn.
+fn in_turn(values: &[f64]) -> bool {
+    let bends = bends(values);
+    mean_size(&bends) > TURN * mean_size(values) && alternate(&bends) > MOSTLY
 }
 
 /// Half the deviation of each value from the mean of its neighbours.
@@ -91,6 +106,21 @@ mod tests {
         let alternating = train(&at_secs, |index| [2.0, 1.0][index % 2]);
         assert_eq!(alternating.alternate, 1.0);
         assert!((alternating.jagged - 1.0 / 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn narrow_and_broad_pulses_in_turn_are_of_two_kinds() {
+        let at = |index: usize, broad: f64| {
+            let size = if index.is_multiple_of(2) { 1.0 } else { broad };
+            let (rise_ms, width_ms) = (100.0 * size, 140.0 * size);
+            let sample = 50.0 * index as f64;
+            Pulse { sample, onset: sample - 10.0, amplitude: 1.0, rise_ms, width_ms }
+        };
+        let is_of_two_kinds = |broad: f64| {
+            let pulses: Vec<Pulse> = (0..20).map(|index| at(index, broad)).collect();
+            Train::of(&pulses.iter().collect::<Vec<_>>(), 100.0).is_of_two_kinds
+        };
+        assert!(is_of_two_kinds(1.4) && !is_of_two_kinds(1.1));
     }
 
     #[test]
