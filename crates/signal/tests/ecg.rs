@@ -175,3 +175,26 @@ proptest! {
         prop_assert!(causal(&signal, rate_hz).iter().all(|beat| beat.sample.is_finite()));
     }
 }
+
+#[test]
+fn a_loud_hum_that_breaks_off_is_no_beat() {
+    let beats_secs: Vec<f64> = (0..40).map(|beat| 0.5 + 0.85 * f64::from(beat)).collect();
+    for rate_hz in [130.0, 250.0, 500.0] {
+        for phase in [0.0, 0.7, 1.4, 2.1, 2.8] {
+            let sample = |k: usize| {
+                let secs = k as f64 / rate_hz;
+                let beat = |at: &f64| (-((secs - at) / 0.012).powi(2) / 2.0).exp();
+                let hum = (std::f64::consts::TAU * 50.0 * secs + phase).sin();
+                beats_secs.iter().map(beat).sum::<f64>() + hum
+            };
+            let mut signal: Vec<f64> = (0..(30.0 * rate_hz) as usize).map(sample).collect();
+            let gap = (20.0 * rate_hz) as usize..(21.5 * rate_hz) as usize;
+            signal[gap].fill(f64::NAN);
+            let found = find_beats(&signal, rate_hz).unwrap();
+            let is_false = |secs: &f64| !beats_secs.iter().any(|at| (at - secs).abs() < 0.1);
+            let of_none: Vec<f64> =
+                found.iter().map(|beat| beat.sample / rate_hz).filter(is_false).collect();
+            assert!(of_none.is_empty(), "{rate_hz} Hz, {phase}: {of_none:?}");
+        }
+    }
+}

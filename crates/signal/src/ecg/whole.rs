@@ -17,6 +17,10 @@ const LATENCY_SECS: f64 = 0.255;
 /// after a beat may be higher. A first pass considers those that do for longer [s].
 const SPACING_SECS: f64 = 0.05;
 const HIDING_SECS: f64 = 0.18;
+/// A beat this near to an end of the recording [s] counts if it is like at least three of the nearest ones.
+const UNKNOWN_SECS: f64 = 0.1;
+const LEAST_OTHERS: usize = 3;
+const ALIKE: f64 = 0.8;
 /// The number of passes that choose beats anew from the statistics of the last choice.
 const PASSES: usize = 3;
 /// The number of cycles before and after that define what is usual, and the range of usual cycles [s].
@@ -47,8 +51,32 @@ pub fn find_beats(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, SignalError
             places = next_pass(&found, &places);
         }
     }
+    let end_secs = signal.len() as f64 / rate_hz;
+    if let [first, later @ ..] = &places[..]
+        && found[*first].secs < UNKNOWN_SECS
+        && is_unlike(&found, *first, later.iter())
+    {
+        places.remove(0);
+    }
+    if let [earlier @ .., last] = &places[..]
+        && found[*last].secs > end_secs - UNKNOWN_SECS
+        && is_unlike(&found, *last, earlier.iter().rev())
+    {
+        places.pop();
+    }
     let beats = places.into_iter().map(|place| found[place].beat(Found::InTime));
     Ok(beats.filter(|beat| beat.sample <= signal.len() as f64 - 1.0).collect())
+}
+
+/// Whether a beat is unlike the nearest ones: at an end, a hum that begins or breaks off.
+fn is_unlike<'a>(
+    candidates: &[Candidate],
+    beat: usize,
+    others: impl ExactSizeIterator<Item = &'a usize>,
+) -> bool {
+    let is_known = others.len() >= LEAST_OTHERS;
+    let shapes = others.take(MEMORY).map(|&place| &candidates[place].shape);
+    is_known && alike(&candidates[beat].shape, shapes) < ALIKE
 }
 
 /// Hides the candidates that a higher one is so near to that the causal detector does not consider them.

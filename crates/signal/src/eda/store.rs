@@ -220,7 +220,8 @@ impl Store {
             Ok(count),
             rate,
             mean(&mut amplitudes()),
-            Reason::unless_finite(amplitudes().sum()),
+            // The sum of nothing is -0.
+            Reason::unless_finite(amplitudes().fold(0.0, |sum, each| sum + each)),
             mean(&mut inside().map(|placed| placed.response.rise_secs)),
             mean(&mut recovered.filter_map(|placed| placed.response.half_recovery_secs)),
         ]

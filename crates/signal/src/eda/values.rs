@@ -13,8 +13,16 @@ const VALUES: [(&str, &str, &str); 12] = [
     ("EDA_Tonic_Slope", "µS/min", "slope of the least-squares line through the tonic part"),
     ("SCR_Peaks_N", "1", "responses with their peak in the window"),
     ("SCR_Peaks_Rate", "1/min", "responses with their peak in the window, over its length"),
-    ("SCR_Peaks_Amplitude_Mean", "µS", "mean rise of the phasic part from onset to peak"),
-    ("SCR_Peaks_Amplitude_Sum", "µS", "sum of rises of the phasic part from onset to peak"),
+    (
+        "SCR_Peaks_Amplitude_Mean",
+        "µS",
+        "mean amplitude: the phasic part at the peak above the recovery, extrapolated, of the response before",
+    ),
+    (
+        "SCR_Peaks_Amplitude_Sum",
+        "µS",
+        "sum of amplitudes, each above the recovery, extrapolated, of the response before",
+    ),
     ("SCR_RiseTime_Mean", "s", "mean time from onset to peak"),
     (
         "SCR_RecoveryTime_Mean",
