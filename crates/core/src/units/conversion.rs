@@ -39,6 +39,7 @@ const TIMES: &[Unit] = &[
     Unit(&["ms"], &["msec", "msecs", "millisecond", "milliseconds", "millis"], 1e6, 0.0),
     Unit(&["s"], &["sec", "secs", "second", "seconds"], 1e9, 0.0),
     Unit(&["min"], &["minute", "minutes"], 60e9, 0.0),
+    Unit(&["h"], &["hour", "hours"], 3600e9, 0.0),
 ];
 const CONDUCTANCES: &[Unit] = &[
     Unit(&["nS"], &["nsiemens", "nanosiemens"], 1.0, 0.0),

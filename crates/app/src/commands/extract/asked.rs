@@ -20,9 +20,9 @@ pub struct TableArgs {
     /// The column, by its name or its number from 1; several for a signal with several channels
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     column: Vec<String>,
-    /// The column with the times: dates, or numbers. Their unit is the one after the colon, else the one
-    /// that the table states, else the one that fits their size and the rate. `:excel` means days since
-    /// 1900, `:mm:ss` minutes and seconds
+    /// The column with the times: dates, or numbers. Their unit is the one after the colon (`:h`, `:min`, `:s`, `:ms`,
+    /// `:us` or `:ns`), else the one that the table states, else the one that fits their size and the rate. `:excel`
+    /// means days since 1900, `:mm:ss` minutes and seconds
     #[arg(long, value_name = "NAME[:UNIT]")]
     time: Option<String>,
     /// Multiplies every sample, to convert it to the signal's unit

@@ -4,9 +4,19 @@ use super::dates::{DAY_NS, Order, date_ns, has_zone, minutes_ns, order, time_of_
 use super::line::number;
 use super::sampling::Sampling;
 use super::times::nanos;
+use super::units::in_brackets;
 
 /// Units of time, with their lengths [ns].
 const UNITS: [(&str, i64); 4] = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)];
+/// Words in names of columns, with the lengths of their units [ns]; those that contain another one come first.
+const WORDS: [(&str, i64); 6] = [
+    ("nano", 1),
+    ("micro", 1_000),
+    ("milli", 1_000_000),
+    ("second", 1_000_000_000),
+    ("minute", 60_000_000_000),
+    ("hour", 3_600_000_000_000),
+];
 /// A number at least this large is a time since 1970, or since 2000, in nanoseconds, microseconds or
 /// milliseconds: in a larger unit it would be thousands of years.
 const SINCE_1970: [(f64, i64); 3] = [(1e17, 1), (1e14, 1_000), (1e11, 1_000_000)];
@@ -49,19 +59,13 @@ pub fn unit_ns(unit: &str) -> Option<i64> {
     (!unit.trim().is_empty()).then(|| conversion.of(1.0).round() as i64).filter(|ns| *ns > 0)
 }
 
-/// The unit of times in a column with this name [ns], if the name states one.
+/// The unit of times in a column with this name [ns], if the name states one: in brackets, at its end, or as a word.
 pub fn unit_of_name_ns(name: &str) -> Option<i64> {
     let name = name.to_ascii_lowercase();
-    let is = |unit: &str, word: &str| {
-        name.ends_with(&format!("_{unit}"))
-            || [('(', ')'), ('[', ']')]
-                .iter()
-                .any(|(open, close)| name.contains(&format!("{open}{unit}{close}")))
-            || name.contains(word)
-    };
-    let found = UNITS.iter().zip(["second", "milli", "micro", "nano"]).rev();
-    let mut found = found.filter(|((unit, _), word)| is(unit, word)).map(|((_, ns), _)| *ns);
-    found.next().or_else(|| name.ends_with("_secs").then_some(UNITS[0].1))
+    let ending = name.rsplit_once('_').map(|(_, ending)| ending);
+    let of_spelling = in_brackets(&name).into_iter().chain(ending).find_map(unit_ns);
+    let of_word = WORDS.iter().find(|(word, _)| name.contains(word)).map(|(_, ns)| *ns);
+    of_spelling.or(of_word)
 }
 
 impl Clock {
@@ -282,6 +286,12 @@ mod tests {
             ("time_secs", Some(SEC)),
             ("Milliseconds", Some(1_000_000)),
             ("seconds", Some(SEC)),
+            ("time [min]", Some(60 * SEC)),
+            ("Time (minutes)", Some(60 * SEC)),
+            ("time_min", Some(60 * SEC)),
+            ("Time (h)", Some(3600 * SEC)),
+            ("time_hours", Some(3600 * SEC)),
+            ("timestamp_sec", Some(SEC)),
             ("timestamp", None),
             ("columns", None),
         ] {
