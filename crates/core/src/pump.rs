@@ -177,13 +177,13 @@ impl Pump {
         self.happen(end_event(), now);
     }
 
-    /// Ends a recording: where it has no end of its session, as it was cut off, phases end with its last record. This end
-    /// is computed with, but not recorded.
+    /// Ends a recording: where it has no end of its session, as it was cut off or imported, windows and phases end with
+    /// its last record. This end is computed with, but not recorded.
     pub(crate) fn close_recording(&mut self) {
-        let Some((stream, _)) = self.streams.find(SESSION_EVENTS) else { return };
-        if self.has_ended || self.track(stream).is_none() {
+        if self.has_ended {
             return;
         }
+        let stream = self.session_events();
         let end = Sample {
             stream,
             measured: self.last,
@@ -197,6 +197,19 @@ impl Pump {
         };
         self.extractors.push(&end, &mut self.given);
         self.settle(self.last);
+    }
+
+    /// The stream of the session's events, which is not recorded where the recording has none.
+    fn session_events(&mut self) -> StreamId {
+        let known = self.streams.find(SESSION_EVENTS).map(|(id, _)| id);
+        if let Some(id) = known.filter(|id| self.track(*id).is_some()) {
+            return id;
+        }
+        let Declared { id, .. } = self.streams.declare(session_events());
+        let stream = self.streams.get(id);
+        self.add_track(Track::new(id, Arc::clone(&stream)));
+        self.extractors.join(id, &stream, &mut self.given);
+        id
     }
 
     /// Takes in an event of the session itself.

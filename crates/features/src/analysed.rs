@@ -145,9 +145,10 @@ impl Extractor for Analyses {
         }
     }
 
-    /// The end of the session ends all phases.
+    /// The end of the session ends all windows and phases.
     fn phases_changed(&mut self, by: &Sample, out: &mut Outputs) {
         if by.turn == Turn::OnTime && out.phases().is_over() {
+            self.running.values_mut().for_each(|running| running.finish(out));
             self.end_phases(by.measured, out);
         }
     }
@@ -337,6 +338,20 @@ mod tests {
         for (length, lag_secs) in [(1, 5.0), (7, 0.0), (16, 3.0), (240, 0.0)] {
             assert_eq!(format!("{:?}", reported(length, lag_secs)), format!("{usual:?}"));
         }
+    }
+
+    #[test]
+    fn a_window_that_ends_with_the_session_is_reported_and_a_shorter_one_is_not() {
+        let ends = |secs: f64| {
+            let mut warming = Warming::new();
+            warming.warm(secs, 1);
+            warming.happen(secs, EventKind::Clock, END, 0.0);
+            let windows = warming.reported("w10");
+            (windows.len(), windows.last().unwrap().0)
+        };
+        assert_eq!(ends(20.0), (20, 20.0));
+        assert_eq!(ends(20.25), (20, 20.0));
+        assert_eq!(ends(19.75), (19, 19.0));
     }
 
     #[test]

@@ -151,20 +151,9 @@ impl Running {
                 let at_ns = sample.measured.nanos().saturating_add(after_ns);
                 let known_ns = at_ns.saturating_sub(KNOWN_AFTER_NS);
                 self.report_phases(&mut work, phases, known_ns, out);
-                let (windows, events) = (&work.windows, &work.events);
-                let missing = work.live.push(at_ns, channels, &mut |output| match output {
-                    LiveOutput::Window(place, span, measured) => {
-                        let data = feature(span.secs(), &measured);
-                        out.emit(windows[place], Time::from_nanos(span.end_ns), data);
-                    }
-                    LiveOutput::Event(event) => {
-                        let is_this = |happening: &Happening| happening.kind == event.kind;
-                        if let Some(place) = self.analysis.events.iter().position(is_this) {
-                            let channels = &self.stream.channels;
-                            let data = happened(&self.analysis.events[place], &event, channels);
-                            out.emit(events[place], Time::from_nanos(event.at_ns), data);
-                        }
-                    }
+                let outputs = (&work.windows[..], &work.events[..]);
+                let missing = work.live.push(at_ns, channels, &mut |output| {
+                    self.emit(outputs, output, out);
                 });
                 // Missing samples take as much memory as others.
                 let taken = missing.map_or(0, |missing| 1 + missing as u64);
@@ -176,6 +165,37 @@ impl Running {
             work.numbers = numbers;
         }
         self.work = Some(work);
+    }
+
+    /// The session is over: reports the windows that end with the stream.
+    pub(crate) fn finish(&mut self, out: &mut Outputs) {
+        let Some(mut work) = self.work.take() else { return };
+        let outputs = (&work.windows[..], &work.events[..]);
+        work.live.finish(&mut |output| self.emit(outputs, output, out));
+        self.work = Some(work);
+    }
+
+    /// Hands on a result of the analysis, to the outputs of windows or of events.
+    fn emit(
+        &self,
+        (windows, events): (&[OutputId], &[OutputId]),
+        output: LiveOutput,
+        out: &mut Outputs,
+    ) {
+        match output {
+            LiveOutput::Window(place, span, measured) => {
+                let data = feature(span.secs(), &measured);
+                out.emit(windows[place], Time::from_nanos(span.end_ns), data);
+            }
+            LiveOutput::Event(event) => {
+                let is_this = |happening: &Happening| happening.kind == event.kind;
+                if let Some(place) = self.analysis.events.iter().position(is_this) {
+                    let channels = &self.stream.channels;
+                    let data = happened(&self.analysis.events[place], &event, channels);
+                    out.emit(events[place], Time::from_nanos(event.at_ns), data);
+                }
+            }
+        }
     }
 
     /// Reports once, as a fault, that a stream's unit can't be converted to that of the analysis.

@@ -8,7 +8,7 @@ pub type Make = Box<dyn Fn(f64) -> Result<Box<dyn Causal + Send>, SignalError> +
 /// they end.
 ///
 /// Windows of each length end together, one hop apart counted from the first sample, and are reported when
-/// the first sample at or after their end arrives. A gap is filled with missing samples. During a gap longer
+/// the first sample at or after their end arrives, or the stream [ends](Self::finish) there. A gap is filled with missing samples. During a gap longer
 /// than the longest window nothing is reported; after one that is also longer than [`LONGEST_HELD_NS`], or
 /// that would take a million samples to fill, the analysis restarts. All results are a function of the
 /// samples and their times alone: a live session, its replay and a later analysis of the same samples agree
@@ -52,6 +52,9 @@ pub const LONGEST_HELD_NS: i64 = 600_000_000_000;
 const MOST_FILLED: usize = 1_000_000;
 /// How long after its end a span may be queried, by when all of its events are known [ns].
 const ASKED_LATER_NS: i64 = 5_000_000_000;
+
+/// The most by which an interval between samples is longer than at the nominal rate, as a factor.
+const CLOCKS_DIFFER: f64 = 1.01;
 
 /// The period after which a window is fully recomputed [ns].
 const ANEW_NS: i64 = 10_000_000_000;
@@ -200,6 +203,15 @@ impl Live {
         Some(missing)
     }
 
+    /// Reports the windows that the samples so far fill, at the end of the stream: those that end one sample interval
+    /// after the newest at the latest.
+    pub fn finish(&mut self, report: &mut dyn FnMut(LiveOutput)) {
+        let Some(newest_ns) = self.newest_ns() else { return };
+        let interval_ns = if self.rate_hz > 0.0 { 1e9 / self.rate_hz * CLOCKS_DIFFER } else { 1.0 };
+        let complete_ns = newest_ns.saturating_add(interval_ns.ceil() as i64);
+        self.report_until(complete_ns, report);
+    }
+
     /// Whether a gap [ns] is too long for any window to hold data from before it.
     fn empties_windows(&self, gap_ns: i64) -> bool {
         self.lengths_ns.iter().max().is_some_and(|&longest_ns| gap_ns > longest_ns)
@@ -222,15 +234,20 @@ impl Live {
     }
 
     fn take(&mut self, at_ns: i64, channels: &[f64], report: &mut dyn FnMut(LiveOutput)) {
-        // At the end of the range of times, no other window ends.
-        while at_ns >= self.end_ns && self.end_ns < i64::MAX && !self.lengths_ns.is_empty() {
-            self.report_windows(report);
-        }
+        self.report_until(at_ns, report);
         self.analysis.push(at_ns, channels);
         self.pushed += 1;
         while let Some(mut event) = self.analysis.next_event() {
             event.sample += self.before as f64;
             report(LiveOutput::Event(event));
+        }
+    }
+
+    /// Reports the windows that end at a time [ns] or earlier.
+    fn report_until(&mut self, at_ns: i64, report: &mut dyn FnMut(LiveOutput)) {
+        // At the end of the range of times, no other window ends.
+        while at_ns >= self.end_ns && self.end_ns < i64::MAX && !self.lengths_ns.is_empty() {
+            self.report_windows(report);
         }
     }
 
