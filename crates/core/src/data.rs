@@ -127,7 +127,7 @@ pub enum Reason {
     Undefined = 5,
     /// No baseline to compare with has ended yet.
     NoBaseline = 6,
-    /// The event has not happened, or is over.
+    /// The event has not happened, or is over; or there was nothing to measure in the window, as speech.
     Nothing = 7,
     /// The baseline is too short to estimate how much its values vary.
     BriefBaseline = 8,

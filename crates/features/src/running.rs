@@ -287,6 +287,7 @@ fn reason(value: Result<f64, analysis::Reason>) -> Reason {
         Err(analysis::Reason::Quality) => Reason::Quality,
         Err(analysis::Reason::Missing) => Reason::Missing,
         Err(analysis::Reason::Undefined) => Reason::Undefined,
+        Err(analysis::Reason::Nothing) => Reason::Nothing,
     }
 }
 

@@ -73,6 +73,8 @@ pub enum Reason {
     Missing,
     /// The formula has no answer for these data.
     Undefined,
+    /// What is measured did not happen in the span: nobody spoke.
+    Nothing,
 }
 
 impl fmt::Display for Reason {
@@ -83,6 +85,7 @@ impl fmt::Display for Reason {
             Reason::Quality => "data too poor",
             Reason::Missing => "not measured by this device",
             Reason::Undefined => "undefined for these data",
+            Reason::Nothing => "there is none",
         })
     }
 }

@@ -119,8 +119,13 @@ pub(super) fn measure(store: &Store, span: Span) -> Measured {
     Measured { coverage, quality, values }
 }
 
+/// The value of `count` frames, if they are enough.
 fn enough(count: usize, least: usize, of: &dyn Fn() -> Result<f64, Reason>) -> Result<f64, Reason> {
-    if count < least { Err(Reason::Short) } else { of() }
+    match count {
+        0 => Err(Reason::Nothing),
+        _ if count < least => Err(Reason::Short),
+        _ => of(),
+    }
 }
 
 /// The signal-to-noise ratio or voicing, reduced by clipping [0..1]; in a span without speech, the share
@@ -225,6 +230,6 @@ impl Talk {
 
     fn mean_pause_secs(&self) -> Result<f64, Reason> {
         let mean_frames = self.paused as f64 / self.pauses as f64;
-        if self.pauses == 0 { Err(Reason::Short) } else { Ok(mean_frames / FRAMES_HZ) }
+        if self.pauses == 0 { Err(Reason::Nothing) } else { Ok(mean_frames / FRAMES_HZ) }
     }
 }

@@ -143,7 +143,7 @@ fn why(reason: Reason) -> &'static str {
         Reason::Missing => "no sensor here provides this quantity",
         Reason::Undefined => "the formula is undefined for these data",
         Reason::NoBaseline => "no phase named baseline has ended, or nothing was measured in it",
-        Reason::Nothing => "the event has not happened, or is over",
+        Reason::Nothing => "what is measured has not happened in the window, as speech, or is over",
         Reason::BriefBaseline => {
             "too little of the baseline is known: a difference needs nearly two windows, z five"
         }
