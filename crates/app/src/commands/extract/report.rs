@@ -152,7 +152,7 @@ fn rows<'a>(
 ) -> impl Iterator<Item = Row> + 'a {
     values.iter().zip(&measured.values).map(|(value, found)| Row {
         name: value.name.clone().into_owned(),
-        value: found.ok(),
+        value: found.ok().map(positive_zero),
         unit: units::spelt(&value.unit),
         start_secs: secs(span.begin_ns),
         end_secs: secs(span.end_ns),
@@ -169,7 +169,7 @@ fn around<'a>(
 ) -> impl Iterator<Item = EventRow> + 'a {
     values.iter().zip(&measured.values).map(|(value, found)| EventRow {
         name: value.name.clone().into_owned(),
-        value: found.ok(),
+        value: found.ok().map(positive_zero),
         unit: units::spelt(&value.unit),
         event_secs: *event_secs,
         coverage: measured.coverage,
@@ -184,6 +184,23 @@ pub fn secs(at_ns: i64) -> f64 {
     at_ns as f64 / 1e9
 }
 
+/// A number that is not written as `-0.0`, which an empty sum is.
+fn positive_zero(value: f64) -> f64 {
+    value + 0.0
+}
+
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_value_of_an_empty_sum_is_zero_without_a_sign() {
+        let empty: f64 = [0.0; 0].iter().sum();
+        assert!(positive_zero(empty).is_sign_positive());
+        assert_eq!(positive_zero(-1.5).to_string(), "-1.5");
+    }
 }
