@@ -146,6 +146,7 @@ def test_what_is_no_table_of_numbers_is_refused_with_a_hint(stage):
         "empty.csv": ("", 1, "empty"),
         "names.csv": ("ecg,eda\n", 1, "has none"),
         "bytes.csv": ("\x00\x01\x02" * 100, 1, "not a text table"),
+        "voice.wav": ("RIFF\x24\x00\x00\x00WAVEfmt ", 1, "a WAV file"),
     }
     for name, (text, code, words) in cases.items():
         path = stage.folder / name

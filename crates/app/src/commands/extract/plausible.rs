@@ -17,6 +17,8 @@ const LEAST_EDA_US: f64 = 5e-5;
 const LEAST_EEG_UV: f64 = 0.1;
 /// Lowest and highest skin temperature of a living person [degC].
 const SKIN_DEG_C: (f64, f64) = (-20.0, 60.0);
+/// The largest sample of audio, of which 1 is full scale: a signal may exceed that a little.
+const MOST_AUDIO: f64 = 8.0;
 /// Highest typical acceleration of a person [g].
 const MOST_ACCELERATION_G: f64 = 4.0;
 
@@ -92,6 +94,10 @@ impl Plausible {
                 "give --unit mg or m/s^2 if that is their unit, g/64 for an E4, or --scale \
                  FACTOR to convert counts to g: 0.000488281 for an Embrace Plus",
             ),
+            Signal::Audio if self.largest > MOST_AUDIO => (
+                format!("audio of up to {} exceeds its full scale, which is 1{counts}", self.largest),
+                "give --scale 0.000030517578125 (1/32768) for samples of 16 bits",
+            ),
             _ => return Ok(()),
         };
         Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
@@ -124,6 +130,22 @@ mod tests {
         for signal in [Signal::Ecg, Signal::Ppg, Signal::Emg, Signal::Other] {
             assert!(!is_refused(signal, &[1812.0]), "{signal:?}");
         }
+    }
+
+    #[test]
+    fn audio_in_counts_is_refused_also_after_silence() {
+        let refused = |numbers: &[f64]| {
+            let mut plausible = Plausible::new(Signal::Audio);
+            for number in numbers {
+                plausible.take(&[*number]);
+            }
+            plausible.refused().err().map(|failure| failure.words())
+        };
+        let (message, hint) = refused(&[0.0, -4.0, 2300.0]).unwrap();
+        assert!(message.starts_with("audio of up to 2300 exceeds its full scale"), "{message}");
+        assert!(hint.contains("--scale 0.0000305"), "{hint}");
+        assert!(refused(&[&[0.0; FIRST][..], &[-120.0]].concat()).is_some());
+        assert!(refused(&[0.3, -1.2]).is_none());
     }
 
     #[test]

@@ -34,6 +34,9 @@ pub enum TableError {
         /// From 1.
         line: usize,
     },
+    /// The file is sound.
+    #[error("read line 1: the file is a WAV file, not a text table")]
+    Wav,
     /// A cell holds text where a number was expected.
     #[error("read line {line}: column {column} holds \"{text}\" where a number was expected")]
     Text {
@@ -157,6 +160,10 @@ impl TableError {
             TableError::Open { .. } | TableError::Read { .. } => String::new(),
             TableError::Empty | TableError::NoNumbers | TableError::NoTable { .. } => {
                 "a table has one number per line, or several separated by commas, semicolons, bars, tabs or spaces"
+                    .into()
+            }
+            TableError::Wav => {
+                "write its samples as a table, as with `sox voice.wav voice.dat`, and give voice.dat with --column 2"
                     .into()
             }
             TableError::Text { .. } => {

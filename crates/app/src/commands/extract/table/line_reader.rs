@@ -120,7 +120,9 @@ impl LineReader {
         let read = bytes.len() as u64;
         self.read += read;
         if read >= LONGEST_LINE || bytes.contains(&0) {
-            return Err(TableError::NoTable { line: self.number });
+            let is_wav = self.number == 1 && bytes.starts_with(b"RIFF");
+            let no_table = TableError::NoTable { line: self.number };
+            return Err(if is_wav { TableError::Wav } else { no_table });
         }
         while bytes.last().is_some_and(|byte| b"\r\n".contains(byte)) {
             bytes.pop();
@@ -173,9 +175,12 @@ pub fn is_rule(line: &str) -> bool {
     line.contains("---") && line.bytes().all(|byte| b"-+|=: \t".contains(&byte))
 }
 
-/// Whether a line is a comment.
+/// Whether a line is a comment; those of `SoX` begin with a semicolon.
 pub fn is_comment(line: &str) -> bool {
     let line = line.trim_start();
+    if ["; Sample Rate ", "; Channels "].iter().any(|of_sox| line.starts_with(of_sox)) {
+        return true;
+    }
     // A cell of a spreadsheet with an error begins like a comment.
     line.starts_with(['#', '%'])
         && !["#N/A", "#DIV/0!", "#VALUE!", "#NUM!", "#NULL!"].iter().any(|it| line.starts_with(it))
