@@ -70,6 +70,15 @@ def test_beats_are_found_where_they_are(stage, recording, method):
     assert max(map(abs, offsets)) < 0.008
 
 
+def test_a_table_of_events_has_its_header_also_without_events(stage):
+    path = table(stage.folder / "flat.csv", ["5"] * 400, "eda_us")
+    done = stage.ask("extract", path, "--signal", "eda", "--rate", 4, "--events")
+    assert (done.returncode, done.stdout) == (0, "kind,sample,time_secs"), done
+    path = table(stage.folder / "warm.csv", ["33.0"] * 400, "temp_c")
+    done = stage.ask("extract", path, "--signal", "temperature", "--rate", 4, "--events")
+    assert done.returncode == 2 and "temperature has no events" in done.stderr, done
+
+
 @pytest.mark.parametrize("method", ["whole", "causal"])
 def test_every_window_has_each_value_or_why_there_is_none(stage, recording, method):
     arguments = ("--signal", "ecg", "--rate", RATE_HZ, "--window", 30, "--method", method)

@@ -161,6 +161,7 @@ impl Extract {
                 output::json(&Report::new(self.signal.word(), rate_hz, method, &found, score));
             }
             Purpose::Events => {
+                found.end_events();
                 score.iter().flatten().for_each(|each| output::note(each.shown()));
             }
             Purpose::Windows => {
@@ -195,8 +196,9 @@ impl Extract {
             return wrong(message, "intervals of an ECG or a PPG are always corrected");
         }
         self.around.check(self.signal, self.method == Method::Causal)?;
-        if self.truth.is_some() && self.signal.main_event().is_none() {
-            return wrong(format!("{word} has no events to score"), "remove --truth");
+        let option = if self.truth.is_some() { "--truth" } else { "--events" };
+        if (self.truth.is_some() || self.events) && self.signal.main_event().is_none() {
+            return wrong(format!("{word} has no events"), &format!("remove {option}"));
         }
         Ok(())
     }

@@ -92,6 +92,13 @@ impl Found {
         }
     }
 
+    /// Completes the table of events, if they are printed.
+    pub fn end_events(&self) {
+        if self.purpose == Purpose::Events {
+            self.heading.end();
+        }
+    }
+
     /// Takes in the results of a window.
     pub fn window(&mut self, span: Span, measured: Measured) {
         match self.purpose {

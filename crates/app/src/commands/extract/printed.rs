@@ -8,6 +8,9 @@ use super::around::Around;
 use super::report::{Score, secs};
 use crate::output;
 
+/// The columns of every table of events.
+const EVENT: [&str; 3] = ["kind", "sample", "time_secs"];
+
 /// The header of a table of events, from the first event.
 #[derive(Default)]
 pub struct Heading {
@@ -15,11 +18,18 @@ pub struct Heading {
 }
 
 impl Heading {
+    /// Prints the header where there was no event: its details are known from events only.
+    pub fn end(&self) {
+        if self.names.is_none() {
+            output::line(EVENT.join(","));
+        }
+    }
+
     /// Prints an event as a line of comma-separated values; before the first one, the header.
     pub fn show(&mut self, event: &Event) {
         let names = self.names.get_or_insert_with(|| {
             let names: Vec<&str> = event.details.iter().map(|(name, _)| *name).collect();
-            output::line([&["kind", "sample", "time_secs"], &names[..]].concat().join(","));
+            output::line([&EVENT, &names[..]].concat().join(","));
             names
         });
         let mut cells = vec![event.kind.to_owned(), event.sample.to_string()];
