@@ -96,8 +96,8 @@ pub struct Extract {
     /// PPG are corrected
     #[arg(long, value_name = "WHAT")]
     artefacts: Option<analyses::Artefacts>,
-    /// A table of true events to score the detected ones against: column `sample`, or `time_secs` on the time axis of
-    /// the table. Of beats and pulses within 150 and 50 ms, of skin responses the onsets within 1 s, of breaths the
+    /// A table of true events to score the detected ones against: column `sample`, or `time_secs` or `onset` on the
+    /// time axis of the table. Of beats and pulses within 150 and 50 ms, of skin responses the onsets within 1 s, of breaths the
     /// onsets within 0.5 s
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
@@ -145,11 +145,9 @@ impl Extract {
             Some(truth) => {
                 let times = rows.times();
                 let span_secs = (times.begin_ns() as f64 / 1e9, times.end_ns() as f64 / 1e9);
-                let marks = Marks::read(truth).map_err(failure)?;
+                let (marks, read_as) = Marks::read(truth)?;
                 let (places, note) = marks.places(span_secs, rate_hz);
-                if let Some(note) = note {
-                    found.note(note);
-                }
+                read_as.into_iter().chain(note).for_each(|note| found.note(note));
                 Some(self.score(&found, &places, rate_hz))
             }
             None => None,

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
+use super::options::failure;
 use super::table::{Table, TableError, Wanted};
+use crate::failure::Failure;
 
 /// Events that an expert marked.
 pub enum Marks {
@@ -13,21 +15,28 @@ pub enum Marks {
 }
 
 impl Marks {
-    /// Reads a table's column `sample`, or `time_secs`, or the first column of a table without names as samples.
-    pub fn read(path: &Path) -> Result<Marks, TableError> {
-        match column(path, "sample") {
-            Err(TableError::NoColumn { there, .. })
-                if there.iter().any(|name| name == "time_secs") =>
-            {
-                column(path, "time_secs").map(Marks::Secs)
-            }
-            Err(TableError::NoColumn { there, .. })
-                if there.first().is_some_and(|name| name == "1") =>
-            {
-                column(path, "1").map(Marks::Samples)
-            }
-            read => read.map(Marks::Samples),
+    /// Reads a table's column `sample`, or `time_secs` or `onset`, or the first column of a table without names as
+    /// samples, which is noted.
+    pub fn read(path: &Path) -> Result<(Marks, Option<String>), Failure> {
+        let there = match column(path, "sample") {
+            Err(TableError::NoColumn { there, .. }) => there,
+            read => return Ok((Marks::Samples(read.map_err(failure)?), None)),
+        };
+        let is_there = |wanted: &&str| there.iter().any(|name| name == wanted);
+        if let Some(times) = ["time_secs", "onset"].into_iter().find(is_there) {
+            return Ok((Marks::Secs(column(path, times).map_err(failure)?), None));
         }
+        if there.first().is_some_and(|name| name == "1") {
+            let note = "the first column of --truth has no name and is taken as sample numbers: name it `time_secs` if it \
+                        holds times";
+            let samples = column(path, "1").map_err(failure)?;
+            return Ok((Marks::Samples(samples), Some(note.to_owned())));
+        }
+        let no_column = TableError::NoColumn { wanted: "sample".to_owned(), there };
+        Err(failure(no_column).hint(
+            "the table of --truth needs the places of its events in a column `sample`, or their times in `time_secs` or \
+             `onset`",
+        ))
     }
 
     /// Their places in a recording from one time to another [s] at a rate [Hz], and a note on what they are taken as.
@@ -140,6 +149,24 @@ mod tests {
         let path = folder.path().join("events.tsv");
         std::fs::write(&path, "onset\ttrial_type\n1.5\tgo\nn/a\tgo\nnan\tstop\n").unwrap();
         assert_eq!((times_secs(&path, None).unwrap(), left_out(&path).unwrap()), (vec![1.5], 2));
+    }
+
+    #[test]
+    fn true_events_are_samples_or_times_by_the_name_of_their_column() {
+        let folder = tempfile::tempdir().unwrap();
+        let read = |text: &str| {
+            let path = folder.path().join("truth.csv");
+            std::fs::write(&path, text).unwrap();
+            Marks::read(&path).map_err(|failure| failure.words().1)
+        };
+        assert!(matches!(read("sample\n7\n"), Ok((Marks::Samples(_), None))));
+        assert!(matches!(read("onset\ttrial_type\n1.5\tgo\n"), Ok((Marks::Secs(_), None))));
+        let Ok((Marks::Samples(places), Some(note))) = read("0.5\n1.4\n") else {
+            panic!("a column without a name holds sample numbers, with a note")
+        };
+        assert!(places == [0.5, 1.4] && note.contains("taken as sample numbers"), "{note}");
+        let hint = read("when\n1\n").err().unwrap();
+        assert!(hint.contains("--truth") && hint.contains("`onset`"), "{hint}");
     }
 
     #[test]
