@@ -33,7 +33,7 @@ pub fn failure(error: TableError) -> Failure {
 /// Prints on standard error what the table lacked.
 pub fn warn(read: &Rows, found: &mut Found) {
     let (rows, missing, left_out) = (read.table().rows(), found.missing, found.left_out);
-    read.oddities().for_each(|note| found.note(note));
+    read.oddities().chain(read.overlapping()).for_each(|note| found.note(note));
     if missing > 0 {
         let lacking = counted(missing, "row is", "rows are");
         let besides = counted(rows, "row", "rows");

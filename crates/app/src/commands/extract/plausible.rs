@@ -9,6 +9,8 @@ use crate::failure::Failure;
 pub const FIRST: usize = 20;
 /// Usual intervals between beats [ms].
 pub const INTERVALS_MS: (f64, f64) = (200.0, 3000.0);
+/// A usual interval that is shorter is that of no person [ms]: over 220 beats a minute.
+const LEAST_USUAL_MS: f64 = 273.0;
 /// Highest skin conductance [uS].
 const MOST_EDA_US: f64 = 100.0;
 /// A recording whose largest number is smaller is one in another unit: of a skin conductance, in siemens [uS]; of an
@@ -69,11 +71,28 @@ impl Plausible {
         Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
     }
 
-    /// Why the numbers are implausible, with a remedy.
-    pub fn refused(&self) -> Result<(), Failure> {
+    /// The median of the first rows.
+    fn usual(&self) -> Option<f64> {
         let mut first = self.first.clone();
         first.sort_unstable_by(f64::total_cmp);
-        let Some(&usual) = first.get(first.len() / 2) else { return Ok(()) };
+        first.get(first.len() / 2).copied()
+    }
+
+    /// A doubt about the numbers, which are used all the same.
+    pub fn note(&self) -> Option<String> {
+        let usual_ms = self.usual().filter(|_| self.signal == Signal::Interval)?;
+        (usual_ms < LEAST_USUAL_MS).then(|| {
+            format!(
+                "the usual interval, {usual_ms} ms, is a heart rate of {:.0} a minute: give --unit or --scale if it is \
+                 not in milliseconds, such as --unit s/1024",
+                60_000.0 / usual_ms
+            )
+        })
+    }
+
+    /// Why the numbers are implausible, with a remedy.
+    pub fn refused(&self) -> Result<(), Failure> {
+        let Some(usual) = self.usual() else { return Ok(()) };
         let counts = if self.are_whole { ": they look like raw counts of a converter" } else { "" };
         let (message, hint) = match self.signal {
             Signal::Interval if !(INTERVALS_MS.0..=INTERVALS_MS.1).contains(&usual) => (
@@ -95,7 +114,10 @@ impl Plausible {
                  FACTOR to convert counts to g: 0.000488281 for an Embrace Plus",
             ),
             Signal::Audio if self.largest > MOST_AUDIO => (
-                format!("audio of up to {} exceeds its full scale, which is 1{counts}", self.largest),
+                format!(
+                    "audio of up to {} exceeds its full scale, which is 1{counts}",
+                    self.largest
+                ),
                 "give --scale 0.000030517578125 (1/32768) for samples of 16 bits",
             ),
             _ => return Ok(()),
@@ -167,6 +189,18 @@ mod tests {
         ] {
             assert!(refused(signal, numbers).is_none(), "{signal:?}: {numbers:?}");
         }
+    }
+
+    #[test]
+    fn intervals_of_a_rate_that_no_heart_has_are_noted() {
+        let note = |signal: Signal, number: f64| {
+            let mut plausible = Plausible::new(signal);
+            (0..FIRST).for_each(|_| plausible.take(&[number]));
+            plausible.note()
+        };
+        let ticks = note(Signal::Interval, 219.0).unwrap();
+        assert!(ticks.contains("219 ms, is a heart rate of 274 a minute"), "{ticks}");
+        assert_eq!((note(Signal::Interval, 300.0), note(Signal::Ecg, 219.0)), (None, None));
     }
 
     #[test]

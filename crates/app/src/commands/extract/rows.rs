@@ -47,7 +47,7 @@ impl Rows {
         let begin_ns = if signal.is_even() { 0 } else { begin_ns(&mut table, &scaling)? };
         let times = Times::new(signal, &table, begin_ns);
         let are_of_beats = !signal.is_even() && are_of_beats(&mut table, &scaling)?;
-        let intervals = (!signal.is_even()).then(OddIntervals::default);
+        let intervals = (!signal.is_even()).then(|| OddIntervals::new(are_of_beats));
         let plausible = Plausible::new(signal.signal);
         Ok(Rows { table, scaling, times, are_of_beats, plausible, intervals })
     }
@@ -72,7 +72,12 @@ impl Rows {
     pub fn oddities(&self) -> impl Iterator<Item = String> {
         let rows = self.table.rows();
         let intervals = self.intervals.into_iter().flat_map(move |odd| odd.notes(rows));
-        self.table.oddities().chain(intervals)
+        self.table.oddities().chain(intervals).chain(self.plausible.note())
+    }
+
+    /// Intervals between beats that are not used because of the times of the beats, in words.
+    pub fn overlapping(&self) -> Option<String> {
+        self.intervals?.overlapping(self.table.rows())
     }
 
     /// The next row in the signal's unit, and its time [ns].
@@ -224,6 +229,27 @@ mod tests {
                 "4 intervals are longer than 3 s, the first in line 6: by the sum of all intervals, what follows is that much later (of all 28 rows)",
             ]
         );
+    }
+
+    #[test]
+    fn intervals_that_reach_beyond_their_beats_are_noted() {
+        let noted = |steps_ms: fn(u32) -> u32| {
+            let mut at_ms = 0;
+            let row = |k: u32| {
+                at_ms += steps_ms(k);
+                format!("{},{},800\n", f64::from(at_ms) / 1e3, k)
+            };
+            let text =
+                (0..60).map(row).fold("time_secs,n,rr_ms\n".to_owned(), |all, row| all + &row);
+            let mut rows = rows(Signal::Interval, &text, None).unwrap();
+            while rows.next().unwrap().is_some() {}
+            rows.overlapping()
+        };
+        assert_eq!(noted(|_| 800), None);
+        assert_eq!(noted(|k| if k == 9 { 1600 } else { 800 }), None);
+        let note = noted(|k| if k % 20 == 19 { 650 } else { 800 }).unwrap();
+        assert!(note.starts_with("3 intervals are longer than the time since the beat"), "{note}");
+        assert!(note.contains("the first in line 21"), "{note}");
     }
 
     #[test]
