@@ -79,6 +79,16 @@ def test_a_table_of_events_has_its_header_also_without_events(stage):
     assert done.returncode == 2 and "temperature has no events" in done.stderr, done
 
 
+def test_artefacts_that_are_kept_are_noted(stage):
+    missed = BEATS_MS[:70] + [BEATS_MS[70] + BEATS_MS[71]] + BEATS_MS[72:]
+    path = table(stage.folder / "missed.csv", missed, "rr_ms")
+    for options, are_noted in (((), True), (("--artefacts", "kept"), False), (("--artefacts", "corrected"), False)):
+        notes = extract(stage, path, "--signal", "interval", *options)["notes"]
+        assert any("--artefacts corrected corrects" in note for note in notes) == are_noted, (options, notes)
+    path = table(stage.folder / "whole.csv", BEATS_MS, "rr_ms")
+    assert not any("--artefacts" in note for note in extract(stage, path, "--signal", "interval")["notes"])
+
+
 @pytest.mark.parametrize("method", ["whole", "causal"])
 def test_every_window_has_each_value_or_why_there_is_none(stage, recording, method):
     arguments = ("--signal", "ecg", "--rate", RATE_HZ, "--window", 30, "--method", method)

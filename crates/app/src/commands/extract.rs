@@ -20,6 +20,7 @@ mod windows;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use teampulse_core::counted::counted;
 use teampulse_core::stream::Signal;
 use teampulse_features::analyses::{Analysis, Chosen};
 use teampulse_signal::agreement::matched;
@@ -141,17 +142,10 @@ impl Extract {
         }
         progress.end();
         warn(&rows, &mut found);
-        let score = match &self.truth {
-            Some(truth) => {
-                let times = rows.times();
-                let span_secs = (times.begin_ns() as f64 / 1e9, times.end_ns() as f64 / 1e9);
-                let (marks, read_as) = Marks::read(truth)?;
-                let (places, note) = marks.places(span_secs, rate_hz);
-                read_as.into_iter().chain(note).for_each(|note| found.note(note));
-                Some(self.score(&found, &places, rate_hz))
-            }
-            None => None,
-        };
+        if let Some(note) = self.artefacts_kept(found.artefacts) {
+            found.note(note);
+        }
+        let score = self.scored(&rows, &mut found)?;
         let rate_hz = self.signal.is_even().then_some(rate_hz);
         let method = if self.method == Method::Causal { "causal" } else { "whole" };
         match purpose {
@@ -199,6 +193,15 @@ impl Extract {
             return wrong(format!("{word} has no events"), &format!("remove {option}"));
         }
         Ok(())
+    }
+
+    /// The note that artefacts among intervals were kept, where the user did not choose that.
+    fn artefacts_kept(&self, artefacts: usize) -> Option<String> {
+        let is_default = !self.signal.is_even() && self.artefacts.is_none();
+        (is_default && artefacts > 0).then(|| {
+            let kept = counted(artefacts, "artefact is", "artefacts are");
+            format!("{kept} kept; --artefacts corrected corrects them, as those of an ECG are")
+        })
     }
 
     fn causal(
@@ -356,6 +359,17 @@ impl Extract {
     fn end_ns(&self, rows: &Rows, last_beat_ns: i64) -> i64 {
         let end_ns = rows.times().end_ns();
         if self.signal.is_even() { end_ns } else { end_ns.max(last_beat_ns.saturating_add(1)) }
+    }
+
+    /// The agreement with the true events, if they are given.
+    fn scored(&self, rows: &Rows, found: &mut Found) -> Result<Option<Vec<Score>>, Failure> {
+        let Some(truth) = &self.truth else { return Ok(None) };
+        let (times, rate_hz) = (rows.times(), rows.table().rate_hz());
+        let span_secs = (times.begin_ns() as f64 / 1e9, times.end_ns() as f64 / 1e9);
+        let (marks, read_as) = Marks::read(truth)?;
+        let (places, note) = marks.places(span_secs, rate_hz);
+        read_as.into_iter().chain(note).for_each(|note| found.note(note));
+        Ok(Some(self.score(found, &places, rate_hz)))
     }
 
     fn score(&self, found: &Found, truth: &[f64], rate_hz: f64) -> Vec<Score> {

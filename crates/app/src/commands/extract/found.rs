@@ -7,6 +7,9 @@ use super::printed::{self, Heading};
 use super::table::Oddity;
 use crate::output;
 
+/// The values that count artefacts among intervals.
+const ARTEFACTS: [&str; 4] = ["HRV_Ectopic", "HRV_Missed", "HRV_Extra", "HRV_LongShort"];
+
 /// How events and windows are reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
@@ -29,6 +32,10 @@ pub struct Found {
     pub windows: Vec<(Span, Measured)>,
     /// The values around events.
     pub around: Around,
+    /// The artefacts among intervals, in windows that do not overlap.
+    pub artefacts: usize,
+    /// The end of the last of these windows [ns].
+    artefacts_until_ns: i64,
     heading: Heading,
     scored: Option<&'static str>,
     /// Places of the events of the scored kind [samples].
@@ -54,6 +61,8 @@ impl Found {
             events: Vec::new(),
             windows: Vec::new(),
             around: Around::default(),
+            artefacts: 0,
+            artefacts_until_ns: i64::MIN,
             heading: Heading::default(),
             scored,
             places: Vec::new(),
@@ -101,6 +110,10 @@ impl Found {
 
     /// Takes in the results of a window.
     pub fn window(&mut self, span: Span, measured: Measured) {
+        if span.begin_ns >= self.artefacts_until_ns {
+            self.artefacts += artefacts(&self.values, &measured);
+            self.artefacts_until_ns = span.end_ns;
+        }
         match self.purpose {
             Purpose::Kept => self.windows.push((span, measured)),
             Purpose::Windows => printed::window(&self.values, span, &measured),
@@ -115,4 +128,11 @@ impl Found {
             None => self.left_out.add(1, line),
         }
     }
+}
+
+/// How many artefacts the values of a window count.
+fn artefacts(values: &[Value], measured: &Measured) -> usize {
+    let counted = values.iter().zip(&measured.values);
+    let counted = counted.filter(|(value, _)| ARTEFACTS.contains(&&*value.name));
+    counted.filter_map(|(_, count)| count.ok()).sum::<f64>() as usize
 }
