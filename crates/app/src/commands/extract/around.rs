@@ -14,7 +14,7 @@ use teampulse_signal::intervals::{Beats, Correction};
 
 use super::options::{failure, seconds};
 use super::table::TableError;
-use super::truth;
+use super::truth::Events;
 use crate::exit::Exit;
 use crate::failure::Failure;
 
@@ -26,8 +26,8 @@ const LEAST_COVERAGE: f64 = 0.95;
 /// Around which events values are computed, and over which spans.
 #[derive(Debug, Args)]
 pub struct AroundArgs {
-    /// A table of events (column `time_secs`, on the time axis of the table, or `sample`; also an `events.tsv`, or the
-    /// events of an export): the heart rate around each of an ECG, a PPG or intervals, or the response of the skin to
+    /// A table of events (column `time_secs`, in seconds on the time axis of the table or as dates, or `sample`; also an
+    /// `events.tsv`, or the events of an export): the heart rate around each of an ECG, a PPG or intervals, or the response of the skin to
     /// each
     #[arg(long, value_name = "FILE")]
     around: Option<std::path::PathBuf>,
@@ -46,6 +46,8 @@ pub struct Around {
     pub values: Vec<Value>,
     /// The time of each event [s], and its values.
     pub events: Vec<(f64, Measured)>,
+    /// The label of each event; empty where it has none.
+    pub labels: Vec<String>,
     /// Why events have no values: those without a time, or all that are outside of the recording.
     pub notes: Vec<String>,
 }
@@ -107,19 +109,18 @@ impl AroundArgs {
     /// The values around the events of the table; nothing where no table is given.
     pub fn find(&self, analysed: &Analysed<'_>) -> Result<Around, Failure> {
         let Some(path) = &self.around else { return Ok(Around::default()) };
-        let events_secs = times_secs(path, analysed)?;
+        let Events { secs, labels, left_out, note } = events(path, analysed)?;
         let failed = |error: SignalError| Failure::new(error.to_string()).exit(Exit::BadArguments);
-        let left_out = truth::left_out(path).map_err(failure)?;
         let without_time = (left_out > 0).then(|| {
             let events = counted(left_out, "event", "events");
             format!("{events} of --around without a time: left out")
         });
-        let notes = without_time.into_iter().chain(analysed.outside(&events_secs)).collect();
+        let notes = note.into_iter().chain(without_time).chain(analysed.outside(&secs)).collect();
         let around = match kind(analysed.signal) {
-            Some(Kind::Heart) => self.heart(analysed, events_secs).map_err(failed),
-            _ => self.skin(analysed, events_secs).map_err(failed),
+            Some(Kind::Heart) => self.heart(analysed, secs).map_err(failed),
+            _ => self.skin(analysed, secs).map_err(failed),
         };
-        Ok(Around { notes, ..around? })
+        Ok(Around { labels, notes, ..around? })
     }
 
     fn heart(&self, analysed: &Analysed<'_>, events_secs: Vec<f64>) -> Result<Around, SignalError> {
@@ -145,7 +146,7 @@ impl AroundArgs {
         Ok(Around {
             events: events.collect(),
             values: heart_values(self.baseline, count, analysed),
-            notes: Vec::new(),
+            ..Around::default()
         })
     }
 
@@ -170,7 +171,8 @@ impl AroundArgs {
             };
             (secs, Measured { values, ..whole })
         });
-        Ok(Around { events: events.collect(), values: skin_values(window), notes: Vec::new() })
+        let events = events.collect();
+        Ok(Around { events, values: skin_values(window), ..Around::default() })
     }
 }
 
@@ -231,11 +233,11 @@ fn usable(whole: &Measured) -> Result<(), Reason> {
     if is_any_poor && !is_any_known { Err(Reason::Quality) } else { Ok(()) }
 }
 
-/// The times of the events on the axis of the recording [s].
-fn times_secs(path: &Path, analysed: &Analysed<'_>) -> Result<Vec<f64>, Failure> {
+/// The events, with their times on the axis of the recording.
+fn events(path: &Path, analysed: &Analysed<'_>) -> Result<Events, Failure> {
     let samples = |sample: f64| analysed.begin_ns as f64 / 1e9 + sample / analysed.rate_hz;
     let rate_hz = analysed.signal.is_even().then_some(analysed.rate_hz);
-    let read = truth::times_secs(path, rate_hz.map(|_| &samples as &dyn Fn(f64) -> f64));
+    let read = Events::read(path, rate_hz.map(|_| &samples as &dyn Fn(f64) -> f64));
     read.map_err(|error| match error {
         TableError::NoColumn { .. } => failure(error).hint(
             "the table of --around needs the times of its events in a column `time_secs`, `onset`, `measured_secs` or \
@@ -369,7 +371,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();
-        times_secs(&path, &minute(10)).map_err(|failure| failure.words())
+        let read = events(&path, &minute(10)).map_err(|failure| failure.words());
+        read.map(|events| events.secs)
     }
 
     #[test]

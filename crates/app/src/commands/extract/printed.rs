@@ -1,6 +1,7 @@
 //! Results of `extract` as text.
 
 use teampulse_core::counted::counted;
+use teampulse_core::text::on_one_line;
 use teampulse_core::units;
 use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
@@ -57,8 +58,10 @@ pub fn window(values: &[Value], span: Span, measured: &Measured) {
 
 /// Prints the values around each event.
 pub fn around(around: &Around) {
-    for (event_secs, measured) in &around.events {
-        output::line(format!("event at {} s", shown_secs(*event_secs)));
+    for ((event_secs, measured), label) in around.events.iter().zip(&around.labels) {
+        let label =
+            if label.is_empty() { String::new() } else { format!(": {}", on_one_line(label)) };
+        output::line(format!("event at {} s{label}", shown_secs(*event_secs)));
         each(&around.values, measured);
     }
 }

@@ -49,6 +49,9 @@ struct EventRow {
     value: Option<f64>,
     unit: String,
     event_secs: f64,
+    /// What its table calls it.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    label: String,
     coverage: f64,
     quality: f64,
     method: String,
@@ -129,7 +132,8 @@ impl Report {
                 .around
                 .events
                 .iter()
-                .flat_map(|event| around(&found.around.values, event))
+                .zip(&found.around.labels)
+                .flat_map(|(event, label)| around(&found.around.values, event, label))
                 .collect(),
             score,
         }
@@ -166,12 +170,14 @@ fn rows<'a>(
 fn around<'a>(
     values: &'a [Value],
     (event_secs, measured): &'a (f64, Measured),
+    label: &'a str,
 ) -> impl Iterator<Item = EventRow> + 'a {
     values.iter().zip(&measured.values).map(|(value, found)| EventRow {
         name: value.name.clone().into_owned(),
         value: found.ok().map(positive_zero),
         unit: units::spelt(&value.unit),
         event_secs: *event_secs,
+        label: label.to_owned(),
         coverage: measured.coverage,
         quality: measured.quality,
         method: value.method.clone().into_owned(),

@@ -13,6 +13,7 @@ mod line;
 mod line_reader;
 mod oddity;
 mod sampling;
+mod texts;
 mod times;
 mod units;
 mod utf16;
@@ -26,6 +27,7 @@ pub use error::TableError;
 pub use grid::Grid;
 pub use oddity::Oddity;
 pub use sampling::Sampling;
+pub use texts::{dates_secs, text_column};
 pub use units::{is_raw, is_unit};
 
 use columns::{Columns, is_own_time};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::options::failure;
-use super::table::{Table, TableError, Wanted};
+use super::table::{Table, TableError, Wanted, dates_secs, text_column};
 use crate::failure::Failure;
 
 /// Events that an expert marked.
@@ -82,32 +82,58 @@ fn outside(begin_secs: f64, end_secs: f64) -> String {
 /// that `export` writes.
 const TIMES: [&str; 3] = ["time_secs", "onset", "measured_secs"];
 
-/// Reads the times of events [s] from a table's column `time_secs`, `onset` or `measured_secs`, or `sample` where
-/// samples have times.
-pub fn times_secs(
-    path: &Path,
-    of_sample: Option<&dyn Fn(f64) -> f64>,
-) -> Result<Vec<f64>, TableError> {
-    let there = match column(path, TIMES[0]) {
-        Err(TableError::NoColumn { there, .. }) => there,
-        read => return read,
-    };
-    let is_there = |wanted: &str| there.iter().any(|name| name == wanted);
-    match (TIMES.into_iter().find(|name| is_there(name)), of_sample) {
-        (Some(times), _) => column(path, times),
-        (None, Some(of_sample)) if is_there("sample") => {
-            Ok(column(path, "sample")?.into_iter().map(of_sample).collect())
+/// The columns with the labels of events.
+const LABELS: [&str; 2] = ["trial_type", "label"];
+
+/// Events with their times.
+#[derive(Debug, PartialEq)]
+pub struct Events {
+    /// The time of each [s].
+    pub secs: Vec<f64>,
+    /// The label of each; empty where it has none.
+    pub labels: Vec<String>,
+    /// How many more have no time, or no number where one was expected.
+    pub left_out: usize,
+    /// How their times are read, if that is not stated.
+    pub note: Option<String>,
+}
+
+impl Events {
+    /// Reads the times of events from a table's column `time_secs`, `onset` or `measured_secs`, in seconds or as dates, or
+    /// `sample` where samples have times; and their labels from `trial_type` or `label`.
+    pub fn read(path: &Path, of_sample: Option<&dyn Fn(f64) -> f64>) -> Result<Events, TableError> {
+        let (secs, note) = match (times(path)?, of_sample) {
+            (Some(times), _) => times,
+            (None, Some(of_sample)) if text_column(path, "sample")?.is_some() => {
+                (cells(path, "sample")?.into_iter().map(of_sample).collect(), String::new())
+            }
+            (None, _) => (column(path, TIMES[0])?, String::new()),
+        };
+        let mut labels = Vec::new();
+        for name in LABELS {
+            if labels.is_empty() {
+                labels = text_column(path, name)?.unwrap_or_default();
+            }
         }
-        _ => Err(TableError::NoColumn { wanted: TIMES[0].to_owned(), there }),
+        labels.resize(secs.len(), String::new());
+        let all = secs.len();
+        let timed = secs.into_iter().zip(labels).filter(|(secs, _)| secs.is_finite());
+        let (secs, labels): (Vec<f64>, Vec<String>) = timed.unzip();
+        let left_out = all - secs.len();
+        Ok(Events { secs, labels, left_out, note: Some(note).filter(|note| !note.is_empty()) })
     }
 }
 
-/// How many rows of the table have no time, or no number where one was expected.
-pub fn left_out(path: &Path) -> Result<usize, TableError> {
-    let is_there = |name: &&str| !matches!(column(path, name), Err(TableError::NoColumn { .. }));
-    let names = [&TIMES[..], &["sample"]].concat();
-    let name = names.into_iter().find(is_there).unwrap_or(TIMES[0]);
-    Ok(cells(path, name)?.iter().filter(|cell| !cell.is_finite()).count())
+/// The times in the first column of times that a table has, NaN where there is none, with a note on how dates are read.
+fn times(path: &Path) -> Result<Option<(Vec<f64>, String)>, TableError> {
+    for name in TIMES {
+        let Some(texts) = text_column(path, name)? else { continue };
+        return match cells(path, name) {
+            Ok(secs) => Ok(Some((secs, String::new()))),
+            Err(error) => dates_secs(name, &texts).map(Some).ok_or(error),
+        };
+    }
+    Ok(None)
 }
 
 /// The numbers in a column.
@@ -144,11 +170,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn events_without_a_time_are_counted() {
+    fn events_have_their_labels_and_those_without_a_time_are_counted() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("events.tsv");
-        std::fs::write(&path, "onset\ttrial_type\n1.5\tgo\nn/a\tgo\nnan\tstop\n").unwrap();
-        assert_eq!((times_secs(&path, None).unwrap(), left_out(&path).unwrap()), (vec![1.5], 2));
+        std::fs::write(&path, "onset\ttrial_type\n1.5\tgo\nn/a\tgo\nnan\tstop\n2\tstop\n").unwrap();
+        let events = Events::read(&path, None).unwrap();
+        assert_eq!((events.secs, events.left_out, events.note), (vec![1.5, 2.0], 2, None));
+        assert_eq!(events.labels, ["go", "stop"]);
+    }
+
+    #[test]
+    fn events_may_have_dates() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("events.csv");
+        let text =
+            "onset,trial_type\n2026-01-05T10:15:00.5Z,go\n,lost\n2026-01-05T10:15:02Z,stop\n";
+        std::fs::write(&path, text).unwrap();
+        let events = Events::read(&path, None).unwrap();
+        assert_eq!(events.secs, [1_767_608_100.5, 1_767_608_102.0]);
+        assert_eq!((events.left_out, events.note, &*events.labels[1]), (1, None, "stop"));
+        std::fs::write(&path, "time_secs\n2026-01-05 10:15:00\n").unwrap();
+        let note = Events::read(&path, None).unwrap().note.unwrap();
+        assert!(note.contains("taken as UTC"), "{note}");
     }
 
     #[test]
