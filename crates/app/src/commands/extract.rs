@@ -32,7 +32,7 @@ use crate::output;
 pub use analyses::signal;
 pub use asked::TableArgs;
 pub use rows::Rows;
-pub use table::{Oddity, Row, Table};
+pub use table::{Oddity, Row, Table, without_unit};
 
 use around::{Analysed, AroundArgs};
 use found::{Found, Purpose};

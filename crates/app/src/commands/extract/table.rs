@@ -28,7 +28,7 @@ pub use grid::Grid;
 pub use oddity::Oddity;
 pub use sampling::Sampling;
 pub use texts::{dates_secs, text_column};
-pub use units::{is_raw, is_unit};
+pub use units::{is_raw, is_unit, without_unit};
 
 use columns::{Columns, is_own_time};
 use head::Head;

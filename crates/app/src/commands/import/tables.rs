@@ -18,7 +18,7 @@ use teampulse_formats as formats;
 use teampulse_sources::ros_people::NAMESPACE;
 
 use super::imported::{Imported, unlike};
-use crate::commands::extract::{Oddity, Row, Rows, Table, TableArgs, signal};
+use crate::commands::extract::{Oddity, Row, Rows, Table, TableArgs, signal, without_unit};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
@@ -339,7 +339,10 @@ fn stream(signal: &Analysis, table: &Table, asked: &Asked) -> Stream {
     stream.rate_hz = if signal.is_even() { table.rate_hz() } else { 0.0 };
     let names: Vec<String> = match table.names() {
         [_] => vec![signal.word().to_owned()],
-        several => unlike(several.iter().map(|name| on_one_line(name).into_owned())).collect(),
+        several => {
+            let plain = several.iter().map(|name| on_one_line(without_unit(name)).into_owned());
+            unlike(plain).collect()
+        }
     };
     let reported = |place: usize| table.units().get(place).cloned().flatten().unwrap_or_default();
     let unit = |place: usize| {

@@ -19,12 +19,12 @@ pub fn unit(head: &Head, place: usize, wanted: &Wanted) -> Option<String> {
     }
     let below = head.units.get(place).map(String::as_str);
     let name = head.names.get(place)?;
-    below
-        .into_iter()
-        .chain(in_brackets(name))
-        .map(mended)
-        .find(|unit| is_unit(unit))
-        .or_else(|| of_ending(name, wanted.unit?))
+    below.into_iter().chain(in_brackets(name)).map(mended).find(|unit| is_unit(unit)).or_else(
+        || match wanted.unit {
+            Some(to) => of_ending(name, to),
+            None => of_voltage(name).filter(|_| ["ecg", "emg"].contains(&wanted.signal)),
+        },
+    )
 }
 
 /// The text in the last brackets of a name.
@@ -45,6 +45,23 @@ fn of_ending(name: &str, to: &str) -> Option<String> {
     let units = micro.into_iter().chain([ending, &upper]);
     let mut units = units.filter(|unit| Conversion::between(unit, to).is_some());
     units.next().map(str::to_owned)
+}
+
+/// The unit of a voltage at the end of a name, in any case of letters: `ecg_mV`. A `V` alone may be a lead's.
+fn of_voltage(name: &str) -> Option<String> {
+    let (_, ending) = name.rsplit_once('_')?;
+    let unit = ["nV", "uV", "mV"].into_iter().find(|unit| ending.eq_ignore_ascii_case(unit));
+    unit.map(str::to_owned)
+}
+
+/// A name without the unit in brackets at its end.
+pub fn without_unit(name: &str) -> &str {
+    let unit = in_brackets(name).filter(|unit| is_unit(&mended(unit)));
+    let open = unit.and_then(|_| name.rfind(['[', '(']));
+    match open.map(|open| name[..open].trim_end()) {
+        Some(plain) if !plain.is_empty() && name.ends_with([']', ')']) => plain,
+        _ => name,
+    }
 }
 
 /// Windows writes the micro and degree signs in bytes that are not UTF-8.
@@ -114,6 +131,27 @@ mod tests {
         assert_eq!(of_ending("rr_ms", "ms").as_deref(), Some("ms"));
         assert_eq!(of_ending("skin_left", "uS"), None);
         assert_eq!(of_ending("ms", "ms"), None);
+    }
+
+    #[test]
+    fn the_unit_of_a_voltage_may_end_its_name() {
+        let of = |name| of_voltage(name);
+        assert_eq!(of("ecg_mV").as_deref(), Some("mV"));
+        assert_eq!(of("emg_left_uv").as_deref(), Some("uV"));
+        assert_eq!((of("lead_V"), of("mV"), of("ecg_filtered")), (None, None, None));
+    }
+
+    #[test]
+    fn a_name_is_known_without_its_unit() {
+        for (name, plain) in [
+            ("x [g]", "x"),
+            ("Accel_X (m/s^2)", "Accel_X"),
+            ("emg (left)", "emg (left)"),
+            ("[g]", "[g]"),
+            ("x", "x"),
+        ] {
+            assert_eq!(without_unit(name), plain, "{name}");
+        }
     }
 
     #[test]
