@@ -5,12 +5,17 @@ use super::dates::{Order, date_ns, order};
 use super::dialect::Decimal;
 use super::error::TableError;
 use super::head::{Head, is_count_like, is_time_like};
+use super::line::number;
 use super::units::{self, unit};
 
 /// The names of the time columns in our own tables [s].
 const OWN_TIMES: [&str; 3] = ["measured_secs", "unix_secs", "time_secs"];
 /// Rates that differ by less count as equal, as far as a few stamps in whole milliseconds can show.
 const LIKE_RATES: f64 = 0.05;
+
+/// A column rises evenly if it has this number of steps, and none is larger than the smallest by this factor.
+const LEAST_STEPS: usize = 4;
+const MOST_UNEVEN: f64 = 1.5;
 
 /// Times before this contain no date [ns]: 2001-01-01.
 const DATED_NS: i64 = 978_307_200_000_000_000;
@@ -133,11 +138,30 @@ fn unnamed(
     if chosen.is_empty() || (!wanted.takes_all && chosen.len() > 1) {
         return Err(TableError::WhichColumn { signal: wanted.signal, there: all_names(head) });
     }
+    notes.extend(rising(head, &chosen));
     if chosen.len() < several.len() {
         let names: Vec<String> = chosen.iter().map(|&place| head.name(place)).collect();
         notes.push(format!("{} is read from column {}", wanted.signal, names.join(", ")));
     }
     Ok(chosen)
+}
+
+/// The note that the first of several channels without names looks like times.
+fn rising(head: &Head, chosen: &[usize]) -> Option<String> {
+    let first = chosen.first().copied().filter(|_| head.names.is_empty() && chosen.len() > 1)?;
+    let numbers: Vec<f64> = head.cells(first).into_iter().filter_map(number).collect();
+    let steps: Vec<f64> = numbers.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let (least, most) = steps
+        .iter()
+        .fold((f64::INFINITY, 0.0), |(least, most), step| (step.min(least), step.max(most)));
+    let is_even = steps.len() >= LEAST_STEPS && least > 0.0 && most < MOST_UNEVEN * least;
+    let column = first + 1;
+    is_even.then(|| {
+        format!(
+            "column {column} rises evenly, as times do, and is read as a channel: give --time {column} if it holds times, \
+             or --column with the numbers of the others"
+        )
+    })
 }
 
 /// Whether a name contains a word: short words must stand alone (`rr`, but not that of `error`).

@@ -218,3 +218,16 @@ fn a_column_with_a_unit_of_time_may_hold_the_times() {
     let error = Table::open(&file.0, &of(Signal::Eda), None).map(|_| ()).unwrap_err();
     assert!(error.hint().contains("--time NAME"), "{}", error.hint());
 }
+
+#[test]
+fn a_first_column_without_a_name_that_rises_evenly_is_noted() {
+    let text = |step: fn(u32) -> u32| {
+        let rows = (0..40).map(|k| format!("{}.5,{}\n", step(k), k * k % 7));
+        rows.collect::<String>()
+    };
+    let noted = notes(Signal::Emg, text(|k| 4 * k), Some(250.0));
+    assert!(noted[0].contains("give --time 1 if it holds times"), "{noted:?}");
+    assert!(notes(Signal::Emg, text(|k| 4 * k % 9), Some(250.0)).is_empty());
+    let named = format!("a,b\n{}", text(|k| 4 * k));
+    assert!(notes(Signal::Emg, named, Some(250.0)).is_empty());
+}
