@@ -47,7 +47,7 @@ use biosensors::Biosensors;
 use imported::DeviceRecording;
 use joining::Into;
 use kind::{Kind, tables_in};
-use tables::{Asked, DATED_NS, Tables};
+use tables::{Asked, DATED_NS, Tables, is_extra_of_e4};
 use written::{Placed, SessionFromDevice};
 
 /// The note of a bag on how each of its files was placed on a session's time.
@@ -92,6 +92,9 @@ impl Import {
                 Kind::Device => devices.push(file.clone()),
                 Kind::Tables => tables.extend(tables_in(file)?),
             }
+        }
+        if !self.asked.names_signal() {
+            tables = without_extras(tables);
         }
         if let Some(device) =
             devices.first().filter(|_| tables.is_empty() && self.asked.names_signal())
@@ -259,6 +262,21 @@ impl Import {
     }
 }
 
+/// The tables of samples among files that an E4 wrote: its heart rate and its tags are noted and left out, as they are
+/// from its folder.
+fn without_extras(tables: Vec<PathBuf>) -> Vec<PathBuf> {
+    let (extras, samples): (Vec<PathBuf>, Vec<PathBuf>) =
+        tables.into_iter().partition(|path| is_extra_of_e4(path));
+    if samples.is_empty() {
+        return extras;
+    }
+    for extra in extras {
+        let note = "is left out, as from a folder; import the zip of the E4's session to have it";
+        output::note(format!("note: {} {note}", extra.display()));
+    }
+    samples
+}
+
 /// Fails where only some recordings have a date: the others would lie years before them.
 fn are_dated_alike(recordings: &[DeviceRecording]) -> Result<(), Failure> {
     let has_date = |recording: &&DeviceRecording| recording.is_dated || recording.date.is_some();
@@ -318,6 +336,14 @@ mod tests {
         );
         let zoned = StatedDate { has_zone: true, ..DATE };
         assert!(begun(&recording(false, Some(zoned)), zoned).ends_with("as its header states"));
+    }
+
+    #[test]
+    fn the_heart_rate_and_the_tags_of_an_e4_are_left_out_beside_its_samples() {
+        let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
+        let all = paths(&["e4/ACC.csv", "e4/HR.csv", "e4/IBI.csv", "e4/tags.csv"]);
+        assert_eq!(without_extras(all), paths(&["e4/ACC.csv", "e4/IBI.csv"]));
+        assert_eq!(without_extras(paths(&["e4/HR.csv"])), paths(&["e4/HR.csv"]));
     }
 
     #[test]

@@ -78,6 +78,12 @@ pub fn signal_of(path: &Path) -> Option<&'static Analysis> {
     ANALYSES.iter().find(is_of)
 }
 
+/// Whether a file of this name is one that an E4 writes beside its samples: a mean heart rate, or presses of its button.
+pub fn is_extra_of_e4(path: &Path) -> bool {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().to_ascii_lowercase());
+    stem.is_some_and(|stem| ["hr", "tags"].contains(&&*stem))
+}
+
 impl Asked {
     /// Whether the user named the signal of the tables.
     pub fn names_signal(&self) -> bool {
@@ -226,8 +232,13 @@ impl Run {
 impl Reader {
     fn open(path: &Path, asked: &Asked) -> Result<Reader, Failure> {
         let signal = asked.signal.or_else(|| signal_of(path)).ok_or_else(|| {
+            let hint = if is_extra_of_e4(path) {
+                "import the zip of the E4's session, which has its heart rate and its tags"
+            } else {
+                "name it with --signal, such as --signal ecg"
+            };
             Failure::new(format!("what {} measures is not known", path.display()))
-                .hint("name it with --signal, such as --signal ecg")
+                .hint(hint)
                 .exit(Exit::BadArguments)
         })?;
         let table = asked.table.open(path, signal)?;
