@@ -54,8 +54,8 @@ pub struct Export {
     #[arg(long, value_name = "STREAM", group = "times")]
     pivot: Option<String>,
     /// How to compute the value at a row's time: exact, nearest:TIME, hold:TIME, linear:TIME (the largest
-    /// gap between two samples), or mean, min, max, last or count over the time before the row; for all
-    /// streams, or for some as in `/robot*/odom=hold:2s`; by default linear:1s
+    /// gap between two samples), or mean:TIME, min:TIME, max:TIME, last:TIME or count:TIME over the time before the
+    /// row; TIME as in 20ms or 1s; for all streams, or for some as in `/robot*/odom=hold:2s`; by default linear:1s
     #[arg(long, value_name = "[STREAM=]POLICY", value_parser = rule, requires = "times")]
     policy: Vec<Rule>,
     /// The streams of that table, as in `/robot*/odom` or `/**` for all with numbers; by default all raw
