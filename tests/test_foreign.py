@@ -92,6 +92,23 @@ def test_a_recording_of_others_becomes_a_bag_with_a_report(stage):
     assert again.returncode == 1 and "is already a teampulse bag" in again.stderr
 
 
+def test_what_is_missing_of_a_bag_is_in_the_exit_code(stage):
+    theirs = record(stage.folder / "theirs", 9, StoragePlugin.MCAP, CompressionMode.NONE)
+    assert stage.ask("info", theirs).returncode == 0
+    [file] = theirs.glob("*.mcap")
+    metadata = theirs / "metadata.yaml"
+    known = metadata.read_text()
+    metadata.write_text(known.replace(f"- {file.name}\n", f"- {file.name}\n  - other_1.mcap\n", 1))
+    done = stage.ask("info", theirs)
+    assert done.returncode == 3 and "other_1.mcap" in done.stdout, done
+    with Writer(stage.folder / "short", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        words = writer.add_connection("/chatter", STRING.__msgtype__, typestore=STORE)
+        for k, cdr in enumerate([STORE.serialize_cdr(STRING("word"), STRING.__msgtype__), b"\0\1\0\0\5"]):
+            writer.write(words, BEGIN_NS + k, cdr)
+    done = stage.ask("export", stage.folder / "short", "--out", stage.folder / "tables")
+    assert done.returncode == 3 and "1 message has no values in its table" in done.stderr, done
+
+
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
 def test_of_a_torn_recording_in_sqlite_all_that_is_left_becomes_a_whole_bag(stage, share):
     theirs = record(stage.folder / "theirs", 9, StoragePlugin.SQLITE3, CompressionMode.NONE)

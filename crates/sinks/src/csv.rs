@@ -7,6 +7,8 @@ mod cells;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use schemars::JsonSchema;
@@ -52,14 +54,16 @@ pub fn tables_beside(bag: &Path) -> PathBuf {
 }
 
 impl Csv {
-    /// A sink that writes its tables into this folder, which it creates.
-    pub fn into_folder(folder: PathBuf) -> Box<dyn Sink> {
-        Box::new(Tables::new(folder))
+    /// A sink that writes its tables into this folder, which it creates. At its end `undecoded` is the number of messages that
+    /// could not be decoded.
+    pub fn into_folder(folder: PathBuf, undecoded: &Arc<AtomicU64>) -> Box<dyn Sink> {
+        Box::new(Tables { undecoded: Arc::clone(undecoded), ..Tables::new(folder) })
     }
 
     /// The same, without the health of streams, which is computed anew: for recordings that have none.
-    pub fn without_health(folder: PathBuf) -> Box<dyn Sink> {
-        Box::new(Tables { has_health: false, ..Tables::new(folder) })
+    pub fn without_health(folder: PathBuf, undecoded: &Arc<AtomicU64>) -> Box<dyn Sink> {
+        let undecoded = Arc::clone(undecoded);
+        Box::new(Tables { has_health: false, undecoded, ..Tables::new(folder) })
     }
 }
 
@@ -73,12 +77,14 @@ struct Tables {
     open: VecDeque<StreamId>,
     /// Whether there is a table of the health of streams.
     has_health: bool,
+    /// The number of messages that could not be decoded, known at the end.
+    undecoded: Arc<AtomicU64>,
 }
 
 impl Tables {
     fn new(folder: PathBuf) -> Tables {
         let (by_stream, names, open) = (BTreeMap::new(), BTreeSet::new(), VecDeque::new());
-        Tables { folder, by_stream, names, open, has_health: true }
+        Tables { folder, by_stream, names, open, has_health: true, undecoded: Arc::default() }
     }
 
     fn write(&mut self, record: &Record) -> io::Result<()> {
@@ -136,6 +142,9 @@ impl Tables {
     }
 
     fn finish(&mut self) -> io::Result<()> {
+        self.by_stream.values_mut().try_for_each(Table::conclude)?;
+        let undecoded = self.by_stream.values().map(Table::undecoded).sum();
+        self.undecoded.fetch_add(undecoded, Ordering::AcqRel);
         self.by_stream.values_mut().try_for_each(Table::finish)
     }
 }

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::{Args, ValueEnum};
 use teampulse_bag::{Bag, Selection};
@@ -95,11 +96,14 @@ impl Export {
         let bag = Arc::new(open(&self.bag)?);
         warn_of_damage(&bag);
         let folder = self.out.clone().unwrap_or_else(|| self.bag.with_extension("csv"));
+        let undecoded = Arc::new(AtomicU64::new(0));
         let (sink, written) = match self.onto() {
             Some(onto) => (self.aligned(onto, &bag, &folder)?, folder.join(TABLE)),
             None => match self.format {
-                Format::Csv if has_health(&bag) => (Csv::into_folder(folder.clone()), folder),
-                Format::Csv => (Csv::without_health(folder.clone()), folder),
+                Format::Csv if has_health(&bag) => {
+                    (Csv::into_folder(folder.clone(), &undecoded), folder)
+                }
+                Format::Csv => (Csv::without_health(folder.clone(), &undecoded), folder),
             },
         };
         let source = source_of(&bag, Selection::RawAndDerived);
@@ -113,7 +117,10 @@ impl Export {
             )
         };
         let exit = read_through(session, &written).await;
-        let exit = after_reading(&bag, &unread, exit);
+        let mut exit = after_reading(&bag, &unread, exit);
+        if exit == Exit::Fine && undecoded.load(Ordering::Acquire) > 0 {
+            exit = Exit::DataLost;
+        }
         if exit != Exit::Failed {
             if let Some(hz) = self.grid.filter(|_| !has_rows(&written)) {
                 let (first, last) = bag.bounds().unwrap_or_default();

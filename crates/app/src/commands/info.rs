@@ -121,9 +121,13 @@ impl Info {
         bags
     }
 
-    /// The exit code after a bag: checking a damaged bag fails.
+    /// The exit code after a bag: checking a damaged bag fails; files that are missing are lost data.
     fn after(&self, bag: &Bag, exit: Exit) -> Exit {
-        if self.check && !damage(bag).is_empty() { Exit::Failed } else { exit }
+        match exit {
+            _ if self.check && !damage(bag).is_empty() => Exit::Failed,
+            Exit::Fine if !bag.absent().is_empty() => Exit::DataLost,
+            exit => exit,
+        }
     }
 
     /// Opens a bag, and reads all of it where requested.

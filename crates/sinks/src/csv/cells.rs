@@ -52,6 +52,11 @@ impl Columns {
         &self.layout
     }
 
+    /// The number of messages that could not be decoded.
+    pub(super) fn undecoded(&self) -> u64 {
+        self.undecoded.as_ref().map_or(0, |(count, _)| *count)
+    }
+
     /// What the table does not have of its stream, each as a sentence.
     pub(super) fn lacks(&self) -> Vec<String> {
         let undefined = self.undefined.as_ref().map(|error| {

@@ -108,6 +108,11 @@ impl Table {
         self.close()
     }
 
+    /// The number of its messages that could not be decoded; before it is finished, of those that were written.
+    pub(super) fn undecoded(&self) -> u64 {
+        self.columns.as_ref().map_or(0, Columns::undecoded)
+    }
+
     /// What it does not have of its stream, each as a sentence.
     pub(super) fn lacks(&self) -> Vec<String> {
         self.columns.as_ref().map(Columns::lacks).unwrap_or_default()

@@ -204,16 +204,22 @@ fn what_cannot_be_decoded_is_named() {
         session.report(0, &stream, Data::Message(Bytes::from_static(cdr)));
         let table = session.tables.by_stream.get_mut(&StreamId(0)).unwrap();
         table.conclude().unwrap();
-        table.lacks()
+        let lacks = table.lacks();
+        session.tables.finish().unwrap();
+        (lacks, session.tables.undecoded.load(Ordering::Acquire))
     };
-    assert_eq!(lacks("float64 x", &[0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]), [""; 0]);
+    let (lack, undecoded) = lacks("float64 x", &[0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!((lack.len(), undecoded), (0, 0));
+    let (lack, undecoded) = lacks("float64 x", &[0, 1, 0, 0, 0, 0]);
     assert_eq!(
-        lacks("float64 x", &[0, 1, 0, 0, 0, 0]),
+        lack,
         ["2 messages have no values in its table: failed to read 8 bytes at byte 0 of a message: \
           2 are left"]
     );
+    assert_eq!(undecoded, 2);
+    let (lack, _) = lacks("", &[0, 1, 0, 0, 0, 0]);
     assert_eq!(
-        lacks("", &[0, 1, 0, 0, 0, 0]),
+        lack,
         ["its table has only the sizes of its messages: failed to read the definition of \
           own_msgs/msg/Own: it is not known"]
     );
