@@ -14,6 +14,8 @@ REASONS = [
     "data too poor",
     "not measured by this device",
     "undefined for these data",
+    "no baseline yet",
+    "there is none",
 ]
 
 

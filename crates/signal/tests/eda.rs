@@ -246,6 +246,18 @@ fn noise_has_a_level_and_no_responses() {
 }
 
 #[test]
+fn steps_of_a_walk_are_too_many_responses() {
+    let step = |k: u32| 5.0 + 0.2 * (std::f64::consts::TAU * 1.8 * f64::from(k) / 32.0).sin();
+    let signal: Vec<f64> = (0..1920).map(step).collect();
+    let span = Span { begin_ns: 0, end_ns: 60_000_000_000 };
+    let whole = recorded(&signal, 32.0, &Settings::default());
+    for measured in [whole.windows.measure(span), live(&signal, 32.0, 1).1.measure(span)] {
+        assert!(measured.quality < 0.05, "{}", measured.quality);
+        assert!(measured.values[0].is_ok() && measured.values[4] == Err(Reason::Quality));
+    }
+}
+
+#[test]
 fn windows_give_level_and_responses() {
     let rate_hz = 32.0;
     let analysed = recorded(&signal(rate_hz, 120.0), rate_hz, &Settings::default());

@@ -17,6 +17,8 @@ use crate::gaps::is_usable;
 
 /// The smallest quality for which values are reported.
 const LEAST_QUALITY: f64 = 0.5;
+/// Sweat glands respond at most so often, and surely not as often as this [1/min].
+const PLAUSIBLE_PER_MIN: (f64, f64) = (25.0, 45.0);
 /// The shortest span that has a slope or a rate [s].
 const LEAST_SECS: f64 = 10.0;
 
@@ -178,6 +180,15 @@ impl Store {
         if there > 0 { firmness * (valid as f64 / there as f64).min(1.0) } else { 0.0 }
     }
 
+    /// How plausible it is that so many responses are those of sweat glands, not of steps or tremor [0..1].
+    fn plausibility(&self, span: Span) -> f64 {
+        let begin = self.responses.partition_point(|placed| placed.peak_ns < span.begin_ns);
+        let end = self.responses.partition_point(|placed| placed.peak_ns < span.end_ns);
+        let per_min = end.saturating_sub(begin) as f64 / span.secs().max(LEAST_SECS) * 60.0;
+        let (most, none) = PLAUSIBLE_PER_MIN;
+        ((none - per_min) / (none - most)).clamp(0.0, 1.0)
+    }
+
     fn level(&self, span: Span) -> [Result<f64, Reason>; 3] {
         let samples = self.tonic.samples_in(span);
         let values = || self.tonic.iter(samples.clone()).enumerate().filter(|(_, v)| is_usable(*v));
@@ -204,7 +215,7 @@ impl Store {
         let mean = |values: &mut dyn Iterator<Item = f64>| {
             let (count, sum) =
                 values.fold((0.0, 0.0), |(count, sum), value| (count + 1.0, sum + value));
-            if count > 0.0 { Reason::unless_finite(sum / count) } else { Err(Reason::Short) }
+            if count > 0.0 { Reason::unless_finite(sum / count) } else { Err(Reason::Nothing) }
         };
         let count = inside().count() as f64;
         let rate = if span.secs() < LEAST_SECS {
@@ -259,7 +270,8 @@ impl Windows for Store {
         let coverage = self.raw.coverage(span);
         let contact = self.contact(span);
         let raw = self.raw.values_in(span);
-        let quality = contact * clarity(&raw, self.raw.rate_hz(), self.threshold);
+        let clarity = clarity(&raw, self.raw.rate_hz(), self.threshold);
+        let quality = contact * clarity * self.plausibility(span);
         if coverage < LEAST_COVERAGE {
             return Measured::nothing(coverage, quality, COUNT, Reason::Gap);
         }

@@ -28,7 +28,13 @@ pub(super) const COLUMNS: [(&str, Column); 11] = [
     ("measure", Column::of("The name of the value; for heart, breath and skin as in NeuroKit2.")),
     ("value", Column::of("The value, in its unit; empty exactly where there is a reason.")),
     ("unit", Column::of("The unit of the value and of its sigma; 1 for none.")),
-    ("sigma", Column::of("The standard uncertainty of the value; empty where it can't be stated.")),
+    (
+        "sigma",
+        Column::of(
+            "The standard uncertainty of the value, for a difference from a baseline that of the baseline alone; empty \
+             where it can't be stated.",
+        ),
+    ),
     ("reason", Column::of("Why there is no value.")),
     (
         "span",
