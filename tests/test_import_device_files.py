@@ -411,6 +411,21 @@ def test_bad_files_are_refused_with_a_hint(stage):
     assert not (stage.folder / "refused").exists()
 
 
+@pytest.mark.parametrize("samples", [5999, 6000])
+def test_a_window_that_ends_with_a_table_is_computed_and_a_shorter_one_is_not(stage, samples):
+    chance = np.random.default_rng(3)
+    rows = (f"{k / 100:.2f},{value:.5f}" for k, value in enumerate(chance.normal(size=samples)))
+    (stage.folder / "emg.csv").write_text("time,emg_mV\n" + "\n".join(rows) + "\n")
+    bag = imported(stage, "emg.csv")
+    lines = [line.split(",") for line in (bag / "features.csv").read_text().splitlines()[1:]]
+    starts = {start for start, length, *_ in lines if length == "30"}
+    assert starts == ({"0.000", "30.000"} if samples == 6000 else {"0.000"})
+    again = stage.ask("replay", bag, "--out", stage.folder / "again")
+    assert again.returncode == 0, again.stderr
+    [replayed] = (stage.folder / "again").iterdir()
+    assert (replayed / "features.csv").read_text() == (bag / "features.csv").read_text()
+
+
 def test_a_table_that_is_refused_leaves_no_bag(stage):
     rows = [f"{k / 4:.2f},{2 + k % 9 / 10}" for k in range(400)]
     lasts = {"far.csv": ("1000000,2", "after the one before it"), "back.csv": ("2,2", "before an earlier line")}
