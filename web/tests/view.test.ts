@@ -9,7 +9,7 @@ import { healthGroups, totals } from "../src/view/health";
 import { log } from "../src/view/log";
 import { knownBy, lostOn } from "../src/view/network";
 import { baselineOf, people } from "../src/view/people";
-import { phases, present } from "../src/view/phases";
+import { phases, placeInPlan, present } from "../src/view/phases";
 import { recordingWords } from "../src/view/recording";
 import { robots } from "../src/view/robots";
 import { bySubject, drawable, signalOf } from "../src/view/signals";
@@ -124,6 +124,16 @@ test("phases are done, now and next", () => {
   const all = phases(model, now);
   expect(all.map((each) => [each.name, each.state])).toEqual([["baseline", "done"], ["1-back", "now"], ["2-back", "next"]]);
   expect(present(all)).toMatchObject({ place: 1, next: { name: "2-back" } });
+});
+
+test("the number of a phase is that of the study, which also has phases that begin by hand", () => {
+  const phase = (name: string, state: "done" | "now" | "next") => ({ name, from: 0, to: undefined, state });
+  const plan = ["baseline", "task", "baseline"].map((name) => ({ name }));
+  expect(placeInPlan([phase("baseline", "now")], plan)).toBe("1 of 3");
+  expect(placeInPlan([phase("baseline", "done"), phase("task", "now")], plan)).toBe("2 of 3");
+  expect(placeInPlan([phase("baseline", "done"), phase("task", "done"), phase("baseline", "now")], plan)).toBe("3 of 3");
+  expect(placeInPlan([phase("of another program", "now")], plan)).toBeUndefined();
+  expect(placeInPlan([], plan)).toBeUndefined();
 });
 
 test("names are text, and the newest line of the log is first", () => {

@@ -38,3 +38,13 @@ export function present(all: readonly Phase[]): { now: Phase | undefined; next: 
   const index = all.findIndex((each) => each.state === "now");
   return { now: all[index], next: all.find((each) => each.state === "next"), place: index };
 }
+
+/** The number of the current phase among those of the study, as `2 of 3`; of a name that comes again, of its next turn. */
+export function placeInPlan(all: readonly Phase[], plan: readonly { name: string }[]): string | undefined {
+  const index = all.findIndex((each) => each.state === "now");
+  const name = all[index]?.name;
+  const turns = plan.flatMap((each, k) => (each.name === name ? [k + 1] : []));
+  const before = all.slice(0, Math.max(0, index)).filter((each) => each.name === name).length;
+  const number = turns[Math.min(before, turns.length - 1)];
+  return number === undefined ? undefined : `${number} of ${plan.length}`;
+}
