@@ -144,7 +144,8 @@ mod tests {
         let absent = |kinds: &[&str]| {
             let kinds = kinds.iter().map(|kind| (*kind).to_owned()).collect();
             let (robots, people, voices) = (Vec::new(), Vec::new(), Vec::new());
-            let required = Requirements { robots, people, voices, lsl: Vec::new(), kinds };
+            let required =
+                Requirements { robots, people, voices, topics: Vec::new(), lsl: Vec::new(), kinds };
             let lasted = Duration::from_secs(20);
             Absent::of(&required, &Streams::default(), &[], lasted)
                 .0

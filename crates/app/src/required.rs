@@ -11,6 +11,7 @@ use teampulse_sources::lsl::Lsl;
 use teampulse_sources::robots::{Robot, Robots, conformity};
 use teampulse_sources::ros_audio::RosAudio;
 use teampulse_sources::ros_people::{RosPeople, second_publishers};
+use teampulse_sources::topics::Topics;
 use teampulse_sources::{biosensors, hri, wearables};
 
 use crate::study::{Study, StudyError};
@@ -39,6 +40,8 @@ pub struct Requirements {
     pub people: Vec<RosPeople>,
     /// Its microphones on ROS.
     pub voices: Vec<RosAudio>,
+    /// Its topics by name.
+    pub topics: Vec<Topics>,
     /// Its sources of streams of LSL.
     pub lsl: Vec<Lsl>,
     /// The types of all its sources.
@@ -52,6 +55,7 @@ impl Requirements {
             robots: study.settings_of("sources", "robots")?,
             people: study.settings_of("sources", "people")?,
             voices: study.settings_of("sources", "ros_audio")?,
+            topics: study.settings_of("sources", "topics")?,
             lsl: study.settings_of("sources", "lsl")?,
             kinds: study.kinds("sources"),
         })

@@ -1,10 +1,14 @@
 //! Records any topics as received.
 
-use std::sync::Arc;
+use std::collections::BTreeSet;
+use std::convert::Infallible;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use async_trait::async_trait;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::session_streams::SESSION_EVENTS;
@@ -18,6 +22,9 @@ use crate::faces::Faces;
 use crate::follow::follow;
 use crate::{SourceContext, join};
 use teampulse_core::pattern::Pattern;
+
+/// How long topics that are named in full may take to be published before they are reported as missing.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Any ROS topics by name, recorded unchanged; topics of the study's robots and people are left to their sources, and
 /// those that sessions of teampulse publish about themselves are matched only by their full name.
@@ -33,16 +40,30 @@ pub struct Topics {
     pub domain: Option<BusId>,
 }
 
+impl Topics {
+    /// The topics that are named in full.
+    pub fn named(&self) -> impl Iterator<Item = &str> {
+        let in_full = |name: &&str| !name.contains('*') && *name != SESSION_EVENTS;
+        self.names.iter().map(Pattern::text).filter(in_full)
+    }
+}
+
+/// The message that nothing publishes a topic of a study.
+pub fn unpublished(topic: &str) -> String {
+    format!("topics: nothing publishes `{topic}`")
+}
+
 impl Component<dyn Source, SourceContext> for Topics {
     const EXAMPLE: &'static str = r#"names = ["/tf", "/tf_static", "/map*"]"#;
 
     fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         let bus = join(context, self.domain.as_ref())?;
+        let absent = Absent(Mutex::new(self.named().map(str::to_owned).collect()));
         let names = Arc::new(self.names);
         let wanted = Arc::clone(&names);
         let claimed =
             context.claims.lay(&bus, Rank::Named, move |each| wants(&wanted, &each.topic));
-        Ok(Box::new(TopicsSource { bus, names, faces: self.faces, claimed }))
+        Ok(Box::new(TopicsSource { bus, names, faces: self.faces, claimed, absent }))
     }
 }
 
@@ -52,17 +73,51 @@ struct TopicsSource {
     names: Arc<Vec<Pattern>>,
     faces: Faces,
     claimed: Claimed,
+    absent: Absent,
+}
+
+/// The topics that are named in full and that nothing has published so far.
+struct Absent(Mutex<BTreeSet<String>>);
+
+impl Absent {
+    /// Records that a topic is published, by whichever source it is received.
+    fn see(&self, topic: &str) {
+        self.lock().remove(topic);
+    }
+
+    /// Reports absent topics after a while, once, then waits forever.
+    async fn report(&self, outlet: &Outlet) -> Infallible {
+        for absent in self.left().await {
+            outlet.happen(passing(unpublished(&absent)));
+        }
+        std::future::pending().await
+    }
+
+    /// The topics that are still absent after a while.
+    async fn left(&self) -> BTreeSet<String> {
+        tokio::time::sleep(PATIENCE).await;
+        std::mem::take(&mut *self.lock())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeSet<String>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 #[async_trait]
 impl Source for TopicsSource {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        follow(Arc::clone(&self.bus), outlet, |endpoint| {
+        let absent = &self.absent;
+        let following = follow(Arc::clone(&self.bus), outlet, |endpoint| {
+            absent.see(&endpoint.topic);
             let is_wanted = wants(&self.names, &endpoint.topic) && self.claimed.is_ours(endpoint);
             let stream = || Stream::raw(&endpoint.topic, Subject::session(), Shape::Sample);
             is_wanted.then(|| self.faces.hidden_in_any(stream(), &endpoint.type_name))
-        })
-        .await
+        });
+        tokio::select! {
+            ended = following => ended,
+            never = absent.report(outlet) => match never {},
+        }
     }
 }
 
@@ -77,6 +132,17 @@ fn wants(names: &[Pattern], topic: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[tokio::test(start_paused = true)]
+    async fn topics_named_in_full_that_nothing_publishes_are_reported_after_a_while() {
+        let names = r#"names = ["/tf", "/truth", "/map*", "/nothing/**", "/session/events"]"#;
+        let topics: Topics = toml::from_str(names).expect("settings");
+        assert!(topics.named().eq(["/tf", "/truth"]));
+        let absent = Absent(Mutex::new(topics.named().map(str::to_owned).collect()));
+        absent.see("/tf");
+        assert!(absent.left().await.into_iter().eq(["/truth".to_owned()]));
+        assert_eq!(absent.left().await, BTreeSet::new(), "they are reported once");
+    }
 
     #[test]
     fn stars_do_not_mean_what_sessions_say_of_themselves() {

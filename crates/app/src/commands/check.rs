@@ -138,6 +138,7 @@ fn lacking(
     let streams = || heard.iter().map(|(stream, _)| &**stream);
     let mut notes = lacks::notes(streams());
     notes.extend(unheard::notes(&required.robots, streams()));
+    notes.extend(unheard::unpublished_topics(&required.topics, streams()));
     notes.extend(unnamed::notes(
         &required.robots,
         &required.people,

@@ -75,6 +75,7 @@ mod tests {
         images  = ["camera/image", "front/image"]
         numbers = [{ topic = "arm", field = "data" }]
         battery = { topic = "power" }
+        topics  = ["scan", "front/*", "/map"]
     "#;
 
     fn awaited() -> Awaited {
@@ -89,13 +90,15 @@ mod tests {
             tokio::time::sleep(PATIENCE / 2).await;
             awaited.see("front/image");
             awaited.see("power");
+            awaited.see("scan");
         };
         let (absent, ()) = tokio::join!(awaited.absent(), topics);
         assert_eq!(
             absent,
             [
                 "numbers: no robot of /robot* has a topic `arm`",
-                "images: no robot of /robot* has a topic `camera/image`"
+                "images: no robot of /robot* has a topic `camera/image`",
+                "topics: no robot of /robot* has a topic `map`"
             ]
         );
     }

@@ -138,7 +138,10 @@ impl Robots {
         let mapped = self.mapped().into_iter().map(|(key, field)| (key, field.topic.as_str()));
         let images = self.images.iter().map(|topic| ("images", topic.as_str()));
         let numbers = self.numbers.iter().map(|field| ("numbers", field.topic.as_str()));
-        mapped.chain(images).chain(numbers).collect()
+        let in_full = |topic: &&String| !topic.contains('*');
+        let topics = self.topics.iter().filter(in_full);
+        let topics = topics.map(|topic| ("topics", topic.trim_matches('/')));
+        mapped.chain(images).chain(numbers).chain(topics).collect()
     }
 
     /// The fields that the study maps itself, by parameter.

@@ -1,7 +1,10 @@
-//! Topics of robots that the study names and nothing publishes.
+//! Topics that the study names and nothing publishes.
+
+use std::collections::BTreeSet;
 
 use teampulse_core::stream::{About, Stream};
 use teampulse_sources::robots::{Robots, unheard};
+use teampulse_sources::topics::{Topics, unpublished};
 
 /// The topics that the study names for robots that are present, and that none of them has.
 pub fn notes<'a>(
@@ -21,6 +24,16 @@ pub fn notes<'a>(
             .map(|(setting, topic)| unheard(setting, &robots.namespace, topic))
     });
     notes.collect()
+}
+
+/// The topics that the study names in full, of nobody in particular, and that were not received.
+pub fn unpublished_topics<'a>(
+    wanted: &[Topics],
+    streams: impl Iterator<Item = &'a Stream>,
+) -> Vec<String> {
+    let received: BTreeSet<&str> = streams.map(|stream| stream.name.as_str()).collect();
+    let named = wanted.iter().flat_map(Topics::named);
+    named.filter(|topic| !received.contains(topic)).map(unpublished).collect()
 }
 
 /// The topics named in settings, with the name of the setting.
@@ -53,6 +66,15 @@ mod tests {
                 "commands: no robot of /robot* has a topic `gaol_pose`"
             ]
         );
+    }
+
+    #[test]
+    fn a_topic_named_in_full_that_nothing_publishes_is_named() {
+        let names = "names = [\"/truth/robot1\", \"/truht/robot2\", \"/map*\"]";
+        let wanted: Topics = toml::from_str(names).expect("settings");
+        let heard = Stream::raw("/truth/robot1", Subject::session(), Shape::Sample);
+        let said = unpublished_topics(&[wanted], [&heard].into_iter());
+        assert_eq!(said, ["topics: nothing publishes `/truht/robot2`"]);
     }
 
     #[test]
