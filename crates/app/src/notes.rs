@@ -9,6 +9,7 @@ use teampulse_core::phases::BASELINE;
 use teampulse_core::stream::{Stream, Window};
 use teampulse_features::thresholds::Threshold;
 use teampulse_sinks::Bag;
+use teampulse_sources::robots::Robots;
 use teampulse_sources::session::Phase;
 use teampulse_workers::Program;
 
@@ -36,8 +37,28 @@ pub fn of_study(study: &Study) -> Vec<String> {
     let paused = bags().find_map(|bag| of_pause(&bag));
     let fallback = bags().find_map(|bag| of_fallback(&bag));
     let (by_hand, order) = (of_hand(phases), of_order(phases));
-    let of_bags = room.into_iter().chain(paused).chain(fallback);
+    let of_bags = room.into_iter().chain(paused).chain(fallback).chain(of_robots(study));
     kept.into_iter().chain(baseline).chain(by_hand).chain(order).chain(of_bags).collect()
+}
+
+/// The remarks on sources of robots whose robots all belong to a source listed before.
+fn of_robots(study: &Study) -> Vec<String> {
+    let all: Vec<Robots> = study.settings_of("sources", "robots").unwrap_or_default();
+    let covered = all.iter().enumerate().filter_map(|(place, later)| {
+        let first = all[..place].iter().find(|first| first.cover(later))?;
+        let (wide, narrow) = (&first.namespace, &later.namespace);
+        Some(if wide == narrow {
+            format!(
+                "two sources read the robots of {wide}: a topic that both take is read with the settings of the first"
+            )
+        } else {
+            format!(
+                "the robots of {narrow} are also those of {wide}, which is listed before: a topic that both take is \
+                 read with its settings; list {narrow} first"
+            )
+        })
+    });
+    covered.collect()
 }
 
 /// The remark that a fallback would be created, perhaps because its disk is not mounted.
@@ -242,6 +263,25 @@ mod tests {
             phases([60, 0]),
             "phases begin in the order of their times, not as listed: `task`, `baseline`"
         );
+    }
+
+    #[test]
+    fn robots_of_two_sources_are_reported_where_the_wider_is_listed_first() {
+        let of = |namespaces: &[&str]| {
+            let source = |namespace| {
+                format!("[[sources]]\ntype = \"robots\"\nnamespace = \"{namespace}\"\n")
+            };
+            let sources: String = namespaces.iter().map(source).collect();
+            notes(&format!("{sources}[[sinks]]\ntype = \"bag\"\n"))
+        };
+        assert_eq!(of(&["/robot1", "/robot*"]), "");
+        assert_eq!(of(&["/robot*", "/arm*"]), "");
+        let wide = of(&["/robot*", "/robot1"]);
+        assert!(
+            wide.starts_with("the robots of /robot1 are also those of /robot*, which"),
+            "{wide}"
+        );
+        assert!(of(&["/robot*", "/robot*"]).starts_with("two sources read the robots of /robot*"));
     }
 
     #[test]

@@ -217,10 +217,15 @@ fn unworn(kinds: &[String], received: &[&Stream]) -> Vec<Unmet> {
 /// The fields that the study reads and its topics lack.
 fn missing_fields(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
     let mut missing = Vec::new();
-    for field in wanted.iter().flat_map(Robots::fields) {
+    let all = wanted.iter().enumerate();
+    for (place, field) in all.flat_map(|(place, one)| one.fields().map(move |it| (place, it))) {
         let Some(path) = &field.field else { continue };
-        let lacks =
-            |stream: &&&Stream| stream.device == field.topic && stream.place_of(path).is_none();
+        // A topic is read with the settings of the first source that takes it.
+        let is_its =
+            |stream: &Stream| wanted.iter().position(|one| one.take(stream)) == Some(place);
+        let lacks = |stream: &&&Stream| {
+            stream.device == field.topic && stream.place_of(path).is_none() && is_its(stream)
+        };
         let without = received.iter().filter(lacks);
         missing.extend(without.map(|stream| {
             let what = format!("field `{path}` of {}", stream.name);
@@ -240,8 +245,13 @@ fn missing_robots(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
     let is_present = |id: &String| {
         received.iter().any(|stream| stream.about == About::Robot && stream.id == *id)
     };
-    let named = wanted.iter().flat_map(|wanted| &wanted.robots);
-    let missing = named.filter(|id| !is_present(id));
+    let mut named: Vec<&String> = Vec::new();
+    for id in wanted.iter().flat_map(|wanted| &wanted.robots) {
+        if !named.contains(&id) {
+            named.push(id);
+        }
+    }
+    let missing = named.into_iter().filter(|id| !is_present(id));
     missing.map(|id| lacking(format!("robot {id}"), ABSENT)).collect()
 }
 
@@ -323,6 +333,35 @@ mod tests {
         assert_eq!(whats(&[battery(1.0)]), ["link of robot robot1"]);
         let silent = "battery of robot robot1: advertised, but nothing is published";
         assert_eq!(whats(&[battery(0.0)]), ["link of robot robot1", silent]);
+    }
+
+    #[test]
+    fn a_robot_that_is_named_twice_is_missed_once() {
+        let required = requirements(
+            "[[sources]]\ntype = \"robots\"\nnamespace = \"/r*\"\nrobots = [\"r9\", \"r9\"]\n",
+        );
+        let missing = required.missing(&[battery(1.0)]).into_iter().map(|each| each.what);
+        assert!(missing.eq(["robot r9"]));
+    }
+
+    #[test]
+    fn a_field_is_missing_only_of_the_topics_read_with_its_settings() {
+        let field = |namespace: &str, field: &str| {
+            format!(
+                "[[sources]]\ntype = \"robots\"\nnamespace = \"{namespace}\"\n\
+                 numbers = [{{ topic = \"battery_state\", field = \"{field}\" }}]\n"
+            )
+        };
+        let robots = "[[sources]]\ntype = \"robots\"\nnamespace = \"/robot*\"\n";
+        let missing = |study: &str| {
+            let (stream, status) = battery(1.0);
+            let stream = Stream { device: "battery_state".into(), ..Stream::clone(&stream) };
+            requirements(study).missing(&[(Arc::new(stream), status)]).len()
+        };
+        assert_eq!(missing(&field("/robot1", "voltaeg")), 1);
+        assert_eq!(missing(&(robots.to_owned() + &field("/robot2", "voltaeg"))), 0);
+        assert_eq!(missing(&(robots.to_owned() + &field("/robot1", "voltaeg"))), 0);
+        assert_eq!(missing(&(field("/robot1", "voltaeg") + robots)), 1);
     }
 
     #[test]

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::source::{Source, SourceError};
-use teampulse_core::stream::Stream;
+use teampulse_core::stream::{Shape, Stream};
 use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 
@@ -133,7 +133,26 @@ impl Robots {
         topic.and_then(|topic| choice.robot(topic)).is_some_and(|(id, _)| id == stream.id)
     }
 
-    /// The topics that the study names, each with its setting: those that are watched or recorded by name.
+    /// Whether a stream is one that these settings take: of their robots, and of a wanted name or type.
+    pub fn take(&self, stream: &Stream) -> bool {
+        let Shape::Message(schema) = &stream.shape else { return self.describe(stream) };
+        let Ok(choice) = Choice::new(self) else { return false };
+        let prefix = self.prefix.as_ref().map_or("", Pattern::text);
+        let topic = stream.name.strip_prefix(prefix);
+        self.describe(stream)
+            && topic.is_some_and(|topic| choice.stream(topic, &schema.name).is_some())
+    }
+
+    /// Whether these settings, listed first, describe all robots that others describe.
+    pub fn cover(&self, others: &Robots) -> bool {
+        let namespace = |robots: &Robots| robots.namespace.trim_end_matches('/').to_owned();
+        let (ours, theirs) = (namespace(self), namespace(others));
+        let matches = |pattern: Pattern| pattern.matches(&theirs);
+        let is_wider = ours == theirs || Pattern::parse(&ours).is_ok_and(matches);
+        self.domain == others.domain && is_wider
+    }
+
+    /// The topics that the study names in full, each with its setting: those that are watched or recorded by name.
     pub fn named(&self) -> Vec<(&'static str, &str)> {
         let mapped = self.mapped().into_iter().map(|(key, field)| (key, field.topic.as_str()));
         let images = self.images.iter().map(|topic| ("images", topic.as_str()));
