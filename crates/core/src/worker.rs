@@ -56,9 +56,9 @@ pub struct WorkerError {
 /// How much a worker has processed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorkerCounts {
-    /// The number of records that it received.
+    /// The number of records that it received, without those over which it failed.
     pub taken: u64,
-    /// The number of records that were skipped for newer ones.
+    /// The number of records that were skipped for newer ones, or over which it failed.
     pub skipped: u64,
 }
 
@@ -106,6 +106,8 @@ struct Waiting {
     bytes: usize,
     came: u64,
     counts: WorkerCounts,
+    /// How many of those taken it may still be working on.
+    in_work: u64,
     is_closed: bool,
 }
 
@@ -148,7 +150,8 @@ impl Waiting {
         let mut taken: Vec<_> = newest.chain(std::mem::take(&mut self.kept)).collect();
         taken.sort_by_key(|(place, _)| *place);
         self.bytes = 0;
-        self.counts.taken += taken.len() as u64;
+        self.in_work = taken.len() as u64;
+        self.counts.taken += self.in_work;
         taken.into_iter().map(|(_, record)| record).collect()
     }
 }
@@ -192,6 +195,7 @@ impl Feed {
             |state: &mut Waiting| state.bytes == 0 && state.commands.is_empty() && !state.is_closed;
         let waited = self.shared.filled.wait_timeout_while(self.shared.lock(), patience, is_idle);
         let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        state.in_work = 0;
         if state.is_closed {
             return Fed::Closed;
         }
@@ -207,6 +211,14 @@ impl Feed {
     /// How much was taken and skipped so far.
     pub fn counts(&self) -> WorkerCounts {
         self.shared.lock().counts
+    }
+
+    /// Counts the records that the worker was working on when it failed as skipped.
+    pub(crate) fn failed(&self) {
+        let mut state = self.shared.lock();
+        let lost = std::mem::take(&mut state.in_work);
+        state.counts.taken -= lost;
+        state.counts.skipped += lost;
     }
 
     /// Whether the session is over; long computations should check this.
@@ -318,6 +330,18 @@ mod tests {
         feed.command(split.clone());
         assert!(matches!(feed.next(Duration::ZERO), Fed::Command(given) if given == split));
         assert_eq!(taken(&feed), [(1, 0)]);
+    }
+
+    #[test]
+    fn what_a_worker_failed_over_was_not_processed() {
+        let (post, feed) = feed(Streams::default(), Wants::Everything, only(|_| false));
+        post.offer(&[frame(1, 0, 10), frame(2, 0, 10)]);
+        assert_eq!(taken(&feed), [(1, 0), (2, 0)]);
+        post.offer(&[mark(0)]);
+        assert_eq!(taken(&feed), [(9, 0)]);
+        feed.failed();
+        feed.failed();
+        assert_eq!(feed.counts(), WorkerCounts { taken: 2, skipped: 1 });
     }
 
     #[test]

@@ -189,6 +189,8 @@ enum Fate {
     Panics,
     /// It fails, and works after a restart.
     Fails,
+    /// It fails at each of them.
+    AlwaysFails,
     NeverReturns,
 }
 
@@ -213,6 +215,13 @@ impl Worker for Doomed {
         match self.fate {
             Fate::Panics => panic!("this frame is one too many"),
             Fate::Fails if self.runs == 1 => {
+                let (message, hint) = ("read model.onnx".to_owned(), String::new());
+                return Err(WorkerError { message, hint });
+            }
+            Fate::AlwaysFails => {
+                if self.runs > 1 {
+                    self.worked.send(()).expect("the test waits");
+                }
                 let (message, hint) = ("read model.onnx".to_owned(), String::new());
                 return Err(WorkerError { message, hint });
             }
@@ -274,6 +283,15 @@ async fn a_worker_that_fails_is_run_again() {
     let (outcome, faults) = doom(Fate::Fails).await;
     assert_eq!(faults, ["model: failed to read model.onnx"]);
     assert_eq!(outcome.workers[0].error, None);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_worker_that_has_processed_nothing_ends_with_its_error() {
+    let (outcome, faults) = doom(Fate::AlwaysFails).await;
+    assert_eq!(faults[0], "model: failed to read model.onnx");
+    let [worker] = &outcome.workers[..] else { panic!("{outcome:?}") };
+    assert_eq!(worker.counts.taken, 0);
+    assert_eq!(worker.error.as_ref().expect("an error").message, "read model.onnx");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

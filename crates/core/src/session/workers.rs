@@ -26,7 +26,7 @@ pub struct WorkerEnd {
     pub name: String,
     /// How many records it has taken and skipped.
     pub counts: WorkerCounts,
-    /// Why it ended before the session did.
+    /// Why it ended before the session did, or never processed anything.
     pub error: Option<WorkerError>,
 }
 
@@ -64,17 +64,26 @@ fn mind(
     outlet: &Outlet,
 ) -> Option<WorkerError> {
     let mut pause = FIRST_PAUSE;
+    // A worker that has processed nothing when the session ends ended with its last error.
+    let mut last: Option<WorkerError> = None;
+    let idle = |last: Option<WorkerError>| last.filter(|_| feed.counts().taken == 0);
     loop {
         let began = Stopwatch::start();
-        match watched(|| worker.run(feed, outlet)) {
-            Ok(Ok(())) => return None,
-            Ok(Err(_)) if feed.is_closed() => return None,
-            Ok(Err(WorkerError { message, hint })) => {
+        let run = watched(|| worker.run(feed, outlet));
+        if !matches!(run, Ok(Ok(()))) {
+            feed.failed();
+        }
+        match run {
+            Ok(Ok(())) => return idle(last),
+            Ok(Err(error)) if feed.is_closed() => return idle(last.map(|_| error)),
+            Ok(Err(error)) => {
                 if began.elapsed() >= WELL {
                     pause = FIRST_PAUSE;
                 }
+                let WorkerError { message, hint } = &error;
                 tracing::debug!("{name} is started again in {pause:?}");
-                outlet.happen(passing(with_hint(format!("{name}: failed to {message}"), &hint)));
+                outlet.happen(passing(with_hint(format!("{name}: failed to {message}"), hint)));
+                last = Some(error);
             }
             Err(panic) => {
                 let message = format!("continue: it panicked: {panic}");
@@ -84,7 +93,7 @@ fn mind(
             }
         }
         if feed.closes_within(pause) {
-            return None;
+            return idle(last);
         }
         pause = (pause * 2).min(LAST_PAUSE);
     }
