@@ -1,4 +1,4 @@
-//! Self-reports: people's ratings of their own workload, as events: formatted and parsed.
+//! Reports as events, formatted and parsed: people's ratings of their own workload, and notes of the session.
 
 use std::ops::RangeInclusive;
 
@@ -67,9 +67,50 @@ impl Rating<'_> {
     }
 }
 
+/// A component that notes something itself, rather than a person through it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Noting {
+    /// The recording.
+    Bag,
+    /// The phases of the study.
+    Phases,
+}
+
+impl Noting {
+    const ALL: [Noting; 2] = [Noting::Bag, Noting::Phases];
+
+    /// The event of a note.
+    pub fn event(self, text: &str) -> Event {
+        let label = format!("{}{text}", self.start());
+        Event { kind: EventKind::Report, label, value: f64::NAN, duration_secs: 0.0 }
+    }
+
+    /// The component that wrote a note; `None` for any other event, such as a person's note.
+    pub fn of(event: &Event) -> Option<Noting> {
+        let is_its = |noting: &Noting| event.label.starts_with(noting.start());
+        Noting::ALL.into_iter().find(|noting| event.kind == EventKind::Report && is_its(noting))
+    }
+
+    fn start(self) -> &'static str {
+        match self {
+            Noting::Bag => "bag note ",
+            Noting::Phases => "phases note ",
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_note_of_the_session_is_nobody_s() {
+        for noting in Noting::ALL {
+            assert_eq!(Noting::of(&noting.event("the last 3 s are in /d")), Some(noting));
+        }
+        let note = Event { label: "dashboard note phases note".into(), ..Noting::Bag.event("") };
+        assert_eq!(Noting::of(&note), None);
+    }
 
     #[test]
     fn a_report_is_read_as_it_was_written() {

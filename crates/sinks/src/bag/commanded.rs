@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use teampulse_bag::{BagSink, Complete, Growth, Opening, Options, Place, Recording, STOPPED};
-use teampulse_core::command::{Command, Sender};
-use teampulse_core::data::{Event, EventKind};
+use teampulse_core::command::Command;
+use teampulse_core::reports::Noting;
 use teampulse_core::sample::Record;
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError};
 
@@ -236,9 +236,7 @@ impl Course {
 
     fn note(&self, text: &str) {
         if let Some(outlet) = self.inbox.outlet() {
-            let label = format!("{} note {text}", Sender::through("bag", ""));
-            let kind = EventKind::Report;
-            outlet.happen(Event { kind, label, value: f64::NAN, duration_secs: 0.0 });
+            outlet.happen(Noting::Bag.event(text));
         }
     }
 

@@ -10,6 +10,7 @@ use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::loss::Loss;
 use teampulse_core::phases::name_of;
+use teampulse_core::reports::Noting;
 use teampulse_core::sample::{Record, Turn};
 use teampulse_core::stream::{About, Origin, Stream, Subject};
 use teampulse_core::time::Time;
@@ -23,7 +24,7 @@ use crate::text::harmless;
 pub(super) const NAME: &str = "events.tsv";
 /// The name of the file that describes its columns.
 pub(super) const SIDECAR: &str = "events.json";
-/// The type of a marker that was not set by anybody.
+/// The type of a marker or a note that is not anybody's.
 pub(super) const NOTICE: &str = "notice";
 /// Its columns; the first three are those of BIDS, as is the last.
 pub(super) const COLUMNS: [(&str, Column); 10] = [
@@ -41,7 +42,9 @@ pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("stream", Column::of("The stream of the bag that contains it.")),
     (
         "phase",
-        Column::of("The current phase of the subject; for a report, the phase that it is about."),
+        Column::of(
+            "The current phase of the subject; for a self-report, the phase that it is about.",
+        ),
     ),
     ("time", Column::of("Onset, as a time of day in UTC (ISO 8601).")),
     ("channel", Column::of("The channel in which it was found, where a signal has several.")),
@@ -144,7 +147,7 @@ impl Row {
         let label = word(self.name());
         let whom = timeline.whom(stream, event);
         let (subject, name) = (word(word_of(&whom)), &stream.name);
-        let phase = timeline.phase_of(&whom, *kind, *onset).map_or_else(absent, word);
+        let phase = timeline.phase_of(&whom, event, *onset).map_or_else(absent, word);
         format!(
             "{onset_secs:.3}\t{duration}\t{what}\t{value}\t{label}\t{subject}\t{name}\t{phase}\t{onset}\t{channel}"
         )
@@ -193,10 +196,10 @@ fn ended_secs(stream: &Stream, event: &Event) -> Option<f64> {
     Some(event.duration_secs).filter(|secs| is_notice(stream, event) && *secs > 0.0)
 }
 
-/// Whether a marker was not set by anybody, but is a notice about a conclusion.
+/// Whether nobody set a marker or wrote a note: it is a notice about a conclusion, or a note of the session itself.
 fn is_notice(stream: &Stream, event: &Event) -> bool {
     let is_concluded = stream.origin == Origin::Derived && stream.about != About::Session;
-    event.kind == EventKind::Marker && is_concluded
+    event.kind == EventKind::Marker && is_concluded || Noting::of(event).is_some()
 }
 
 /// Whether an event has a row. Beats are in the interval files; reports on clocks every second, and on whether losses

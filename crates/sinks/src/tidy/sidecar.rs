@@ -101,7 +101,7 @@ pub(super) fn put(
 }
 
 /// The meaning of a notice.
-const NOTICE: &str = "a conclusion of teampulse about a robot, a person, a sensor or the team that is not a fault: it is back, an alert is over, answered or unknown, how a number is interpreted; the label states which; value, where something is over: how long it had lasted at this onset [s]";
+const NOTICE: &str = "a conclusion of teampulse about a robot, a person, a sensor or the team that is not a fault: it is back, an alert is over, answered or unknown, how a number is interpreted; or a note of the session itself: a command had no effect, what was kept is in a bag; the label states which; value, where something is over: how long it had lasted at this onset [s]";
 
 /// The meaning of an event kind and its value.
 fn meaning(kind: EventKind) -> &'static str {

@@ -14,7 +14,7 @@ use teampulse_core::alerts::{Alert, holds_alerts};
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Data, Event, EventKind, FeatureValues, Reason};
 use teampulse_core::loss::Loss;
-use teampulse_core::reports::Isa;
+use teampulse_core::reports::{Isa, Noting};
 use teampulse_core::sample::Record;
 use teampulse_core::session_streams::SESSION_EVENTS;
 use teampulse_core::status::StreamStatus;
@@ -30,7 +30,7 @@ use super::features::Window;
 use super::file::{Unwritten, write};
 use super::intervals::Kept;
 use super::measures::{is_of_phases, is_of_statistics};
-use super::timeline::Timeline;
+use super::timeline::{Timeline, is_self_report};
 
 /// The name of the file.
 pub(super) const NAME: &str = "summary.md";
@@ -167,9 +167,8 @@ impl Summary {
             EventKind::Intervention => self.counts.interventions += 1,
             EventKind::Marker if stream.name == SESSION_EVENTS => self.counts.markers += 1,
             EventKind::Marker if is_of_people => self.counts.other_markers += 1,
-            EventKind::Report if event.value.is_nan() && Isa::read(event).is_none() => {
-                self.counts.notes += 1;
-            }
+            EventKind::Report if Noting::of(event).is_some() => {}
+            EventKind::Report if !is_self_report(event) => self.counts.notes += 1,
             EventKind::Report => {
                 self.counts.reports += 1;
                 self.counts.take_unused(event, is_about_nobody(stream, event, timeline));

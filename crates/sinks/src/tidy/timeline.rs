@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::phases::{Phase, Phases};
-use teampulse_core::reports::Rating;
+use teampulse_core::reports::{Isa, Rating};
 use teampulse_core::sample::Record;
 use teampulse_core::stream::{About, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
@@ -18,7 +18,7 @@ pub(super) const SHORTEST_SECS: f64 = 1.0;
 const CUT_OFF: &str =
     "The session was cut off: its end was not recorded; phases end with the last record.";
 
-/// A report refers to a phase that ended at most this long ago [ns], not to the next one: as for the feature
+/// A self-report refers to a phase that ended at most this long ago [ns], not to the next one: as for the feature
 /// `estimates`.
 const JUST_ENDED_NS: i64 = 10_000_000_000;
 
@@ -185,9 +185,9 @@ impl Timeline {
         Some(end.secs_since(announced))
     }
 
-    /// The phase of an event: the current one, but for a report the one that it refers to.
-    pub(super) fn phase_of(&self, subject: &Subject, kind: EventKind, at: Time) -> Option<&str> {
-        let just_ended = self.just_ended(subject, at).filter(|_| kind == EventKind::Report);
+    /// The phase of an event: the current one, but for a self-report the one that it refers to.
+    pub(super) fn phase_of(&self, subject: &Subject, event: &Event, at: Time) -> Option<&str> {
+        let just_ended = self.just_ended(subject, at).filter(|_| is_self_report(event));
         just_ended.or_else(|| self.section(subject, at).phase)
     }
 
@@ -227,6 +227,11 @@ pub(super) fn word_of(subject: &Subject) -> &str {
     match subject.about {
         _ if !subject.id.is_empty() => &subject.id,
         About::Person => "person",
+/// Whether an event is a rating, rather than a note: one with a number, or of the Instantaneous Self-Assessment.
+pub(super) fn is_self_report(event: &Event) -> bool {
+    event.kind == EventKind::Report && (!event.value.is_nan() || Isa::read(event).is_some())
+}
+
         About::Robot => "robot",
         About::Team => "team",
         About::Session => "session",

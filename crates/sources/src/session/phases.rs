@@ -5,10 +5,11 @@ use std::time::Duration;
 use async_trait::async_trait;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use teampulse_core::command::{Instruction, Sender};
+use teampulse_core::command::Instruction;
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::SettingsError;
+use teampulse_core::reports::Noting;
 use teampulse_core::source::{Source, SourceError};
 use teampulse_core::time::Time;
 
@@ -185,10 +186,9 @@ impl Phases {
         if let Some(event) = self.schedule.apply(change, at.secs_since(started)) {
             self.report(outlet, &event, at);
         } else {
-            let (sender, verb) = (Sender::through("phases", ""), instruction.command.verb());
-            let why = change.without_effect();
-            let note = format!("{sender} note `{verb}` had no effect: {why}");
-            happen_at(outlet, (EventKind::Report, &note, 0.0), at);
+            let (verb, why) = (instruction.command.verb(), change.without_effect());
+            let note = Noting::Phases.event(&format!("`{verb}` had no effect: {why}"));
+            outlet.happen_at(note, Some(at));
         }
     }
 

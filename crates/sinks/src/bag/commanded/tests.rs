@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use teampulse_bag::{Bag, Stage};
-use teampulse_core::data::Data;
+use teampulse_core::data::{Data, EventKind};
 use teampulse_core::latched::Latched;
 use teampulse_core::session_streams::{descriptions, session_events};
 use teampulse_core::sink::{Batch, Post, Posted, queue};

@@ -1,6 +1,9 @@
 //! Laws of the timeline: phases, values that refer back to them, and their end.
 
-use teampulse_core::data::EventKind;
+use std::sync::Arc;
+
+use teampulse_core::data::{Data, EventKind};
+use teampulse_core::reports::Noting;
 use teampulse_core::session_streams::session_events;
 use teampulse_core::status::State;
 use teampulse_core::stream::{Origin, Shape, Stream, Subject};
@@ -165,6 +168,24 @@ fn a_report_belongs_to_the_phase_that_has_just_ended() {
     let files = session.run();
     let of = |secs: u32| row(&files, &format!("at {secs}"), &[7]);
     assert_eq!([30, 39, 41, 32, 69].map(of), ["1-back", "1-back", "rest", "rest", "rest"]);
+}
+
+#[test]
+fn a_note_belongs_to_the_phase_in_which_it_was_written_and_one_of_the_session_is_nobody_s() {
+    let mut session = Session::new();
+    session.phase(0.0, "1-back", 30.0);
+    session.phase(30.0, "rest", 30.0);
+    let note = |label| event(EventKind::Report, label, f64::NAN, 0.0);
+    session.report(32.0, &session_events(), note("dashboard note the belt slipped"));
+    session.report(33.0, &session_events(), note("isa p001"));
+    session.report(34.0, &session_events(), Data::Event(Arc::new(Noting::Bag.event("kept"))));
+    let files = session.run();
+    let of = |label| row(&files, label, &[2, 7]);
+    assert_eq!(of("dashboard note the belt slipped"), "report rest");
+    assert_eq!(of("isa p001"), "report 1-back");
+    assert_eq!(of("bag note kept"), "notice rest");
+    let text = files.text("summary.md");
+    assert!(text.contains(" Notes: 1."), "{text}");
 }
 
 #[test]
