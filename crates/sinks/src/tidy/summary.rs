@@ -3,6 +3,7 @@
 mod page;
 mod table;
 mod usable;
+mod alerts;
 mod stream_summary;
 mod rates;
 
@@ -22,6 +23,7 @@ use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
 use teampulse_core::streams::Streams;
 use teampulse_core::time::Time;
 
+use self::alerts::AlertCounts;
 use self::page::Page;
 pub use self::page::{LOST_OR_WRONG, NOTHING_NOTICED};
 use self::stream_summary::StreamSummary;
@@ -48,6 +50,8 @@ pub(super) struct Summary {
     judges: BTreeMap<String, Arc<Stream>>,
     /// The first time and the number of each fault.
     faults: BTreeMap<String, (Time, u64)>,
+    /// The alerts, with how often and how long.
+    alerts: AlertCounts,
     counts: Counts,
     /// What the underlying recording has lost to damage.
     pub(super) damage: Option<String>,
@@ -162,6 +166,7 @@ impl Summary {
 
     fn take_event(&mut self, record: &Record, event: &Event, timeline: &Timeline) {
         let stream = &record.stream;
+        self.alerts.take(stream, event, record.sample.measured);
         let is_of_people = stream.about != About::Robot && stream.origin == Origin::Raw;
         match event.kind {
             EventKind::Intervention => self.counts.interventions += 1,

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use teampulse_core::alerts::{Alert, holds_alerts};
 use teampulse_core::data::{Event, EventKind};
 use teampulse_core::phases::{Phase, Phases};
 use teampulse_core::reports::{Isa, Rating};
@@ -150,8 +151,12 @@ impl Timeline {
     }
 
     /// The subject of an event: for a self-report among the session's events the person it names, or the only
-    /// person present.
+    /// person present; for an alert the robot or the person that it names.
     pub(super) fn whom(&self, stream: &Stream, event: &Event) -> Subject {
+        if let Some(alert) = Alert::read(&event.label).filter(|_| holds_alerts(stream)) {
+            let named = self.subjects.iter().find(|subject| subject.id == alert.who);
+            return named.cloned().unwrap_or_else(|| stream.subject());
+        }
         let rating = Rating::read(event).filter(|_| stream.about == About::Session);
         let named = rating.map(|rating| rating.person);
         let id = match named {
@@ -222,16 +227,16 @@ impl Timeline {
     }
 }
 
-/// The subject in a word: the id, `team` or `session`.
-pub(super) fn word_of(subject: &Subject) -> &str {
-    match subject.about {
-        _ if !subject.id.is_empty() => &subject.id,
-        About::Person => "person",
 /// Whether an event is a rating, rather than a note: one with a number, or of the Instantaneous Self-Assessment.
 pub(super) fn is_self_report(event: &Event) -> bool {
     event.kind == EventKind::Report && (!event.value.is_nan() || Isa::read(event).is_some())
 }
 
+/// The subject in a word: the id, `team` or `session`.
+pub(super) fn word_of(subject: &Subject) -> &str {
+    match subject.about {
+        _ if !subject.id.is_empty() => &subject.id,
+        About::Person => "person",
         About::Robot => "robot",
         About::Team => "team",
         About::Session => "session",

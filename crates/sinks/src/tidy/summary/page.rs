@@ -49,6 +49,7 @@ impl fmt::Display for Page<'_> {
         self.head(f)?;
         self.phases(f)?;
         self.usable(f)?;
+        self.alerts(f)?;
         self.wrong(f)?;
         self.files(f)
     }
@@ -178,6 +179,12 @@ impl Page<'_> {
             let secs = watched.not_fine_secs;
             let reasons = reasons.join("; ");
             (secs > 0).then(|| format!("- {name}: {secs} s not as it should be ({reasons})"))
+    fn alerts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines = self.summary.alerts.lines(self.timeline.now());
+        let lines: Vec<String> = lines.map(|line| format!("- {}\n", on_one_line(&line))).collect();
+        if lines.is_empty() { Ok(()) } else { writeln!(f, "## Alerts\n\n{}", lines.concat()) }
+    }
+
         });
         let mut faults: Vec<_> = self.summary.faults.iter().collect();
         faults.sort_by_key(|(label, (at, _))| (*at, label.as_str()));

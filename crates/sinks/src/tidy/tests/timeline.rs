@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use teampulse_core::alerts::{ALERTS, FAMILY};
 use teampulse_core::data::{Data, EventKind};
 use teampulse_core::reports::Noting;
 use teampulse_core::session_streams::session_events;
@@ -186,6 +187,32 @@ fn a_note_belongs_to_the_phase_in_which_it_was_written_and_one_of_the_session_is
     assert_eq!(of("bag note kept"), "notice rest");
     let text = files.text("summary.md");
     assert!(text.contains(" Notes: 1."), "{text}");
+}
+
+#[test]
+fn an_alert_is_about_the_robot_that_it_names_and_counted_in_the_summary() {
+    let mut session = Session::new();
+    let odometry = Stream::raw("/robot2/odom", Subject::robot("robot2"), Shape::Event);
+    session.report(1.0, &odometry, event(EventKind::Marker, "x", f64::NAN, 0.0));
+    let alerts = Stream::concluded(ALERTS, Subject::team(), FAMILY, Shape::Event);
+    let raised = "robot2 needs someone soon: battery below 20 %";
+    let over = "robot2 no longer needs someone: battery below 20 %";
+    let unknown = "robot2 may still need someone, no value comes: battery below 20 %";
+    for (secs, kind, label) in [
+        (10.0, EventKind::Fault, raised),
+        (12.0, EventKind::Marker, unknown),
+        (13.0, EventKind::Fault, raised),
+        (15.5, EventKind::Marker, over),
+        (20.0, EventKind::Fault, raised),
+        (25.0, EventKind::Fault, "robot2 needs someone: offline"),
+    ] {
+        session.report(secs, &alerts, event(kind, label, 0.1, 2.0));
+    }
+    let files = session.run();
+    assert_eq!(row(&files, raised, &[5]), "robot2");
+    let text = files.text("summary.md");
+    let line = "## Alerts\n\n- robot2: battery below 20 %: 2 times, 11.5 s in all, not over at the end\n\n##";
+    assert!(text.contains(line), "{text}");
 }
 
 #[test]

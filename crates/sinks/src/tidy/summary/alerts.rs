@@ -1,0 +1,65 @@
+//! The alerts of a session: how often each was raised, and how long it lasted.
+
+use std::collections::BTreeMap;
+
+use teampulse_core::alerts::{Alert, FAMILY, Stage, Why, holds_alerts};
+use teampulse_core::counted::counted;
+use teampulse_core::data::Event;
+use teampulse_core::stream::Stream;
+use teampulse_core::time::Time;
+
+/// The most alerts kept separately.
+const MOST: usize = 1000;
+
+/// The alerts about limits so far, by robot or person and limit. Others repeat faults of a robot, and those on
+/// estimates are left out, as on the screen.
+#[derive(Debug, Default)]
+pub(super) struct AlertCounts(BTreeMap<(String, String), AlertCount>);
+
+/// How often an alert was raised, and how long it lasted.
+#[derive(Debug, Default)]
+struct AlertCount {
+    times: u64,
+    secs: f64,
+    /// When it was raised, unless it is over.
+    since: Option<Time>,
+}
+
+impl AlertCounts {
+    /// Takes in an event, if it is of an alert.
+    pub(super) fn take(&mut self, stream: &Stream, event: &Event, at: Time) {
+        let is_shown = holds_alerts(stream) && stream.family == FAMILY;
+        let Some(Alert { who, why: Why::Limit(limit), stage, .. }) =
+            Alert::read(&event.label).filter(|_| is_shown)
+        else {
+            return;
+        };
+        let key = (who, limit);
+        if self.0.len() >= MOST && !self.0.contains_key(&key) {
+            return;
+        }
+        let count = self.0.entry(key).or_default();
+        match stage {
+            // It is raised again when its number returns.
+            Stage::Raised if count.since.is_none() => {
+                count.times += 1;
+                count.since = Some(at);
+            }
+            Stage::Over => {
+                let lasted_secs = count.since.take().map(|since| at.secs_since(since));
+                count.secs += lasted_secs.unwrap_or(event.duration_secs).max(0.0);
+            }
+            _ => {}
+        }
+    }
+
+    /// A line for each, given the time until which those that are not over lasted.
+    pub(super) fn lines(&self, now: Time) -> impl Iterator<Item = String> {
+        self.0.iter().map(move |((who, limit), count)| {
+            let open_secs = count.since.map_or(0.0, |since| now.secs_since(since).max(0.0));
+            let times = counted(count.times.max(1), "time", "times");
+            let not_over = if count.since.is_some() { ", not over at the end" } else { "" };
+            format!("{who}: {limit}: {times}, {:.1} s in all{not_over}", count.secs + open_secs)
+        })
+    }
+}
