@@ -117,7 +117,18 @@ impl Page<'_> {
                 ),
             };
         }
-        writeln!(f, "{table}")
+        writeln!(f, "{table}")?;
+        match of_all.iter().filter(|phase| !lasts(phase)).count() {
+            0 => Ok(()),
+            1 => writeln!(f, "One lasted less than a second: it is in {} only.\n", events::NAME),
+            short => {
+                writeln!(
+                    f,
+                    "{short} lasted less than a second: they are in {} only.\n",
+                    events::NAME
+                )
+            }
+        }
     }
 
     fn phases_of(&self, of: &str, phases: &[Phase], table: &mut Table) {
@@ -168,6 +179,12 @@ impl Page<'_> {
         table
     }
 
+    fn alerts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines = self.summary.alerts.lines(self.timeline.now());
+        let lines: Vec<String> = lines.map(|line| format!("- {}\n", on_one_line(&line))).collect();
+        if lines.is_empty() { Ok(()) } else { writeln!(f, "## Alerts\n\n{}", lines.concat()) }
+    }
+
     fn wrong(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{LOST_OR_WRONG}\n")?;
         let streams = self.summary.watched.iter();
@@ -179,12 +196,6 @@ impl Page<'_> {
             let secs = watched.not_fine_secs;
             let reasons = reasons.join("; ");
             (secs > 0).then(|| format!("- {name}: {secs} s not as it should be ({reasons})"))
-    fn alerts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines = self.summary.alerts.lines(self.timeline.now());
-        let lines: Vec<String> = lines.map(|line| format!("- {}\n", on_one_line(&line))).collect();
-        if lines.is_empty() { Ok(()) } else { writeln!(f, "## Alerts\n\n{}", lines.concat()) }
-    }
-
         });
         let mut faults: Vec<_> = self.summary.faults.iter().collect();
         faults.sort_by_key(|(label, (at, _))| (*at, label.as_str()));

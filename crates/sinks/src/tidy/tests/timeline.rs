@@ -216,6 +216,16 @@ fn an_alert_is_about_the_robot_that_it_names_and_counted_in_the_summary() {
 }
 
 #[test]
+fn phases_that_are_too_short_to_be_listed_are_mentioned() {
+    let mut session = Session::new();
+    session.phase(0.0, "baseline", 30.0);
+    session.phase(30.0, "blink", 0.5);
+    session.phase(30.5, "task", 20.0);
+    let text = session.run().text("summary.md");
+    assert!(text.contains("One lasted less than a second: it is in events.tsv only."), "{text}");
+}
+
+#[test]
 fn a_report_on_the_session_s_events_is_about_whom_it_names() {
     let mut session = Session::new();
     session.phase(0.0, "session's", 300.0);
