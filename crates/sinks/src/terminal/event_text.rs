@@ -1,6 +1,6 @@
 //! Events as text for the terminal.
 
-use teampulse_core::alerts::holds_alerts;
+use teampulse_core::alerts::{Alert, holds_alerts};
 use teampulse_core::command::{Accepted, Command};
 use teampulse_core::computers::UNTOLD;
 use teampulse_core::data::{Event, EventKind};
@@ -12,7 +12,8 @@ use crate::text::shown;
 
 /// The text of an event; `None` for events that are too frequent or are shown elsewhere.
 pub(super) fn event_text(stream: &Stream, event: &Event) -> Option<String> {
-    if stream.about == About::Person && holds_alerts(stream) {
+    // An alert states who needs someone, and is not a fault.
+    if holds_alerts(stream) && Alert::read(&event.label).is_some() {
         return Some(shown(&event.label));
     }
     let is_note = stream.family == "notes" && event.kind != EventKind::Fault;
@@ -70,6 +71,7 @@ fn is_silence(stream: &Stream, value: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use teampulse_core::alerts::ALERTS;
     use teampulse_core::stream::{Shape, Subject};
 
     use super::*;
@@ -144,6 +146,20 @@ mod tests {
         let over =
             Event { kind: EventKind::Marker, label: label.clone(), value: 0.0, duration_secs: 3.0 };
         assert_eq!(event_text(&alerts, &over), Some(label));
+    }
+
+    #[test]
+    fn an_alert_reads_the_same_of_a_robot_and_of_a_person() {
+        let alerts = |subject| Stream::concluded(ALERTS, subject, "alerts", Shape::Event);
+        let happens = |stream: &Stream, label: &str| {
+            let (kind, label) = (EventKind::Fault, label.to_owned());
+            event_text(stream, &Event { kind, label, value: 0.1, duration_secs: f64::NAN }).unwrap()
+        };
+        let raised = "robot2 needs someone soon: battery below 20 %";
+        assert_eq!(happens(&alerts(Subject::team()), raised), raised);
+        assert_eq!(happens(&alerts(Subject::person("p001")), raised), raised);
+        let idle = "alert 1 of the study watches nothing";
+        assert_eq!(happens(&alerts(Subject::team()), idle), format!("fault: {idle}"));
     }
 
     #[test]

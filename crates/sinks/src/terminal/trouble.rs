@@ -24,6 +24,8 @@ pub(super) struct Trouble {
 pub(super) enum Urgency {
     /// A part of the session itself failed.
     Fault,
+    /// A robot or a person needs someone now, as the study states.
+    NeedNow,
     /// A robot or a person needs someone.
     Need,
     /// One needs someone, but not at once.
@@ -56,7 +58,7 @@ impl Urgency {
     fn sign(self) -> (&'static str, Style) {
         match self {
             Urgency::Fault => ("■", Style::Alarm),
-            Urgency::Need => ("▲", Style::Alarm),
+            Urgency::NeedNow | Urgency::Need => ("▲", Style::Alarm),
             Urgency::NeedSoon => ("▲", Style::Warning),
             Urgency::Note => ("◇", Style::Plain),
             Urgency::Dead => ("☒", Style::Strong),
@@ -96,9 +98,10 @@ impl Trouble {
         let Some(since) = self.since else { return line };
         let waits = for_so_long(now.secs_since(since));
         let words = match self.urgency {
-            Urgency::NeedSoon => "  needs someone soon, for ",
-            Urgency::Note => "  worth a look for ",
-            _ => "  needs someone for ",
+            Urgency::NeedNow => "  has needed someone now for ",
+            Urgency::NeedSoon => "  has needed someone soon for ",
+            Urgency::Note => "  has been worth a look for ",
+            _ => "  has needed someone for ",
         };
         line.with(Style::Plain, words).with(Style::Strong, &waits)
     }

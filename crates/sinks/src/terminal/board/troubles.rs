@@ -36,7 +36,8 @@ impl Board {
             urgency: match need.tier {
                 Some(Tier::Soon) => Urgency::NeedSoon,
                 Some(Tier::Note) => Urgency::Note,
-                Some(Tier::Act) | None => Urgency::Need,
+                Some(Tier::Act) => Urgency::NeedNow,
+                None => Urgency::Need,
             },
             subject: need.who.to_owned(),
             what: need.why,
