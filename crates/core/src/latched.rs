@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crate::computers::ClockReport;
 use crate::data::{Data, Event, EventKind};
+use crate::loss::Loss;
 use crate::phases::Phases;
 use crate::publishers::PublishedBy;
 use crate::sample::Record;
@@ -16,7 +17,7 @@ use crate::time::Time;
 const MOST: usize = 100_000;
 
 /// The newest event of each kind of state: the phase of the session and of each person and robot, which computer's
-/// clock stamps a stream, which publishers a topic has.
+/// clock stamps a stream, which publishers a topic has, whether its losses can be counted.
 #[derive(Clone, Debug, Default)]
 pub struct Latched(BTreeMap<(Rank, StreamId, String), Record>);
 
@@ -67,7 +68,7 @@ impl Latched {
             let Data::Event(event) = &record.sample.data else { return None };
             let (id, stream, sample) = (*id, Arc::clone(&record.stream), &record.sample);
             if *rank == Rank::Origin {
-                let event = Event::clone(event);
+                let event = countable(&record.stream, event);
                 return Some(StandingEvent {
                     id,
                     stream,
@@ -96,12 +97,21 @@ fn about(record: &Record, event: &Event) -> Option<(Rank, String)> {
         let rank = if of_session { Rank::Phase } else { Rank::OwnPhase };
         return Some((rank, String::new()));
     }
+    if Loss::of_stream(stream) == Some(Loss::OnTheWay) {
+        return Some((Rank::Origin, event.label.clone()));
+    }
     let topic = match ClockReport::read(stream, &sample.data).filter(|_| of_session) {
         Some(ClockReport::StampedBy { stream, .. }) => stream,
         Some(ClockReport::Probed { .. }) => return None,
         None => PublishedBy::read(stream, &sample.data)?.stream,
     };
     Some((Rank::Origin, topic))
+}
+
+/// An event as it could be published again; of losses only whether they can be counted, as none has occurred since.
+fn countable(stream: &Stream, event: &Event) -> Event {
+    let is_count = Loss::of_stream(stream).is_some() && event.value.is_finite();
+    Event { value: if is_count { 0.0 } else { event.value }, ..event.clone() }
 }
 
 /// A phase as it could be published this long after it began [s]: with its remaining length, or as the absence of a
@@ -201,6 +211,20 @@ mod tests {
         latched.take(&reported(&session_events(), 0, 20, phase("task", 60.0)));
         latched.take(&reported(&session_events(), 0, 10, phase("baseline", 60.0)));
         assert_eq!(at(&latched, 30), [(0, "task".into(), 50.0)]);
+    }
+
+    #[test]
+    fn a_stream_whose_losses_can_be_counted_has_lost_nothing_yet() {
+        let mut latched = Latched::default();
+        let of = |secs, value| {
+            let lost = Event { value, ..event(EventKind::Fault, "/r1/odom", 0.0) };
+            reported(&Loss::OnTheWay.stream(), 9, secs, lost)
+        };
+        let value = |latched: &Latched| latched.at(Time::from_stamp(30, 0))[0].event.value;
+        latched.take(&of(10, 3.0));
+        assert!(value(&latched).abs() < 1e-9);
+        latched.take(&of(20, f64::NAN));
+        assert!(value(&latched).is_nan(), "they can't be counted any more");
     }
 
     #[test]
