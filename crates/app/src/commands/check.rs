@@ -36,10 +36,6 @@ use crate::study::Study;
 
 use heard::{Heard, Listener};
 
-/// The error of a study without sources.
-const NOTHING: &str =
-    "[[sources]]: the study names nothing to watch; `teampulse scan` shows lines to paste";
-
 /// Reports go or no-go before a recording.
 ///
 /// Reads the study, receives everything in it for a while without recording, and compares each robot with
@@ -74,6 +70,9 @@ impl Check {
         let buses = network::buses_with_messages("teampulse", messages.as_deref());
         let setup = Setup::new(study, buses).await?;
         let sources = setup.sources()?;
+        if sources.is_empty() {
+            return Err(setup.without("sources", "nothing is watched").into());
+        }
         drop((setup.features()?, setup.sinks(&setup.bag_folder(&self.out))?, setup.workers()?));
         output::line(format!("study    ok    {}", self.study.display()));
         output::lines(notes.iter().map(|note| format!("note     {note}")));
@@ -112,12 +111,11 @@ impl Check {
         let mut missing: Vec<String> = unmet.map(|unmet| unmet.what).collect();
         missing.extend(absent_lsl);
         missing.extend(worn.missing);
+        let is_all_there = missing.is_empty();
         missing.extend(machine::unfit(&self.out, keep_free_bytes));
         missing.extend(unfit_fallback);
-        if required.kinds.is_empty() {
-            missing.push(NOTHING.to_owned());
-        }
-        let exit = if required.kinds.is_empty() { Exit::BadStudy } else { Exit::DeviceMissing };
+        // As `run`, which does not begin where nothing can be recorded.
+        let exit = if is_all_there { Exit::Failed } else { Exit::DeviceMissing };
         Ok(if is_go(&missing) { Exit::Fine } else { exit })
     }
 }
