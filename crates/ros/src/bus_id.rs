@@ -68,8 +68,8 @@ impl FromStr for BusId {
     type Err = String;
 
     fn from_str(text: &str) -> Result<BusId, String> {
-        if let Ok(domain) = text.parse::<u32>() {
-            return Ok(domain.into());
+        if let Ok(domain) = text.parse::<i64>() {
+            return known_domain(domain).ok_or_else(|| not_a_domain(domain));
         }
         let (kind, address) = text.split_once(':').ok_or("expected a ROS domain, such as 12")?;
         let id = BusId { kind: kind.to_owned(), address: address.to_owned() };
@@ -113,9 +113,7 @@ impl Visitor<'_> for NumberOrText {
     }
 
     fn visit_i64<E: Error>(self, domain: i64) -> Result<BusId, E> {
-        let known = u32::try_from(domain).ok().map(BusId::from);
-        let known = known.filter(|id| id.check().is_ok());
-        known.ok_or_else(|| E::custom(not_a_domain(domain)))
+        known_domain(domain).ok_or_else(|| E::custom(not_a_domain(domain)))
     }
 
     fn visit_u64<E: Error>(self, domain: u64) -> Result<BusId, E> {
@@ -130,6 +128,12 @@ impl Visitor<'_> for NumberOrText {
         id.check().map_err(|reason| E::custom(format!("there is no bus \"{text}\": {reason}")))?;
         Ok(id)
     }
+}
+
+/// The bus of a ROS domain, if there is such a domain.
+fn known_domain(domain: i64) -> Option<BusId> {
+    let known = u32::try_from(domain).ok().map(BusId::from);
+    known.filter(|id| id.check().is_ok())
 }
 
 fn not_a_domain(domain: i64) -> String {
@@ -183,6 +187,7 @@ mod tests {
         assert!(
             "twelve".parse::<BusId>().unwrap_err().contains("expected a ROS domain, such as 12")
         );
+        assert_eq!("300".parse::<BusId>(), Err(not_a_domain(300)));
         assert!("smoke:12".parse::<BusId>().unwrap_err().contains("expected one of the kinds dds"));
         let negative: Result<BusId, Error> = BusId::deserialize((-1_i64).into_deserializer());
         assert!(negative.unwrap_err().to_string().contains("-1 is not a ROS domain"));
