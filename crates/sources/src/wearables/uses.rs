@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::{heart_rate, polar};
+
 /// What is in use; clones share it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Uses(Arc<Mutex<Used>>);
@@ -36,13 +38,30 @@ impl Uses {
         Some(Use { uses: self.clone(), what })
     }
 
-    /// Whether nobody else wears any device of a kind, rather than one with an address or a name: it could not be known
-    /// who wears which.
-    pub(crate) fn takes_any(&self, kind: &'static str, person: &str) -> bool {
+    /// Takes any device of a kind, rather than one with an address or a name; fails with the kind and the person of
+    /// another source that could take the same device.
+    pub(crate) fn take_any(&self, kind: &'static str, person: &str) -> Result<(), Rival> {
         let mut used = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let rival = used.kinds.iter().find(|(other, wearer)| {
+            // A Polar is also a strap, and straps of one person can't be distinguished.
+            let is_strap = |kind: &str| [heart_rate::KIND, polar::DEVICE].contains(&kind);
+            let are_both_polar = *other == polar::DEVICE && kind == polar::DEVICE;
+            let is_either = is_strap(other) && is_strap(kind) && !are_both_polar;
+            is_either || *other == kind && wearer != person
+        });
+        let rival = rival.cloned();
         used.kinds.push((kind, person.to_owned()));
-        used.kinds.iter().all(|(other, wearer)| *other != kind || wearer == person)
+        rival.map_or(Ok(()), |(kind, person)| Err(Rival { kind, person }))
     }
+}
+
+/// Another source that could take the same device.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Rival {
+    /// The kind of its device.
+    pub(crate) kind: &'static str,
+    /// Who wears that.
+    pub(crate) person: String,
 }
 
 impl Drop for Use {
@@ -72,7 +91,20 @@ mod tests {
     #[test]
     fn any_device_of_a_kind_is_of_one_person() {
         let uses = Uses::default();
-        assert!(uses.takes_any("polar", "p001") && uses.takes_any("polar", "p001"));
-        assert!(uses.takes_any("heart_rate", "p002") && !uses.takes_any("polar", "p002"));
+        assert!(uses.take_any("polar", "p001").is_ok() && uses.take_any("polar", "p001").is_ok());
+        let rival = Rival { kind: "polar", person: "p001".into() };
+        assert_eq!(uses.take_any("polar", "p002"), Err(rival));
+        assert!(uses.take_any("myo", "p002").is_ok());
+    }
+
+    #[test]
+    fn a_strap_is_taken_by_one_source() {
+        for (first, second) in
+            [("polar", "heart_rate"), ("heart_rate", "polar"), ("heart_rate", "heart_rate")]
+        {
+            let uses = Uses::default();
+            assert!(uses.take_any(first, "p001").is_ok());
+            assert!(uses.take_any(second, "p001").is_err(), "{first} {second}");
+        }
     }
 }

@@ -20,7 +20,7 @@ use teampulse_devices::{Error, GattSession, Output};
 use super::{Answer, Bluetooth, BluetoothError, GattLink, Seen, Wanted};
 use crate::SourceContext;
 use crate::wearables::session_time::SessionTime;
-use crate::wearables::uses::{Use, Uses};
+use crate::wearables::uses::{Rival, Use, Uses};
 use crate::wearables::worn::Worn;
 
 /// The longest time without a check of the session.
@@ -103,8 +103,9 @@ impl<S: Wearable> Wireless<S> {
             }
             None => None,
         };
-        if address.is_none() && name.is_none() && !uses.takes_any(S::KIND, &person) {
-            return Err(who_wears_which(S::KIND));
+        if address.is_none() && name.is_none() {
+            uses.take_any(S::KIND, &person)
+                .map_err(|rival| which_is_whose(S::KIND, &person, &rival))?;
         }
         let bluetooth = context.bluetooth.clone();
         let wanted = Wanted { kind: S::KIND, is_kind: S::is_kind, address, name };
@@ -300,8 +301,15 @@ fn only_use(uses: &Uses, address: &str) -> Result<Use, SettingsError> {
     })
 }
 
-fn who_wears_which(kind: &str) -> SettingsError {
-    let message = format!("several people wear any `{kind}`: it can't be known who wears which");
+fn which_is_whose(kind: &str, person: &str, rival: &Rival) -> SettingsError {
+    let message = if rival.kind != kind {
+        let other = rival.kind;
+        format!("a `{kind}` and a `{other}` without an address may take the same strap")
+    } else if rival.person == person {
+        format!("two sources of {person} take any `{kind}`: it can't be known which takes which")
+    } else {
+        format!("several people wear any `{kind}`: it can't be known who wears which")
+    };
     SettingsError::new(message)
         .at("person")
         .with_hint("give each source the `address` of its device; `teampulse scan` lists them")
