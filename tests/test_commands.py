@@ -171,14 +171,17 @@ def test_a_recording_that_begins_paused_begins_by_command_with_the_seconds_befor
         "send", "/session/commands", "--type", "std_msgs/msg/String", "--subscribers", 1
     )
     panel.answer("matched")
-    for words in ("mark before", "start_recording", "mark within", "stop_recording", "mark after"):
+    for words in ("mark before", "start_recording", "mark within", "start_recording", "stop_recording", "mark after"):
         panel.say(string(words))
         monitor.wait_for(f"marker: {words[5:]}" if words.startswith("mark") else f"command of ros:[^ ]+: {words}")
+    panel.say(string("stop_recording"))
+    monitor.wait_for("bag note `start_recording` had no effect: it is recording already")
+    monitor.wait_for("bag note `stop_recording` had no effect: nothing is being recorded")
     assert monitor.interrupt() == 0, monitor.report()
     bag = harness.the_bag(out)
     assert [label for _, label in events(bag, "marker")] == ["before", "within"]
     asked = [label.split(" ", 1)[1] for _, label in events(bag, "command")]
-    assert asked == ["mark before", "start_recording", "mark within", "stop_recording"]
+    assert asked == ["mark before", "start_recording", "mark within", "start_recording", "stop_recording"]
     assert "the recording was stopped" not in monitor.report()
     tidy = (bag / "events.tsv").read_text()
     assert "before" in tidy and "within" in tidy and "after" not in tidy

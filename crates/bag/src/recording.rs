@@ -11,6 +11,7 @@ use teampulse_core::data::Data;
 use teampulse_core::fault::lasting;
 use teampulse_core::latched::{Latched, StandingEvent};
 use teampulse_core::panics::{self, Panic, caught};
+use teampulse_core::reports::Noting;
 use teampulse_core::sample::{Record, Sample, Turn};
 use teampulse_core::session_streams::{descriptions, session_events};
 use teampulse_core::sink::{Inbox, Received, SinkError};
@@ -92,6 +93,9 @@ struct Losses {
     in_our_queue: u64,
 }
 
+/// The note on a command to start a recording while there is one.
+const GOES_ON: &str = "`start_recording` had no effect: it is recording already";
+
 /// Why a recording ended that a command stopped.
 pub const STOPPED: &str = "a command stopped the recording";
 
@@ -142,7 +146,7 @@ impl Recording {
     /// Records until the inbox is closed, or recording fails. In any case the bag is finished as far as
     /// possible, and states in its notes and by a last event if it ended early.
     pub fn record(mut self, inbox: &Inbox) -> Result<Complete, Broken> {
-        let taken = caught(|| match self.open(inbox.streams())? {
+        let taken = caught(|| match self.open(inbox)? {
             Some(stopped) => Ok(stopped),
             None => self.take_all(inbox),
         });
@@ -152,7 +156,7 @@ impl Recording {
     /// Records what it [begins with](Recording::in_session), and nothing else.
     pub fn record_opening(mut self, inbox: &Inbox) -> Result<(), Broken> {
         self.writer.note(ENDED_NOTE, "it is a snapshot".into());
-        let taken = caught(|| self.open(inbox.streams()).map(|_| Complete::WithSession));
+        let taken = caught(|| self.open(inbox).map(|_| Complete::WithSession));
         self.end(taken, inbox).map(drop)
     }
 
@@ -215,7 +219,7 @@ impl Recording {
             let patience = Duration::from_nanos(u64::try_from(left_nanos).unwrap_or(0));
             match inbox.receive_gathered(GATHER, patience) {
                 Received::Batch(batch) => {
-                    if let Some(stopped) = self.take_batch(inbox.streams(), &batch)? {
+                    if let Some(stopped) = self.take_batch(inbox, &batch)? {
                         return Ok(stopped);
                     }
                 }
@@ -230,29 +234,34 @@ impl Recording {
     }
 
     /// Records what it begins with.
-    fn open(&mut self, streams: &Streams) -> Result<Option<Complete>, BagError> {
+    fn open(&mut self, inbox: &Inbox) -> Result<Option<Complete>, BagError> {
         let Some(Opening { kept, after, .. }) = &mut self.opening else { return Ok(None) };
         let (kept, after) = (std::mem::take(kept), std::mem::take(after));
         self.unwritten = kept.len() as u64;
-        self.begin_with(streams, &kept)?;
+        self.begin_with(inbox.streams(), &kept)?;
         kept.iter().try_for_each(|record| self.write(record))?;
-        self.take_batch(streams, &after)
+        self.take_batch(inbox, &after)
     }
 
     /// Records these up to a command that ends the recording.
     fn take_batch(
         &mut self,
-        streams: &Streams,
+        inbox: &Inbox,
         batch: &[Record],
     ) -> Result<Option<Complete>, BagError> {
         self.unwritten = batch.len() as u64;
-        self.begin_with(streams, batch)?;
+        self.begin_with(inbox.streams(), batch)?;
         for (place, record) in batch.iter().enumerate() {
             let command = self.take(record)?;
             if self.ends_by_command && command == Some(Command::StopRecording) {
                 self.unwritten = 0;
                 let after = batch[place + 1..].to_vec();
                 return Ok(Some(Complete::ByCommand { after }));
+            }
+            if let (true, Some(Command::StartRecording), Some(outlet)) =
+                (self.ends_by_command, command, inbox.outlet())
+            {
+                outlet.happen(Noting::Bag.event(GOES_ON));
             }
         }
         Ok(None)

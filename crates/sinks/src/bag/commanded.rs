@@ -15,6 +15,9 @@ use super::kept::{Kept, Limits};
 /// How often the number of kept seconds is reported.
 const STATE_EVERY: Duration = Duration::from_secs(1);
 
+/// The note on a command to stop the recording while there is none.
+const NOTHING_TO_STOP: &str = "`stop_recording` had no effect: nothing is being recorded";
+
 /// A recording that starts and stops by command, any number of times, each time in a bag of its own. While it is
 /// paused, the last seconds are kept in memory.
 #[derive(Debug)]
@@ -142,6 +145,7 @@ impl Course {
             match command_of(record) {
                 Some(Command::StartRecording) => return Some(place + 1),
                 Some(Command::Snapshot) => self.snapshot(kept),
+                Some(Command::StopRecording) => self.note(NOTHING_TO_STOP),
                 _ => {}
             }
         }
