@@ -124,12 +124,19 @@ async fn history(State(shared): State<Shared>, Asked(asked): Asked<Span>) -> Res
             return refused_query(&format!("{name}: not a number"));
         }
     }
+    if asked.points == Some(0) {
+        return refused_query("points: 0 columns hold nothing");
+    }
     let now = shared.hub.now();
     // Times below 0 count from now.
     let time = |asked: Option<f64>, otherwise: f64| {
         let asked = asked.unwrap_or(otherwise);
         if asked < 0.0 { now + asked } else { asked }
     };
+    let (from, to) = (time(asked.from, 0.0), time(asked.to, now));
+    if from >= to && (asked.from.is_some() || asked.to.is_some()) {
+        return refused_query(&format!("from {from:.1} s to {to:.1} s of the session is no span"));
+    }
     let known = shared.hub.known();
     let id = known.named.get(&asked.stream).filter(|id| known.shows(**id, is_blind(&shared)));
     let Some(id) = id else { return no_stream(&asked.stream) };
@@ -139,7 +146,6 @@ async fn history(State(shared): State<Shared>, Asked(asked): Asked<Span>) -> Res
         return refused(StatusCode::NOT_FOUND, &error, hint);
     };
     let points = asked.points.unwrap_or(600).min(MOST_POINTS);
-    let (from, to) = (time(asked.from, 0.0), time(asked.to, now));
     let excerpt = track.excerpt(from, to, points);
     let channels =
         known.streams.get(id).into_iter().flat_map(|stream| &stream.channels).zip(excerpt.channels);
@@ -318,7 +324,8 @@ fn wrong_query(rejection: &QueryRejection) -> Response {
 }
 
 fn refused_query(reason: &str) -> Response {
-    let hint = "`stream` is a name, `from` and `to` are seconds and `points` is a whole number";
+    let hint = "`stream` is a name, `from` and `to` are seconds since the session began, or before now where they are \
+        below 0, and `points` is a whole number above 0";
     refused(StatusCode::BAD_REQUEST, &format!("the query is wrong: {reason}"), hint)
 }
 
