@@ -7,6 +7,7 @@ use teampulse_messages::fields::Path;
 
 use super::{Field, Robots, norm, norm_of_type};
 use crate::faces::Faces;
+use crate::simulated::TRUTH;
 use teampulse_core::pattern::Pattern;
 
 /// Which topics of which robots are watched, and as what.
@@ -28,6 +29,7 @@ impl Choice {
         check_commands(settings)?;
         check_fields(settings)?;
         check_units(settings)?;
+        check_namespace(settings)?;
         let wide = settings.namespace == "/";
         if wide && settings.prefix.is_none() {
             return Err(SettingsError::new("robots without a namespace need a `prefix`")
@@ -56,6 +58,10 @@ impl Choice {
         let Some(namespace) = &self.namespace else {
             return Some((self.prefix.trim_matches('/'), topic.strip_prefix('/')?));
         };
+        // The simulator's truth is of no robot, unless the study names it.
+        if !namespace.is_rooted() && topic.starts_with(TRUTH) {
+            return None;
+        }
         let (id, relative) = namespace.subject(topic)?;
         (!relative.is_empty() && !id.is_empty()).then_some((id, relative))
     }
@@ -171,6 +177,18 @@ fn check_commands(settings: &Robots) -> Result<(), SettingsError> {
     Ok(())
 }
 
+/// Checks that ROS could have the namespace: it consists of letters, digits and `_`, besides stars and slashes.
+fn check_namespace(settings: &Robots) -> Result<(), SettingsError> {
+    let fits = |each: char| each.is_ascii_alphanumeric() || "_*/".contains(each);
+    if settings.namespace.chars().all(fits) {
+        return Ok(());
+    }
+    let message = format!("`{}` is not a namespace of ROS", settings.namespace);
+    let hint =
+        "it consists of letters, digits and `_`, with `*` for any part of a token: `/robot*`";
+    Err(SettingsError::new(message).with_hint(hint).at("namespace"))
+}
+
 /// Whether ROS would take this as a name below a namespace: tokens of letters, digits and `_` that
 /// do not begin with a digit.
 fn is_relative_name(name: &str) -> bool {
@@ -242,6 +260,24 @@ mod tests {
             let expected = Channel { name: name.into(), unit: unit.into(), scale };
             assert!(channels.contains(&expected), "{channels:?}");
         }
+    }
+
+    #[test]
+    fn a_namespace_that_ros_can_t_have_is_refused() {
+        for wrong in ["/robot 1", "/robot-1", "/größe*"] {
+            let settings = Robots { namespace: wrong.into(), ..Robots::default() };
+            assert_eq!(Choice::new(&settings).expect_err(wrong).path, "namespace");
+        }
+    }
+
+    #[test]
+    fn the_truth_of_the_simulator_is_no_robot_unless_it_is_named() {
+        let is_taken = |namespace: &str| {
+            let choice = choice(&format!("namespace = \"{namespace}\""));
+            let truth = "/sim/truth/robot1/battery_state";
+            choice.stream(truth, "sensor_msgs/msg/BatteryState").is_some()
+        };
+        assert!(!is_taken("/*") && is_taken("/sim/truth/*"));
     }
 
     #[test]

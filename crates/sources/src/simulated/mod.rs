@@ -13,4 +13,5 @@ mod person;
 mod worn;
 
 pub use person::SimulatedPerson;
+pub(crate) use published::TRUTH;
 pub use settings::SimulatedTeam;

@@ -11,6 +11,9 @@ use teampulse_messages::standard::nav_msgs::Odometry;
 use teampulse_messages::standard::sensor_msgs::{BatteryState, Image, Temperature};
 use teampulse_messages::standard::wireless_msgs::Connection;
 
+/// The start of the names of the topics with the ground truth.
+pub(crate) const TRUTH: &str = "/sim/truth/";
+
 /// The stream to declare for a topic. The ground truth has no signal, so that no feature runs on it.
 pub(super) fn stream(published: &Published) -> Stream {
     let shape = Shape::Message(shipped_or_bare(type_name(published.topic)));
@@ -39,8 +42,8 @@ fn name(published: &Published) -> String {
         Topic::Temperature => format!("/{robot}/temperature"),
         Topic::Camera => format!("/{robot}/camera/image_raw"),
         Topic::GoalPose => format!("/{robot}/goal_pose"),
-        Topic::TruePose => format!("/sim/truth/{robot}"),
-        Topic::TruePower => format!("/sim/truth/{robot}/battery_state"),
+        Topic::TruePose => format!("{TRUTH}{robot}"),
+        Topic::TruePower => format!("{TRUTH}{robot}/battery_state"),
     }
 }
 
