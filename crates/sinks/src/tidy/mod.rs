@@ -92,6 +92,18 @@ struct Files {
     part: Part,
 }
 
+/// What to do where the files could not be written into this folder.
+fn hint_for(folder: &Path) -> String {
+    let folder_name = folder.display();
+    if !folder.exists() {
+        return format!("{folder_name} is gone: it was moved or deleted during the recording");
+    }
+    format!(
+        "the bag continues without its tidy files; check the free disk space and the permissions; `teampulse recover \
+         {folder_name}` writes them again"
+    )
+}
+
 impl Sink for Files {
     fn name(&self) -> &'static str {
         "tidy"
@@ -114,11 +126,7 @@ impl Sink for Files {
         wait_for(&folder)?;
         let lost = |error: &Unwritten| SinkError::Lost {
             message: error.to_string(),
-            hint: format!(
-                "the bag continues without its tidy files; check the free disk space and the \
-                 permissions; `teampulse recover {}` writes them again",
-                folder.display()
-            ),
+            hint: hint_for(&folder),
         };
         let mut writing = Writing::begin(&settings, &folder).map_err(|error| lost(&error))?;
         writing.summary.damage = damage;

@@ -458,6 +458,14 @@ fn a_file_that_can_t_be_written_is_an_error_that_says_what_to_do() {
 }
 
 #[test]
+fn no_command_is_named_for_a_folder_that_is_gone() {
+    let session = Session::new();
+    let folder = session.folder.path().join("deleted");
+    assert!(!hint_for(&folder).contains("teampulse recover"));
+    assert!(hint_for(session.folder.path()).contains("teampulse recover"));
+}
+
+#[test]
 fn files_of_intervals_have_at_every_moment_the_names_that_they_have_in_the_end() {
     let folder = tempdir().unwrap();
     let mut session = Session::new();
