@@ -14,7 +14,7 @@ REASONS = [
     "data too poor",
     "not measured by this device",
     "undefined for these data",
-    "no baseline yet",
+    "no baseline yet to compare with",
     "there is none",
 ]
 

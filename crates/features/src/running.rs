@@ -273,7 +273,8 @@ fn feature(window_secs: f64, measured: &Measured) -> Data {
         window_secs,
         coverage: measured.coverage as f32,
         quality: measured.quality as f32,
-        values: measured.values.iter().map(|value| value.unwrap_or(f64::NAN)).collect(),
+        // An empty sum is a zero with a sign, which is left out.
+        values: measured.values.iter().map(|value| value.map_or(f64::NAN, |it| it + 0.0)).collect(),
         sigmas: Vec::new(),
         reasons: measured.values.iter().map(|value| reason(*value)).collect(),
     }))

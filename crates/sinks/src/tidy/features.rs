@@ -23,7 +23,12 @@ pub(super) const COLUMNS: [(&str, Column); 11] = [
     ("start_secs", Column::united("Start of the window, since the start of the session.", "s")),
     ("window_secs", Column::united("Length of the window.", "s")),
     ("subject", Column::of("The subject: a person's pseudonym, a robot, the team or the session.")),
-    ("phase", Column::of("The phase in which the window lies, to 50 ms; empty between phases.")),
+    (
+        "phase",
+        Column::of(
+            "The phase in which the window lies, which it exceeds by half a second at most; empty between phases.",
+        ),
+    ),
     ("source", Column::of("The device and signal that it was computed from, within the subject.")),
     ("measure", Column::of("The name of the value; for heart, breath and skin as in NeuroKit2.")),
     ("value", Column::of("The value, in its unit; empty exactly where there is a reason.")),
@@ -41,11 +46,8 @@ pub(super) const COLUMNS: [(&str, Column); 11] = [
         Column::of("`phase` where the window is a whole phase; empty where it is a part of one."),
     ),
 ];
-/// Windows arrive every second: the tolerance of the time between two that are written [ns].
+/// Windows end each second by the clock of their device: with this tolerance [ns], as many fit into a phase as it is long.
 const TOLERANCE_NS: i64 = 500_000_000;
-/// How far a window may exceed its phase, or overlap the last one [ns]: device times are corrected by less, and few
-/// beats lie in it.
-const EXCESS_NS: i64 = 50_000_000;
 
 /// A row for each value of a window, and for the window's coverage and quality: for windows that do not overlap, each
 /// within one phase or between two, and for every window that is a phase. For the statistics of raw signals there are
@@ -163,7 +165,7 @@ impl Window {
 
     /// Whether it begins at a time or later, within the tolerance.
     pub(super) fn is_after(self, moment: Time) -> bool {
-        moment.nanos_since(self.begin) <= EXCESS_NS
+        moment.nanos_since(self.begin) <= TOLERANCE_NS
     }
 
     /// Whether it lies in a section, within the tolerance.
@@ -173,7 +175,7 @@ impl Window {
 
     /// Whether it ends at a time or earlier, within the tolerance.
     fn is_before(self, moment: Time) -> bool {
-        self.end.nanos_since(moment) <= EXCESS_NS
+        self.end.nanos_since(moment) <= TOLERANCE_NS
     }
 
     pub(super) fn middle(self) -> Time {
