@@ -8,11 +8,11 @@ pub type Make = Box<dyn Fn(f64) -> Result<Box<dyn Causal + Send>, SignalError> +
 /// they end.
 ///
 /// Windows of each length end together, one hop apart counted from the first sample, and are reported when
-/// the first sample at or after their end arrives, or the stream [ends](Self::finish) there. A gap is filled with missing samples. During a gap longer
-/// than the longest window nothing is reported; after one that is also longer than [`LONGEST_HELD_NS`], or
-/// that would take a million samples to fill, the analysis restarts. All results are a function of the
-/// samples and their times alone: a live session, its replay and a later analysis of the same samples agree
-/// bit for bit.
+/// the first sample at or after their end arrives, or the stream [ends](Self::finish) there. A gap is filled
+/// with missing samples. During a gap longer than the longest window nothing is reported; after one that is
+/// also longer than [`LONGEST_HELD_NS`], or that would take a million samples to fill, the analysis restarts.
+/// All results are a function of the samples and their times alone: a live session, its replay and a later
+/// analysis of the same samples agree bit for bit.
 ///
 /// Expensive values are recomputed every 10 s and [held](super::Windows::measure_again) in between. Windows
 /// of different lengths, and [of different signals](Causal::turn_secs), are recomputed in different seconds,

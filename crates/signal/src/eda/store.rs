@@ -180,6 +180,10 @@ impl Store {
         if there > 0 { firmness * (valid as f64 / there as f64).min(1.0) } else { 0.0 }
     }
 
+    fn clarity(&self, span: Span) -> f64 {
+        clarity(&self.raw.values_in(span), self.raw.rate_hz(), self.threshold)
+    }
+
     /// How plausible it is that so many responses are those of sweat glands, not of steps or tremor [0..1].
     fn plausibility(&self, span: Span) -> f64 {
         let begin = self.responses.partition_point(|placed| placed.peak_ns < span.begin_ns);
@@ -231,8 +235,7 @@ impl Store {
             Ok(count),
             rate,
             mean(&mut amplitudes()),
-            // The sum of nothing is -0.
-            Reason::unless_finite(amplitudes().fold(0.0, |sum, each| sum + each)),
+            Reason::unless_finite(amplitudes().sum()),
             mean(&mut inside().map(|placed| placed.response.rise_secs)),
             mean(&mut recovered.filter_map(|placed| placed.response.half_recovery_secs)),
         ]
@@ -269,9 +272,7 @@ impl Windows for Store {
     fn measure(&self, span: Span) -> Measured {
         let coverage = self.raw.coverage(span);
         let contact = self.contact(span);
-        let raw = self.raw.values_in(span);
-        let clarity = clarity(&raw, self.raw.rate_hz(), self.threshold);
-        let quality = contact * clarity * self.plausibility(span);
+        let quality = contact * self.clarity(span) * self.plausibility(span);
         if coverage < LEAST_COVERAGE {
             return Measured::nothing(coverage, quality, COUNT, Reason::Gap);
         }
