@@ -18,6 +18,7 @@ pub mod emulated;
 pub mod session;
 pub mod claims;
 mod core_files;
+mod expected;
 mod faces;
 mod lock;
 mod hearing;

@@ -1,14 +1,10 @@
 //! Records any topics as received.
 
-use std::collections::BTreeSet;
-use std::convert::Infallible;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::sync::Arc;
 
 use async_trait::async_trait;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
 use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::session_streams::SESSION_EVENTS;
@@ -18,13 +14,11 @@ use teampulse_ros::BusId;
 use teampulse_ros::bus::Bus;
 
 use crate::claims::{Claimed, Rank, is_of_sessions};
+use crate::expected::Expected;
 use crate::faces::Faces;
 use crate::follow::follow;
 use crate::{SourceContext, join};
 use teampulse_core::pattern::Pattern;
-
-/// How long topics that are named in full may take to be published before they are reported as missing.
-const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Any ROS topics by name, recorded unchanged; topics of the study's robots and people are left to their sources, and
 /// those that sessions of teampulse publish about themselves are matched only by their full name.
@@ -58,12 +52,13 @@ impl Component<dyn Source, SourceContext> for Topics {
 
     fn build(self, context: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         let bus = join(context, self.domain.as_ref())?;
-        let absent = Absent(Mutex::new(self.named().map(str::to_owned).collect()));
+        let named = self.named().map(|topic| (topic.to_owned(), unpublished(topic)));
+        let expected = Expected::new(named);
         let names = Arc::new(self.names);
         let wanted = Arc::clone(&names);
         let claimed =
             context.claims.lay(&bus, Rank::Named, move |each| wants(&wanted, &each.topic));
-        Ok(Box::new(TopicsSource { bus, names, faces: self.faces, claimed, absent }))
+        Ok(Box::new(TopicsSource { bus, names, faces: self.faces, claimed, expected }))
     }
 }
 
@@ -73,50 +68,22 @@ struct TopicsSource {
     names: Arc<Vec<Pattern>>,
     faces: Faces,
     claimed: Claimed,
-    absent: Absent,
-}
-
-/// The topics that are named in full and that nothing has published so far.
-struct Absent(Mutex<BTreeSet<String>>);
-
-impl Absent {
-    /// Records that a topic is published, by whichever source it is received.
-    fn see(&self, topic: &str) {
-        self.lock().remove(topic);
-    }
-
-    /// Reports absent topics after a while, once, then waits forever.
-    async fn report(&self, outlet: &Outlet) -> Infallible {
-        for absent in self.left().await {
-            outlet.happen(passing(unpublished(&absent)));
-        }
-        std::future::pending().await
-    }
-
-    /// The topics that are still absent after a while.
-    async fn left(&self) -> BTreeSet<String> {
-        tokio::time::sleep(PATIENCE).await;
-        std::mem::take(&mut *self.lock())
-    }
-
-    fn lock(&self) -> MutexGuard<'_, BTreeSet<String>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
+    expected: Expected,
 }
 
 #[async_trait]
 impl Source for TopicsSource {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        let absent = &self.absent;
+        let expected = &self.expected;
         let following = follow(Arc::clone(&self.bus), outlet, |endpoint| {
-            absent.see(&endpoint.topic);
+            expected.see(&endpoint.topic);
             let is_wanted = wants(&self.names, &endpoint.topic) && self.claimed.is_ours(endpoint);
             let stream = || Stream::raw(&endpoint.topic, Subject::session(), Shape::Sample);
             is_wanted.then(|| self.faces.hidden_in_any(stream(), &endpoint.type_name))
         });
         tokio::select! {
             ended = following => ended,
-            never = absent.report(outlet) => match never {},
+            never = expected.report(outlet) => match never {},
         }
     }
 }
@@ -133,15 +100,11 @@ fn wants(names: &[Pattern], topic: &str) -> bool {
 mod tests {
     use super::*;
 
-    #[tokio::test(start_paused = true)]
-    async fn topics_named_in_full_that_nothing_publishes_are_reported_after_a_while() {
+    #[test]
+    fn topics_are_named_in_full_unless_they_have_a_wildcard_or_are_our_own_events() {
         let names = r#"names = ["/tf", "/truth", "/map*", "/nothing/**", "/session/events"]"#;
         let topics: Topics = toml::from_str(names).expect("settings");
         assert!(topics.named().eq(["/tf", "/truth"]));
-        let absent = Absent(Mutex::new(topics.named().map(str::to_owned).collect()));
-        absent.see("/tf");
-        assert!(absent.left().await.into_iter().eq(["/truth".to_owned()]));
-        assert_eq!(absent.left().await, BTreeSet::new(), "they are reported once");
     }
 
     #[test]

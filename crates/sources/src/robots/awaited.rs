@@ -1,63 +1,40 @@
 //! Topics named in a study that no robot has, reported once the robots have been present for a while.
 
-use std::collections::BTreeMap;
 use std::convert::Infallible;
-use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
-use teampulse_core::fault::passing;
 use teampulse_core::outlet::Outlet;
 use tokio::sync::Notify;
 
 use super::Robots;
+use crate::expected::Expected;
 
-/// How long after a robot's first topic its others must be discovered.
-const PATIENCE: Duration = Duration::from_secs(10);
-
-/// The topics named in a study and not discovered so far.
+/// The topics named in a study and not discovered so far, expected once a robot is present.
 pub(super) struct Awaited {
-    namespace: String,
-    /// The setting that names each topic.
-    missing: Mutex<BTreeMap<String, &'static str>>,
+    topics: Expected,
     /// Notified when the first topic of a robot was found.
     found: Notify,
 }
 
 impl Awaited {
     pub(super) fn new(robots: &Robots) -> Awaited {
-        let named = robots.named().into_iter().map(|(setting, topic)| (topic.to_owned(), setting));
-        Awaited {
-            namespace: robots.namespace.clone(),
-            missing: Mutex::new(named.collect()),
-            found: Notify::new(),
-        }
+        let namespace = &robots.namespace;
+        let named = robots.named().into_iter();
+        let topics =
+            named.map(|(setting, topic)| (topic.to_owned(), unheard(setting, namespace, topic)));
+        Awaited { topics: Expected::new(topics), found: Notify::new() }
     }
 
     /// Records a discovered topic, by its name relative to the robot.
     pub(super) fn see(&self, topic: &str) {
-        self.missing().remove(topic);
+        self.topics.see(topic);
         self.found.notify_one();
     }
 
     /// Reports missing topics some time after the first robot was discovered, then waits forever. Without a
     /// robot nothing is missing.
     pub(super) async fn report(&self, outlet: &Outlet) -> Infallible {
-        for absent in self.absent().await {
-            outlet.happen(passing(absent));
-        }
-        std::future::pending().await
-    }
-
-    /// The topics missing some time after the first robot was discovered.
-    async fn absent(&self) -> Vec<String> {
         self.found.notified().await;
-        tokio::time::sleep(PATIENCE).await;
-        let missing = std::mem::take(&mut *self.missing()).into_iter();
-        missing.map(|(topic, setting)| unheard(setting, &self.namespace, &topic)).collect()
-    }
-
-    fn missing(&self) -> MutexGuard<'_, BTreeMap<String, &'static str>> {
-        self.missing.lock().unwrap_or_else(PoisonError::into_inner)
+        self.topics.report(outlet).await
     }
 }
 
@@ -83,18 +60,13 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn named_topics_that_no_robot_has_are_said_a_while_after_the_first_was_found() {
+    async fn named_topics_that_no_robot_has_are_absent() {
         let awaited = awaited();
-        let topics = async {
-            awaited.see("odom");
-            tokio::time::sleep(PATIENCE / 2).await;
-            awaited.see("front/image");
-            awaited.see("power");
-            awaited.see("scan");
-        };
-        let (absent, ()) = tokio::join!(awaited.absent(), topics);
+        for topic in ["odom", "front/image", "power", "scan"] {
+            awaited.see(topic);
+        }
         assert_eq!(
-            absent,
+            awaited.topics.absent().await,
             [
                 "numbers: no robot of /robot* has a topic `arm`",
                 "images: no robot of /robot* has a topic `camera/image`",
@@ -104,12 +76,10 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn without_a_robot_nothing_is_said_of_its_topics() {
+    async fn nothing_is_expected_without_a_robot() {
         let awaited = awaited();
-        let long = tokio::time::sleep(PATIENCE * 100);
-        tokio::select! {
-            absent = awaited.absent() => panic!("{absent:?}"),
-            () = long => {}
-        }
+        let long = std::time::Duration::from_secs(1000);
+        let found = tokio::time::timeout(long, awaited.found.notified());
+        assert!(found.await.is_err());
     }
 }
