@@ -4,6 +4,7 @@ mod page;
 mod table;
 mod usable;
 mod alerts;
+mod faults;
 mod stream_summary;
 mod rates;
 
@@ -21,9 +22,9 @@ use teampulse_core::session_streams::SESSION_EVENTS;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Signal, Stream, Subject};
 use teampulse_core::streams::Streams;
-use teampulse_core::time::Time;
 
 use self::alerts::AlertCounts;
+use self::faults::FaultCounts;
 use self::page::Page;
 pub use self::page::{LOST_OR_WRONG, NOTHING_NOTICED};
 use self::stream_summary::StreamSummary;
@@ -38,8 +39,6 @@ use super::timeline::{Timeline, is_self_report};
 pub(super) const NAME: &str = "summary.md";
 /// The share of data from which a window has a value, unless it is too short [0..1].
 const ENOUGH: f32 = 0.5;
-/// The most kinds of faults kept separately.
-const MOST_FAULTS: usize = 1000;
 
 /// The content of the page, collected during the session.
 #[derive(Debug, Default)]
@@ -48,8 +47,8 @@ pub(super) struct Summary {
     watched: BTreeMap<(Subject, String), StreamSummary>,
     /// The feature whose windows judge each raw stream, by stream name.
     judges: BTreeMap<String, Arc<Stream>>,
-    /// The first time and the number of each fault.
-    faults: BTreeMap<String, (Time, u64)>,
+    /// The faults, with when and how often.
+    faults: FaultCounts,
     /// The alerts, with how often and how long.
     alerts: AlertCounts,
     counts: Counts,
@@ -179,15 +178,9 @@ impl Summary {
                 self.counts.take_unused(event, is_about_nobody(stream, event, timeline));
             }
             EventKind::Fault if !is_reported_elsewhere(stream, event) => {
-                self.take_fault(&event.label, record.sample.measured);
+                self.faults.take(&event.label, record.sample.measured);
             }
             _ => {}
-        }
-    }
-
-    fn take_fault(&mut self, label: &str, at: Time) {
-        if self.faults.len() < MOST_FAULTS || self.faults.contains_key(label) {
-            self.faults.entry(label.to_owned()).or_insert((at, 0)).1 += 1;
         }
     }
 }

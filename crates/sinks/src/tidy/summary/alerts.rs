@@ -8,13 +8,19 @@ use teampulse_core::data::Event;
 use teampulse_core::stream::Stream;
 use teampulse_core::time::Time;
 
-/// The most alerts kept separately.
+use crate::tidy::events;
+
+/// The most alerts kept separately; the others are only counted.
 const MOST: usize = 1000;
 
 /// The alerts about limits so far, by robot or person and limit. Others repeat faults of a robot, and those on
 /// estimates are left out, as on the screen.
 #[derive(Debug, Default)]
-pub(super) struct AlertCounts(BTreeMap<(String, String), AlertCount>);
+pub(super) struct AlertCounts {
+    kept: BTreeMap<(String, String), AlertCount>,
+    /// How often one beyond those kept was raised.
+    others: u64,
+}
 
 /// How often an alert was raised, and how long it lasted.
 #[derive(Debug, Default)]
@@ -35,10 +41,11 @@ impl AlertCounts {
             return;
         };
         let key = (who, limit);
-        if self.0.len() >= MOST && !self.0.contains_key(&key) {
+        if self.kept.len() >= MOST && !self.kept.contains_key(&key) {
+            self.others += u64::from(stage == Stage::Raised);
             return;
         }
-        let count = self.0.entry(key).or_default();
+        let count = self.kept.entry(key).or_default();
         match stage {
             // It is raised again when its number returns.
             Stage::Raised if count.since.is_none() => {
@@ -54,12 +61,17 @@ impl AlertCounts {
     }
 
     /// A line for each, given the time until which those that are not over lasted.
-    pub(super) fn lines(&self, now: Time) -> impl Iterator<Item = String> {
-        self.0.iter().map(move |((who, limit), count)| {
+    pub(super) fn lines(&self, now: Time) -> Vec<String> {
+        let kept = self.kept.iter().map(|((who, limit), count)| {
             let open_secs = count.since.map_or(0.0, |since| now.secs_since(since).max(0.0));
             let times = counted(count.times.max(1), "time", "times");
             let not_over = if count.since.is_some() { ", not over at the end" } else { "" };
             format!("{who}: {limit}: {times}, {:.1} s in all{not_over}", count.secs + open_secs)
-        })
+        });
+        let others = (self.others > 0).then(|| {
+            let others = counted(self.others, "more alert", "more alerts");
+            format!("and {others}: see {}", events::NAME)
+        });
+        kept.chain(others).collect()
     }
 }

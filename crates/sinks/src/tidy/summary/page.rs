@@ -181,7 +181,8 @@ impl Page<'_> {
 
     fn alerts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let lines = self.summary.alerts.lines(self.timeline.now());
-        let lines: Vec<String> = lines.map(|line| format!("- {}\n", on_one_line(&line))).collect();
+        let lines: Vec<String> =
+            lines.iter().map(|line| format!("- {}\n", on_one_line(line))).collect();
         if lines.is_empty() { Ok(()) } else { writeln!(f, "## Alerts\n\n{}", lines.concat()) }
     }
 
@@ -197,11 +198,10 @@ impl Page<'_> {
             let reasons = reasons.join("; ");
             (secs > 0).then(|| format!("- {name}: {secs} s not as it should be ({reasons})"))
         });
-        let mut faults: Vec<_> = self.summary.faults.iter().collect();
-        faults.sort_by_key(|(label, (at, _))| (*at, label.as_str()));
-        let shown = faults.iter().take(FAULTS).map(|(label, (at, count))| {
-            let often = if *count > 1 { format!(", {count} times") } else { String::new() };
-            format!("- at {} s: {}{often}", self.timeline.tenths(*at), on_one_line(label))
+        let faults = self.summary.faults.kinds();
+        let shown = faults.iter().take(FAULTS).map(|&(label, at, count)| {
+            let often = if count > 1 { format!(", {count} times") } else { String::new() };
+            format!("- at {} s: {}{often}", self.timeline.tenths(at), on_one_line(label))
         });
         let mut lines: Vec<String> = shown.collect();
         if let Some(cut_off) = self.timeline.cut_off() {
@@ -214,12 +214,10 @@ impl Page<'_> {
             let damage = on_one_line(damage);
             lines.insert(0, format!("- The bag that was replayed is damaged: {damage}."));
         }
-        if let Some(more @ 1..) = faults.len().checked_sub(FAULTS) {
-            lines.push(format!(
-                "- and {}: see {}",
-                counted(more, "more fault", "more faults"),
-                events::NAME
-            ));
+        let unlisted = faults.len().saturating_sub(FAULTS) as u64 + self.summary.faults.others();
+        if unlisted > 0 {
+            let more = counted(unlisted, "more fault", "more faults");
+            lines.push(format!("- and {more}: see {}", events::NAME));
         }
         lines.extend(bad);
         if lines.is_empty() {
