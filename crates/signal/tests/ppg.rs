@@ -207,6 +207,23 @@ fn a_window_reports_its_pulses() {
 }
 
 #[test]
+fn variability_that_may_be_noise_is_not_reported() {
+    let noise = |k: usize| ((k * k % 977 * 31 % 1009) as f64 / 1009.0 - 0.5) * 0.4;
+    let clean = wave(&times_secs(66.0), RATE_HZ);
+    let noisy = clean.iter().enumerate().map(|(k, value)| value + noise(k)).collect();
+    let [clean, noisy] = [clean, noisy].map(|signal| measured_whole(signal, secs(0.0, 60.0)));
+    // Not all of it is a heart's, but of the clean signal the intervals are known.
+    let beats_ms: Vec<f64> = times_secs(66.0).iter().map(|secs| 1e3 * secs).collect();
+    let changes = beats_ms.windows(3).map(|at| (at[0] - 2.0 * at[1] + at[2]).powi(2));
+    let rmssd_ms = (changes.sum::<f64>() / (beats_ms.len() - 2) as f64).sqrt();
+    let found_ms = clean("HRV_RMSSD").unwrap();
+    assert!((found_ms / rmssd_ms - 1.0).abs() < 0.1, "{found_ms} for {rmssd_ms}");
+    assert_eq!(noisy("HRV_RMSSD"), Err(Reason::Quality));
+    assert!(noisy("PPG_Rate_Mean").is_ok() && noisy("HRV_MeanNN").is_ok());
+    assert!(noisy("HRV_Corrected").is_ok(), "counts are what they are");
+}
+
+#[test]
 fn breathing_is_read_off_pulses() {
     // 15 breaths a minute move amplitudes, baseline and intervals.
     let breath = |secs: f64| (TAU * 0.25 * secs).sin();
@@ -352,7 +369,7 @@ proptest! {
         signal in any_signal(),
         places in prop::collection::vec(prop::num::f64::ANY, 0..20),
     ) {
-        let pulse = |&sample: &f64| Pulse { sample, onset: sample - 9.0, amplitude: 1.0, rise_ms: 1.0, width_ms: 1.0 };
+        let pulse = |&sample: &f64| Pulse { sample, onset: sample - 9.0, middle: sample - 5.0, amplitude: 1.0, rise_ms: 1.0, width_ms: 1.0 };
         let pulses: Vec<Pulse> = places.iter().map(pulse).collect();
         if let Some(quality) = Quality::of(&signal, RATE_HZ, &pulses) {
             prop_assert!(quality.cycles().iter().all(|cycle| (0.0..=1.0).contains(&cycle.quality)));

@@ -46,7 +46,8 @@ impl Wave<'_> {
         let down = self.crossing(half, (peak + 1)..=last, -1);
         let millis = 1e3 / self.rate_hz;
         let rise_ms = (sample - onset) * millis;
-        Some(Pulse { sample, onset, amplitude, rise_ms, width_ms: (down - up) * millis })
+        let middle = if up.is_finite() { up.min(sample) } else { sample };
+        Some(Pulse { sample, onset, middle, amplitude, rise_ms, width_ms: (down - up) * millis })
     }
 
     fn samples(&self, secs: f64) -> usize {

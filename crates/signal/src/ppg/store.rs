@@ -156,6 +156,8 @@ impl PpgWindows {
         if view.flagged() > MOST_FLAGGED || quality < LEAST_PROBABILITY {
             of_pulses.fill(Err(Reason::Quality));
             of_heart.fill(Err(Reason::Quality));
+        } else if view.is_blurred() {
+            heart.withhold_variability(&mut of_heart);
         }
         let values = [of_pulses, view.of_signal(quality).values(), of_heart].concat();
         Measured { coverage, quality, values }

@@ -90,6 +90,7 @@ mod tests {
         let pulse = |(index, at): (usize, &f64)| Pulse {
             sample: 100.0 * at,
             onset: 100.0 * at - 20.0,
+            middle: 100.0 * at - 10.0,
             amplitude: amplitude(index),
             rise_ms: 200.0,
             width_ms: 300.0,
@@ -114,7 +115,8 @@ mod tests {
             let size = if index.is_multiple_of(2) { 1.0 } else { broad };
             let (rise_ms, width_ms) = (100.0 * size, 140.0 * size);
             let sample = 50.0 * index as f64;
-            Pulse { sample, onset: sample - 10.0, amplitude: 1.0, rise_ms, width_ms }
+            let (onset, middle) = (sample - 10.0, sample - 5.0);
+            Pulse { sample, onset, middle, amplitude: 1.0, rise_ms, width_ms }
         };
         let is_of_two_kinds = |broad: f64| {
             let pulses: Vec<Pulse> = (0..20).map(|index| at(index, broad)).collect();

@@ -13,6 +13,9 @@ use crate::robust::median;
 const LEAST_COUNT: usize = 3;
 /// A higher perfusion index [%] means that the device removed the DC component.
 const MOST_PERFUSION_PERCENT: f64 = 20.0;
+/// The change of rises over that of intervals (RMSSD of each) above which intervals may be noise: below it one RMSSD in
+/// fifty was off by more than a fifth, above it one in three (`bench/signal/measure_variability choosing 200`).
+const MOST_BLUR: f64 = 0.75;
 
 /// A span and the minute before it; indices count from the first sample of the signal.
 pub(super) struct View {
@@ -46,16 +49,42 @@ impl OfSignal {
 }
 
 impl View {
-    /// The times of pulses of good cycles [ns].
+    /// The times of pulses of good cycles in pulse rate variability [ns].
     pub(super) fn good_pulses(&self) -> impl Iterator<Item = i64> {
-        self.good().map(|index| self.pulses[index].at_ns)
+        self.good().map(|index| self.time_ns(index))
     }
 
     /// The gaps between good pulses that are not successive [ns].
     pub(super) fn holes(&self) -> impl Iterator<Item = (i64, i64)> {
         let ends = self.good().zip(self.good().skip(1));
         ends.filter(|&(one, other)| !self.follow(one, other))
-            .map(|(one, other)| (self.pulses[one].at_ns, self.pulses[other].at_ns))
+            .map(|(one, other)| (self.time_ns(one), self.time_ns(other)))
+    }
+
+    /// The time of a pulse in pulse rate variability [ns]: noise shifts it less than either of its parts.
+    fn time_ns(&self, index: usize) -> i64 {
+        let Shaped { at_ns, pulse, .. } = &self.pulses[index];
+        let before_secs = (pulse.sample - pulse.time()) / self.rate_hz;
+        at_ns.saturating_sub((before_secs * 1e9).round() as i64)
+    }
+
+    /// Whether noise rather than the heart may make the differences of successive intervals: the times from the middle
+    /// of a rise to its peak change nearly as much as the intervals.
+    pub(super) fn is_blurred(&self) -> bool {
+        let good = self.good_inside();
+        let (mut of_rises, mut of_times) = (0.0, 0.0);
+        for triple in good.windows(3) {
+            if self.follow(triple[0], triple[1]) && self.follow(triple[1], triple[2]) {
+                let bend = |of: fn(&Pulse) -> f64| {
+                    let [one, two, three] =
+                        [0, 1, 2].map(|place| of(&self.pulses[triple[place]].pulse));
+                    (one - 2.0 * two + three).powi(2)
+                };
+                of_rises += bend(|pulse| pulse.sample - pulse.middle);
+                of_times += bend(Pulse::time);
+            }
+        }
+        of_rises > MOST_BLUR.powi(2) * of_times
     }
 
     fn good(&self) -> impl Iterator<Item = usize> {

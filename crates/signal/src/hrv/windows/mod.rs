@@ -183,6 +183,15 @@ impl HeartWindows {
         self.measure_domains(span, &self.domains, last)
     }
 
+    /// Replaces the values that noise in the times of beats falsifies, all but counts and means, by the reason.
+    pub(crate) fn withhold_variability(&self, values: &mut [Result<f64, Reason>]) {
+        for (value, known) in self.values.iter().zip(values) {
+            if known.is_ok() && !recipes::bears_noise(&value.name) {
+                *known = Err(Reason::Quality);
+            }
+        }
+    }
+
     /// As [`measure`](Windows::measure), reusing recent nonlinear values where available.
     fn measure_domains(
         &self,

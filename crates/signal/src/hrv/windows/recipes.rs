@@ -26,6 +26,9 @@ const HELD: &str = "; recomputed every 10 s in causal sliding windows";
 /// The part of the recipes about uncorrected beats.
 const AS_DETECTED: &str = "intervals as detected, none corrected or left out";
 
+/// The values that average over all intervals.
+const MEANS: [&str; 4] = ["HRV_MeanNN", "HRV_MedianNN", "HRV_MeanHR", "HRV_Uncorrected_MeanNN"];
+
 /// A group of values that are computed together.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Domain {
@@ -73,6 +76,12 @@ pub(super) fn values(beats: &str) -> Vec<Value> {
         Value { name: name.into(), unit: unit.into(), method: method.into() }
     };
     rows.map(value).collect()
+}
+
+/// Whether noise in the times of single beats leaves a value nearly as it is.
+pub(super) fn bears_noise(name: &str) -> bool {
+    let is_count = |row: &Row| row.0 == name && matches!(row.3, Need::Nothing);
+    MEANS.contains(&name) || Domain::ALL.iter().any(|domain| domain.rows().iter().any(is_count))
 }
 
 /// The values of a domain in order; `kept` caches FFT plans.
