@@ -48,6 +48,7 @@ fn main() -> ExitCode {
             let peers = peers.first().map(Path::new);
             unkind::measure(seeds, count, peers)
         }
+        ["variability", seeds, count] => unkind::measure_variability(seeds, count),
         ["rolling", folder, windows_secs] => rolling::measure(Path::new(folder), windows_secs),
         ["voice", folder, rate_hz] => voice::write(Path::new(folder), rate_hz),
         ["speed", job, rate_hz, file] => speed::measure(job, rate_hz, Path::new(file)),

@@ -37,6 +37,18 @@ fn beats_are_found_at_any_rate_between_samples() {
 }
 
 #[test]
+fn hum_hardly_shifts_beats() {
+    let beats = beat_secs(30);
+    for rate_hz in [130.0, 250.0, 500.0] {
+        let clean = ecg(&beats, 26.0, rate_hz);
+        let high = clean.iter().copied().fold(0.0, f64::max);
+        let hum = |k: usize| 0.3 * high * (std::f64::consts::TAU * 50.0 * k as f64 / rate_hz).sin();
+        let humming: Vec<f64> = clean.iter().enumerate().map(|(k, value)| value + hum(k)).collect();
+        assert_are(&whole(&humming, rate_hz), &beats, rate_hz, 0.004);
+    }
+}
+
+#[test]
 fn polarity_and_unit_do_not_matter() {
     let beats = beat_secs(30);
     let signal = ecg(&beats, 26.0, 250.0);

@@ -11,6 +11,7 @@ mod windows;
 mod reliability;
 mod measure;
 mod peers;
+mod variability;
 
 use std::str::FromStr;
 
@@ -18,6 +19,7 @@ use random::Random;
 
 pub use measure::measure;
 pub use peers::write;
+pub use variability::measure as measure_variability;
 pub use windows::{How, Window, windows};
 
 /// Makes one signal of a kind.

@@ -65,7 +65,7 @@ fn beating(random: &mut Random, kind: &'static str, rate_per_min: f64) -> Unkind
     of(random, kind, rate_hz, ppg(rate_hz, &beats, &wave, |_| 1.0), beats)
 }
 
-fn plain(random: &mut Random, kind: &'static str) -> Unkind {
+pub fn plain(random: &mut Random, kind: &'static str) -> Unkind {
     let rate = random.within(45.0..170.0);
     beating(random, kind, rate)
 }

@@ -6,6 +6,9 @@ use crate::gaps::is_usable;
 /// The part of the cardiac cycle compared, before and after the R peak [s]: the QRS complex.
 const BEFORE_SECS: f64 = 0.1;
 const AFTER_SECS: f64 = 0.15;
+/// How much of the end may be missing [s], in place of which the last sample is taken: a beat that stands late in the
+/// deflection by which it is found, such as one that follows the spike of a pacemaker, is reported before it is over.
+const MISSING_SECS: f64 = 0.07;
 /// The number of points at which beats are compared, 8 ms apart.
 const PLACES: usize = 32;
 const STEP_SECS: f64 = (BEFORE_SECS + AFTER_SECS) / (PLACES - 1) as f64;
@@ -88,9 +91,12 @@ impl Likeness {
     /// The detrended waveform around a sample.
     fn shape(&self, samples: &[f64], middle: f64) -> Option<Shape> {
         let mut shape = [0.0; PLACES];
+        let last = samples.len() as f64 - 3.0;
+        let missing = middle + AFTER_SECS * self.rate_hz - last;
+        let end = if missing <= MISSING_SECS * self.rate_hz { last } else { f64::INFINITY };
         for (index, value) in shape.iter_mut().enumerate() {
             let secs = index as f64 * STEP_SECS - BEFORE_SECS;
-            *value = between(samples, middle + secs * self.rate_hz)?;
+            *value = between(samples, (middle + secs * self.rate_hz).min(end))?;
         }
         without_line(&mut shape);
         Some(shape)
@@ -140,4 +146,22 @@ fn ends(shape: &Shape) -> (f64, f64) {
 
 fn product(left: &Shape, right: &Shape) -> f64 {
     left.iter().zip(right).map(|(left, right)| left * right).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_beat_that_is_reported_before_it_is_over_looks_like_others() {
+        let rate_hz = 250.0;
+        let beat = |k: usize| (-((k as f64 - 100.0) / 4.0).powi(2) / 2.0).exp();
+        let samples: Vec<f64> = (0..200).map(beat).collect();
+        let mut likeness = Likeness::new(rate_hz);
+        for end in [200, 200, 200, 130, 125] {
+            let looks = likeness.push(&samples[..end], 100.0).expect("most of it is there");
+            assert!(looks.likeness.is_none_or(|likeness| likeness > 0.99), "{end}: {looks:?}");
+        }
+        assert_eq!(likeness.push(&samples[..115], 100.0), None);
+    }
 }

@@ -22,6 +22,8 @@ const CREST_BASE_SECS: f64 = 0.1;
 const SNAP_SECS: f64 = 0.012;
 /// The distance of the outer points of the parabola that interpolates the peak [s].
 const PARABOLA_SECS: f64 = 0.004;
+/// The length of the mean in which a peak is located [s]: a period of mains of 50 Hz.
+const MEAN_SECS: f64 = 0.02;
 /// The factor by which the opposite deflection must be higher in a channel with a clear polarity.
 const PREFERENCE: f64 = 1.25;
 /// The same where beats were always marked on the other side: noise must not switch between two equally high
@@ -55,6 +57,8 @@ pub(super) struct PeakFinder {
     crest_base: usize,
     snap: i64,
     shoulder: i64,
+    /// Half the length of the mean around a sample, without the sample itself [samples].
+    mean_reach: f64,
     /// The mean log ratio of upward to downward deflections.
     direction: f64,
     /// The side on which beats were marked so far: 1 always upward, −1 always downward.
@@ -80,6 +84,7 @@ impl PeakFinder {
             crest_base: (CREST_BASE_SECS * working_hz) as usize,
             snap: (SNAP_SECS * rate_hz).round().max(2.0) as i64,
             shoulder: (PARABOLA_SECS * rate_hz).round().max(1.0) as i64,
+            mean_reach: (0.5 * MEAN_SECS * rate_hz - 0.5).max(0.0),
             direction: 0.0,
             habit: 0.0,
             spread: 1.0,
@@ -163,18 +168,31 @@ impl PeakFinder {
     /// The nearest extremum of the raw signal, or `begin` without one.
     fn true_peak(&self, begin: i64, upright: bool, raw: &History) -> f64 {
         let sign = if upright { 1.0 } else { -1.0 };
-        let around = raw.at(begin - self.snap..begin + self.snap + 1);
-        let highest = (0..around.len())
-            .max_by(|&a, &b| (sign * around[a]).total_cmp(&(sign * around[b])).then(b.cmp(&a)));
-        let inside = highest.filter(|&index| index > 0 && index + 1 < around.len());
-        let peak = inside.map_or(begin, |index| begin - self.snap + index as i64);
-        let at = |place: i64| raw.at(place..place + 1).first().copied();
-        let beside = (at(peak - self.shoulder), at(peak), at(peak + self.shoulder));
+        let level = |place: i64| self.level(place, raw);
+        let (first, last) = (begin - self.snap, begin + self.snap);
+        let heights = (first..=last).filter_map(|place| Some((sign * level(place)?, place)));
+        let highest = heights.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+        let inside = highest.filter(|&(_, place)| place > first && place < last);
+        let peak = inside.map_or(begin, |(_, place)| place);
+        let beside = (level(peak - self.shoulder), level(peak), level(peak + self.shoulder));
         let (Some(left), Some(middle), Some(right)) = beside else { return peak as f64 };
         let (bend, tilt) = (left - 2.0 * middle + right, left - right);
         let shift = 0.5 * tilt / bend;
         let fits = sign * bend < 0.0 && shift.abs() <= 0.5;
         peak as f64 + if fits { shift * self.shoulder as f64 } else { 0.0 }
+    }
+
+    /// The mean of the signal around a sample, over a period of the mains.
+    fn level(&self, place: i64, raw: &History) -> Option<f64> {
+        let reach = self.mean_reach.floor() as i64;
+        let around = raw.at(place - reach - 1..place + reach + 2);
+        let [first, inner @ .., last] = around else { return None };
+        if around.len() as i64 != 2 * reach + 3 {
+            return None;
+        }
+        let edge = self.mean_reach.fract();
+        let sum = inner.iter().sum::<f64>() + edge * (first + last);
+        Some(sum / (inner.len() as f64 + 2.0 * edge))
     }
 }
 

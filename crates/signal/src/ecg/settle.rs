@@ -5,6 +5,8 @@ use super::silence::Silence;
 use super::windows::WindowBeat;
 use crate::robust::quantile_in_place;
 
+/// Where more than this share of beats has an echo of its form before it, a premature rhythm may have been missed.
+const OFTEN_ECHOED: f64 = 0.4;
 /// The probability of a rate that proves right, and of the rate of steps.
 const RIGHT: f64 = 0.93;
 const OF_STEPS: f64 = 0.05;
@@ -85,6 +87,9 @@ pub(super) fn looked_at_again(
 /// The probability of a doubtful rate where slopes or noise settle it.
 fn settled(doubt: &Doubt, silence: Silence, beats: &[WindowBeat]) -> Option<f64> {
     let slopes = Slopes::of(beats).filter(|_| doubt.intervals >= LEAST_INTERVALS)?;
+    if doubt.echoed > OFTEN_ECHOED {
+        return None;
+    }
     let is_steady = doubt.variation < STEADY && FEW_FALSE.contains(&doubt.rate_ratio);
     let is_alike = doubt.odd_unlike < FEW_ODD;
     match silence {
