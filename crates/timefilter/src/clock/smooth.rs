@@ -1,38 +1,30 @@
 //! Offline smoothing: the clock models with knowledge of later timestamps too.
 
 mod held;
+mod lines;
 
 use self::held::Held;
+use self::lines::{FittedLines, Stretches, stated};
 use super::beat::Teeth;
-use super::envelope::{BIN_NANOS, INCREDIBLE, POOR_SKEW, memory_secs};
+use super::envelope::{BIN_NANOS, POOR_SKEW};
 use super::epoch::{Packet, RAISED_LONG};
-use super::fit::{Fit, Point, line_around};
+use super::fit::{Fit, Point};
 use super::one_way::{OneWay, OneWaySettings, Placed};
 use super::sample_index::{self, SampleIndex};
-use super::straight::Straight;
 use super::{ClockEvent, ClockKind, ClockModel, ClockState, Corrected, Latency, Stamps};
 
 /// The spacing of the map's nodes [s].
 const NODE_SECS: f64 = 20.0;
-/// The memory with points on both sides, as a fraction of that with points on one side.
-const BOTH_SIDES: f64 = 0.4;
-/// The multiple of the memory within which points are used.
-const REACH: f64 = 4.0;
-/// The stated drift of the skew in addition to that of the live model [1/s]: a fit to points on both sides
-/// has little other error.
-const DRIFT: f64 = 0.8e-8;
 /// The stated drift of the skew between nodes [1/s].
 const BETWEEN_DRIFT: f64 = 3e-8;
 /// The number of nodes dropped before delays rose permanently.
 const RISING_NODES: usize = 2;
 /// The span over which the slope for extrapolation beyond the last node is taken [s].
 const FAR_SECS: f64 = 120.0;
-/// The number of points that suffice for a fit.
-const ENOUGH: usize = 16;
 /// The share of packets from which on a course counts as beating.
 const BEATING: f64 = 0.2;
-/// The share of nodes whose residuals are smaller than those by which any node counts as sure at most.
-const USUAL: f64 = 0.8;
+/// The share of bins with a packet that was not delayed, from which on stretches of several bins count as whole.
+const WHOLE: f64 = 0.9;
 /// The steepest slope of the map between nodes; it keeps the map strictly increasing.
 const STEEPEST: f64 = 0.5;
 
@@ -87,6 +79,24 @@ impl History {
             self.interval = interval;
             self.beating += 1;
         }
+    }
+
+    /// The lowest points of bins whose packets were not all delayed.
+    fn free(&self) -> Vec<Point> {
+        self.bins.iter().filter(|bin| !bin.is_raised).map(|bin| bin.point).collect()
+    }
+
+    /// The standard deviation of the skew of such clocks, usually `usual_skew`.
+    fn skew(&self, usual_skew: f64) -> f64 {
+        if self.is_poor { usual_skew.max(POOR_SKEW) } else { usual_skew }
+    }
+
+    /// The stretches with which lines are surest. If many bins are left out as all of their packets were delayed,
+    /// stretches would be of different lengths, and so at different levels.
+    fn stretches(&self, usual_skew: f64) -> Stretches {
+        let free = self.free();
+        let are_whole = free.len() as f64 >= WHOLE * self.bins.len() as f64;
+        if are_whole { Stretches::surest(&free, self.skew(usual_skew)) } else { Stretches::SINGLE }
     }
 
     /// The interval between the link events that packets beat with [s]; 0 if there are none.
@@ -154,7 +164,11 @@ impl Smoother {
     pub fn finish(self) -> Smoothed {
         let settings = self.source.settings();
         let skew = settings.usual_skew_ppm * 1e-6;
-        let maps = self.courses.iter().map(|history| Map::new(history, skew)).collect();
+        // What is best for the longest course is best for all: they came over one link.
+        let longest = self.courses.iter().max_by_key(|history| history.bins.len());
+        let stretches = longest.map_or(Stretches::SINGLE, |history| history.stretches(skew));
+        let map = |history: &History| Map::new(history, skew, stretches);
+        let maps = self.courses.iter().map(map).collect();
         let clock = match self.source {
             Source::Stamped(_) => OneWay::new(settings),
             Source::Numbered(_) => OneWay::counting(settings),
@@ -282,26 +296,19 @@ struct Node {
 }
 
 impl Map {
-    /// Fits a line to the bins around each node.
-    fn new(history: &History, usual_skew: f64) -> Map {
-        let free: Vec<Point> =
-            history.bins.iter().filter(|bin| !bin.is_raised).map(|bin| bin.point).collect();
+    /// Fits a line around each node to the lowest points of stretches.
+    fn new(history: &History, usual_skew: f64, stretches: Stretches) -> Map {
+        let free = history.free();
         if free.is_empty() {
             return Map { nodes: Vec::new() };
         }
         if let Some(nodes) = through_steps(&free, history.beat_interval()) {
             return Map { nodes };
         }
-        let skew = if history.is_poor { usual_skew.max(POOR_SKEW) } else { usual_skew };
-        // A few points may lie on a line by chance, or on one edge of a saw-tooth, so none is surer than is
-        // usual in this course.
-        let spreads = lines(&free, skew, 0.0).into_iter().map(|(_, fit)| fit.spread);
-        let usual_spread = quantile(0.5, spreads);
-        let lines = lines(&free, skew, usual_spread);
-        let usual_residual = quantile(USUAL, lines.iter().map(|(_, fit)| fit.residual()));
+        let lines = FittedLines::under(&free, stretches, history.skew(usual_skew));
         let mut nodes: Vec<Node> = Vec::with_capacity(lines.len() + 1);
-        for (device, fit) in lines {
-            let node = Node::of(fit.no_surer_than_by(usual_residual), device);
+        for (device, fit) in lines.iter() {
+            let node = Node::of(fit, device);
             nodes.push(nodes.last().map_or(node, |before| node.near(before)));
         }
         if history.run > 0 {
@@ -358,8 +365,7 @@ impl Node {
     /// The node of a line at a device time [s].
     fn of(fit: Fit, device: f64) -> Node {
         let (delay, slope) = (fit.at(device), fit.slope.clamp(-STEEPEST, STEEPEST));
-        let error = fit.uncertainty_at(device, device) + fit.bend_secs(DRIFT);
-        Node { device, delay, slope, error }
+        Node { device, delay, slope, error: stated(&fit, device) }
     }
 
     /// The node, with the slope from `before` limited to the steepest that the map allows.
@@ -386,49 +392,6 @@ fn through_steps(bins: &[Point], interval: f64) -> Option<Vec<Node>> {
     };
     let are_followed = teeth.are_followed() && !teeth.pass_too_fast(bins.iter().copied());
     are_followed.then(|| levels.into_iter().map(node).collect())
-}
-
-/// Fits a line around each node, given with its device time [s]; a long silence has no nodes, the next one
-/// is where timestamps resume.
-fn lines(bins: &[Point], skew: f64, usual_spread: f64) -> Vec<(f64, Fit)> {
-    let (Some(first), Some(last)) = (bins.first(), bins.last()) else { return Vec::new() };
-    let mut lines = Vec::new();
-    let (mut device, mut fit) = (first.device, Fit::level(*first));
-    loop {
-        fit = around(bins, device, skew, usual_spread, fit);
-        lines.push((device, fit));
-        let next = bins.get(bins.partition_point(|bin| bin.device <= device));
-        let Some(next) = next else { return lines };
-        device = (device + NODE_SECS).max(next.device).min(last.device);
-    }
-}
-
-/// The value that is greater than the share `at` of all; 0 of none.
-fn quantile(at: f64, values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get((values.len() as f64 * at) as usize).copied().unwrap_or(0.0)
-}
-
-/// Fits a line around a device time to sufficiently many points, which scatter by at least `usual_spread`
-/// [s] in the long run.
-fn around(bins: &[Point], device: f64, usual_skew: f64, usual_spread: f64, guess: Fit) -> Fit {
-    let within = |secs: f64| {
-        let from = bins.partition_point(|bin| bin.device < device - secs);
-        let to = bins.partition_point(|bin| bin.device <= device + secs);
-        &bins[from..to]
-    };
-    let mut memory = BOTH_SIDES * memory_secs(guess.spread.max(usual_spread));
-    while within(REACH * memory).len() < ENOUGH.min(bins.len()) {
-        memory *= 2.0;
-    }
-    let points = within(REACH * memory);
-    let straight = Straight::through(points.iter().copied(), 0.0);
-    if straight.slope.abs() - straight.error > INCREDIBLE.max(12.0 * usual_skew) {
-        let fastest = points.iter().min_by(|a, b| a.delay.total_cmp(&b.delay));
-        return fastest.map_or(guess, |point| Fit::level(*point));
-    }
-    line_around(points, device, memory, usual_skew, guess)
 }
 
 #[cfg(test)]

@@ -104,7 +104,7 @@ fn a_few_points_on_a_line_are_no_surer_than_the_others() {
         point.delay = 0.005;
     }
     let bins = points.into_iter().map(|point| Bin { point, is_raised: false }).collect();
-    let map = Map::new(&History { bins, ..History::default() }, 50e-6);
+    let map = Map::new(&History { bins, ..History::default() }, 50e-6, Stretches::SINGLE);
     assert!(map.error_at(450.0) > 0.8 * map.error_at(100.0));
 }
 
