@@ -21,7 +21,8 @@ use crate::peaks::{Peak, Rules, find_peaks};
 ///   seconds before the peak; ripples smaller than the threshold do not split a rise, and a level that
 ///   creeps upwards before it does not belong to it.
 ///
-/// The recovery is searched for up to the next peak. A response that began before the recording is left
+/// The recovery is searched for up to the next peak: with an absolute threshold it is the first sample at or
+/// below half of the amplitude. A response that began before the recording is left
 /// out, as its amplitude is unknown. Boucsein et al. (2012), doi:10.1111/j.1469-8986.2012.01384.x.
 ///
 /// Returns an error for a rate outside 1 to 2000 Hz or an invalid threshold. Samples that are not usable
@@ -46,7 +47,9 @@ pub fn find_responses(
     };
     let ends = found.iter().skip(1).map(|&(_, peak)| peak).chain([phasic.len()]);
     let response = |(&(onset, peak), end): (&(usize, usize), usize)| {
-        response(phasic, rate_hz, [onset, peak, end], phasic[peak] - phasic[onset])
+        let amplitude_us = phasic[peak] - phasic[onset];
+        let recovery = closest(&phasic[peak..end], phasic[peak] - amplitude_us * 0.5);
+        response(rate_hz, [onset, peak], amplitude_us, recovery)
     };
     Ok(found.iter().zip(ends).map(response).collect())
 }
@@ -71,7 +74,9 @@ fn absolute(phasic: &[f64], rate_hz: f64, least_us: f64) -> Vec<Response> {
     let found: Vec<(usize, usize, f64)> = rises.iter().zip(ends).filter_map(highest).collect();
     let ends = found.iter().skip(1).map(|&(_, peak, _)| peak).chain([phasic.len()]);
     let response = |(&(onset, peak, amplitude_us), end): (&(usize, usize, f64), usize)| {
-        response(phasic, rate_hz, [onset, peak, end], amplitude_us)
+        let half = phasic[peak] - amplitude_us * 0.5;
+        let recovery = phasic[peak..end].iter().position(|&value| value <= half);
+        response(rate_hz, [onset, peak], amplitude_us, recovery)
     };
     found.iter().zip(ends).map(response).collect()
 }
@@ -93,12 +98,11 @@ fn found(
 }
 
 fn response(
-    phasic: &[f64],
     rate_hz: f64,
-    [onset, peak, end]: [usize; 3],
+    [onset, peak]: [usize; 2],
     amplitude_us: f64,
+    recovery: Option<usize>,
 ) -> Response {
-    let recovery = recovery(&phasic[peak..end], phasic[peak] - amplitude_us * 0.5);
     Response {
         onset: onset as f64,
         peak: peak as f64,
@@ -108,12 +112,39 @@ fn response(
     }
 }
 
-/// The sample at which the recovery has reached a level: the highest at or below it, if there is a lower one
-/// before the minimum.
-fn recovery(fall: &[f64], level: f64) -> Option<usize> {
+/// The recovery as in NeuroKit2: the highest sample at or below a level, if there is a lower one before the
+/// minimum. Where the phasic part swings back after a response, that may be much later than the first one.
+fn closest(fall: &[f64], level: f64) -> Option<usize> {
     let lowest = (0..fall.len()).reduce(|a, b| if fall[b] < fall[a] { b } else { a })?;
     let fall = &fall[..lowest];
     let below = (0..fall.len()).filter(|&place| fall[place] <= level);
     let reached = below.reduce(|a, b| if fall[b] > fall[a] { b } else { a })?;
     fall.iter().any(|&value| value < fall[reached]).then_some(reached)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eda::high_pass_split;
+
+    #[test]
+    fn equal_responses_recover_in_equal_times_however_the_phasic_part_swings_back() {
+        let form = |secs: f64| {
+            if secs > 0.0 { (-secs / 5.0).exp() - (-secs / 0.75).exp() } else { 0.0 }
+        };
+        let at = |k: u32| {
+            let secs = f64::from(k) / 16.0;
+            // Noise decides which sample after the undershoot is closest to half.
+            let noise = f64::from(k * 7919 % 1009) / 1009.0 - 0.5;
+            5.0 + 0.004 * noise
+                + (0..6).map(|n| form(secs - 6.0 - 40.0 * f64::from(n))).sum::<f64>()
+        };
+        let signal: Vec<f64> = (0..4000).map(at).collect();
+        let split = high_pass_split(&signal, 16.0).unwrap();
+        let found = find_responses(&split.phasic, 16.0, Threshold::default()).unwrap();
+        let times = found.iter().filter_map(|response| response.half_recovery_secs);
+        let inner: Vec<f64> = times.take(5).collect();
+        assert_eq!((found.len(), inner.len()), (6, 5));
+        assert!(inner.iter().all(|secs| (secs - inner[1]).abs() < 0.2 && *secs < 4.5), "{inner:?}");
+    }
 }
