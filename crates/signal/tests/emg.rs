@@ -240,16 +240,15 @@ fn fatigue_is_that_of_contractions_without_rest() {
 #[test]
 fn a_muscle_that_rests_in_a_window_has_no_fatigue_there() {
     let mut signal = tiring_contractions(60);
-    let quiet: Vec<f64> = signal[..3000].to_vec();
-    for (place, sample) in signal[30_000..].iter_mut().enumerate() {
-        *sample = quiet[place % 3000];
+    for (sample, rest) in signal[30_000..].iter_mut().zip(contracting(30, 1.0)) {
+        *sample = 0.1 * rest;
     }
     let channels = [signal];
     let recording = Recording { rate_hz: 1000.0, begin_ns: 0, channels: &channels };
     let all = whole(&settings(1), &recording).unwrap();
     let measured = all.windows.measure(secs(31.0, 60.0));
     assert_eq!(value(&*all.windows, &measured, "EMG_MDF_Slope/ch1"), Err(Reason::Short));
-    assert!(value(&*all.windows, &measured, "EMG_MDF/ch1").is_ok());
+    assert_eq!(value(&*all.windows, &measured, "EMG_MDF/ch1"), Err(Reason::Nothing));
 }
 
 #[test]
@@ -327,4 +326,37 @@ proptest! {
         }
         prop_assert!(all.events.is_sorted_by_key(|event| event.at_ns));
     }
+}
+
+/// Noise of a muscle at 1000 Hz, in bursts of `share` of four seconds, sixty times as loud as rest.
+fn contracting(secs: u32, share: f64) -> Vec<f64> {
+    let mut state = 1u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 8) / f64::from(1u32 << 23) - 1.0
+    };
+    let white: Vec<f64> = (0..secs * 1000 + 3).map(|_| noise()).collect();
+    let muscle = white.windows(4).map(|part| part.iter().sum::<f64>() / 4.0);
+    let gain = |k: usize| if ((k % 4000) as f64) < 4000.0 * share { 1.0 } else { 0.0 };
+    muscle
+        .enumerate()
+        .map(|(k, muscle)| gain(k) * muscle + 0.01 * white[(k * 7 + 3) % white.len()])
+        .collect()
+}
+
+#[test]
+fn the_frequency_of_a_muscle_does_not_depend_on_how_long_it_rests() {
+    let channels = [0.75, 0.5, 0.25].map(|share| contracting(40, share));
+    let recording = Recording { rate_hz: 1000.0, begin_ns: 0, channels: &channels };
+    let all = whole(&settings(3), &recording).unwrap();
+    let span = all.windows.measure(recording.span());
+    let get = |name: &str| value(&*all.windows, &span, name).unwrap();
+    for name in ["EMG_MDF", "EMG_MNF"] {
+        let [most, half, least] = [1, 2, 3].map(|k| get(&format!("{name}/ch{k}")));
+        assert!((half / most - 1.0).abs() < 0.1, "{name}: {most} {half}");
+        assert!((least / most - 1.0).abs() < 0.1, "{name}: {most} {least}");
+    }
+    let rest = all.windows.measure(secs(1.5, 3.9));
+    assert_eq!(value(&*all.windows, &rest, "EMG_MDF/ch3"), Err(Reason::Nothing));
+    assert!(value(&*all.windows, &rest, "EMG_RMS/ch3").is_ok());
 }

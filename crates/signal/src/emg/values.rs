@@ -25,8 +25,18 @@ const OF_CHANNEL: [(&str, &str, &str); 18] = [
     ("EMG_WL", "u", "sum of absolute steps in a frame"),
     ("EMG_ZC", "1", "changes of sign in a frame"),
     ("EMG_SSC", "1", "turns in a frame"),
-    ("EMG_MNF", "Hz", "mean frequency of the periodogram (Hann, mean removed)"),
-    ("EMG_MDF", "Hz", "median frequency of the periodogram (Hann, mean removed)"),
+    (
+        "EMG_MNF",
+        "Hz",
+        "mean frequency of the periodogram (Hann, mean removed) of frames within bursts, excluding rest \
+         (of all frames while the channel has had no burst)",
+    ),
+    (
+        "EMG_MDF",
+        "Hz",
+        "median frequency of the periodogram (Hann, mean removed) of frames within bursts, excluding rest \
+         (of all frames while the channel has had no burst)",
+    ),
     (
         "EMG_MDF_Slope",
         "Hz/min",
@@ -159,18 +169,27 @@ impl Of<'_> {
                 mean.add(features);
             }
         }
+        for features in self.contracting().filter_map(|(_, cell)| cell.features.as_ref()) {
+            mean.add_frequencies(features);
+        }
         match (frames, mean.amplitudes) {
             (0, _) => [Err(Reason::Short); 9],
             (_, 0.0) => [Err(Reason::Gap); 9],
-            _ => mean.values(),
+            _ => mean.values(self.contracting().next().is_some()),
         }
+    }
+
+    /// The frames in which the muscle contracts; all of them while it has had no burst, when rest and a
+    /// contraction without rest look the same.
+    fn contracting(&self) -> impl Iterator<Item = (i64, &Cell)> {
+        let rests = self.frames().any(|(_, cell)| cell.activity != Activity::Unknown);
+        let contracts = move |cell: &Cell| !rests || cell.activity == Activity::Contraction;
+        self.frames().filter(move |(_, cell)| contracts(cell))
     }
 
     fn fatigue(&self) -> Result<f64, Reason> {
         let minutes = |at_ns: i64| at_ns.saturating_sub(self.span.begin_ns) as f64 / 60e9;
-        let rests = self.frames().any(|(_, cell)| cell.activity != Activity::Unknown);
-        let contracts = |cell: &Cell| !rests || cell.activity == Activity::Contraction;
-        let frames = self.frames().filter(|(_, cell)| contracts(cell));
+        let frames = self.contracting();
         let known =
             frames.filter_map(|(at_ns, cell)| Some((minutes(at_ns), cell.features?.mdf_hz)));
         let (x, y): (Vec<f64>, Vec<f64>) = known.filter(|(_, mdf_hz)| mdf_hz.is_finite()).unzip();
@@ -197,6 +216,9 @@ impl Mean {
         let parts = [of.rms * of.rms, of.mav, of.iemg, of.var, of.wl, of.zc, of.ssc];
         self.sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
         self.amplitudes += 1.0;
+    }
+
+    fn add_frequencies(&mut self, of: &Features) {
         if of.mnf_hz.is_finite() && of.mdf_hz.is_finite() {
             self.frequencies[0] += of.mnf_hz;
             self.frequencies[1] += of.mdf_hz;
@@ -204,7 +226,7 @@ impl Mean {
         }
     }
 
-    fn values(&self) -> [Result<f64, Reason>; 9] {
+    fn values(&self, contracts: bool) -> [Result<f64, Reason>; 9] {
         let mut values = [Err(Reason::Undefined); 9];
         let means = self.sums.iter().map(|sum| sum / self.amplitudes);
         let frequencies = self.frequencies.iter().map(|sum| sum / self.with_frequency);
@@ -212,6 +234,9 @@ impl Mean {
             *value = Reason::unless_finite(mean);
         }
         values[0] = values[0].map(f64::sqrt);
+        if !contracts {
+            values[7..].fill(Err(Reason::Nothing));
+        }
         values
     }
 }
