@@ -360,3 +360,27 @@ fn the_frequency_of_a_muscle_does_not_depend_on_how_long_it_rests() {
     assert_eq!(value(&*all.windows, &rest, "EMG_MDF/ch3"), Err(Reason::Nothing));
     assert!(value(&*all.windows, &rest, "EMG_RMS/ch3").is_ok());
 }
+
+#[test]
+fn a_tone_and_single_wrong_samples_are_no_muscle() {
+    let hum = |at_hz: f64, gain: f64| {
+        let both = |(k, rest): (usize, &f64)| {
+            rest + gain * (std::f64::consts::TAU * at_hz * k as f64 / 1000.0).sin()
+        };
+        contracting(20, 1.0).iter().enumerate().map(both).collect::<Vec<f64>>()
+    };
+    let of = |signal: Vec<f64>| {
+        let channels = [signal];
+        let recording = Recording { rate_hz: 1000.0, begin_ns: 0, channels: &channels };
+        whole(&Settings::default(), &recording).unwrap().windows.measure(recording.span()).quality
+    };
+    let quality = |at_hz: f64, gain: f64| of(hum(at_hz, gain));
+    let mut clicks = contracting(20, 0.0);
+    (500..20_000).step_by(1000).for_each(|k| clicks[k] += 1.5);
+    assert!(of(contracting(20, 0.0)) > 0.9 && of(clicks) < 0.4);
+    assert!(quality(100.0, 0.0) > 0.9, "{}", quality(100.0, 0.0));
+    for at_hz in [49.5, 100.0, 137.0, 180.0] {
+        assert!(quality(at_hz, 0.02) > 0.9, "{at_hz}: {}", quality(at_hz, 0.02));
+        assert!(quality(at_hz, 2.0) < 0.3, "{at_hz}: {}", quality(at_hz, 2.0));
+    }
+}

@@ -82,8 +82,19 @@ impl Channel {
         let both = |of: fn(&Cell) -> f64| of(&self.before) + of(&self.cell);
         let usable = both(|cell| cell.faults.usable) / both(|cell| cell.samples);
         let features = frames.of_one(newest).filter(|_| usable >= super::store::LEAST_USABLE);
+        if let Some(features) = &features {
+            let squares = features.rms * features.rms;
+            let click = instant(newest) / (squares * newest.len() as f64);
+            self.cell.faults.frame(squares, features.tone.max(click));
+        }
         self.before = Cell { features, ..self.cell };
         self.cell = Cell::default();
         self.before
     }
+}
+
+/// The largest sum of squares of three successive samples.
+fn instant(frame: &[f64]) -> f64 {
+    let squares = |three: &[f64]| three.iter().map(|sample| sample * sample).sum();
+    frame.windows(3).map(squares).fold(0.0, f64::max)
 }

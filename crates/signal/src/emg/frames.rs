@@ -33,6 +33,9 @@ pub struct Features {
     /// Median frequency: half of the power lies below it, linear between bins [Hz]; NaN where nothing
     /// varies.
     pub mdf_hz: f64,
+    /// The share of the power in three successive bins of the periodogram, where it is largest [0..1]: all of
+    /// a tone's, a fifth of a muscle's; NaN where nothing varies.
+    pub tone: f64,
 }
 
 /// Features of frames of one length at a fixed hop.
@@ -118,6 +121,7 @@ impl Frames {
             ssc: f64::from(sums.turns),
             mnf_hz: middle.mean_hz,
             mdf_hz: middle.median_hz,
+            tone: middle.tone,
         })
     }
 }
@@ -141,6 +145,7 @@ mod tests {
         assert!((features.zc - 50.0).abs() <= 1.0 && (features.ssc - 50.0).abs() <= 1.0);
         assert!((features.rms - 2f64.sqrt()).abs() < 1e-9);
         assert!((features.wl - 8.0 * 25.0).abs() < 8.0);
+        assert!(features.tone > 0.999);
         assert!((features.mnf_hz - 100.0).abs() < 1e-9 && (features.mdf_hz - 98.0).abs() < 4.0);
     }
 

@@ -8,6 +8,9 @@ use realfft::{RealFftPlanner, RealToComplex};
 use super::amplitude::sum;
 use crate::spectrum::Taper;
 
+/// A Hann window spreads a tone over this many bins.
+const LINE_BINS: usize = 3;
+
 /// Spectra of frames of one length, planned once: SciPy's `periodogram` with a Hann window and the mean
 /// removed.
 #[derive(Clone)]
@@ -27,11 +30,12 @@ impl std::fmt::Debug for Periodogram {
     }
 }
 
-/// Mean and median frequency [Hz].
+/// Mean and median frequency [Hz], and the share of the power in the three bins that have most of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Middle {
     pub(super) mean_hz: f64,
     pub(super) median_hz: f64,
+    pub(super) tone: f64,
 }
 
 impl Periodogram {
@@ -48,9 +52,9 @@ impl Periodogram {
         }
     }
 
-    /// The mean and median frequency of a frame; NaN if it is constant. Expects the planned length.
+    /// The mean and median frequency and the strongest line of a frame; NaN if it is constant. Expects the planned length.
     pub(super) fn middle(&mut self, frame: &[f64]) -> Middle {
-        let none = Middle { mean_hz: f64::NAN, median_hz: f64::NAN };
+        let none = Middle { mean_hz: f64::NAN, median_hz: f64::NAN, tone: f64::NAN };
         if self.transform(frame).is_none() {
             return none;
         }
@@ -65,6 +69,8 @@ impl Periodogram {
         Middle {
             mean_hz: weighted / total * self.step_hz,
             median_hz: self.halving_bin(total) * self.step_hz,
+            tone: self.power.windows(LINE_BINS).map(|line| line.iter().sum()).fold(0.0, f64::max)
+                / total,
         }
     }
 

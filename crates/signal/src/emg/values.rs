@@ -46,7 +46,11 @@ const OF_CHANNEL: [(&str, &str, &str); 18] = [
     ("EMG_Amplitude_Mean", "u", "mean of the envelope (rectified, Butterworth 2 low-pass 6 Hz)"),
     ("EMG_MVC", "%", "100 · mean of the envelope / that of the maximal voluntary contraction"),
     ("EMG_Activation_N", "1", "bursts that begin in the window"),
-    ("EMG_SQI", "1", "(1 − flat − clipped) · √((1 − mains) · (1 − outside the band))"),
+    (
+        "EMG_SQI",
+        "1",
+        "(1 − flat − clipped) · √((1 − mains or tones) · (1 − outside the band)); tones: share of the power of frames in three bins or samples, from 0 at a half to 1 at all",
+    ),
     ("EMG_Mains", "1", "share of 50 or 60 Hz in the power of the band, averaged over 1 s"),
     ("EMG_Outside", "1", "share of the power outside the band"),
     ("EMG_Flat", "1", "share of samples that are constant for more than 0.2 s"),
