@@ -80,6 +80,28 @@ fn a_room_where_nobody_speaks_has_a_floor_and_no_pitch() {
 }
 
 #[test]
+fn a_hum_is_no_voice_and_one_that_lives_is() {
+    let quality = |samples: Vec<f64>| {
+        let recording = Recording { rate_hz: RATE_HZ, begin_ns: 0, channels: &[samples] };
+        let voice = whole(&Settings::default(), &recording).expect("a usual rate");
+        let Measured { quality, values, .. } = voice.windows.measure(recording.span());
+        (quality, values[5])
+    };
+    let turns = |pitch_hz: f64, trill: f64| {
+        let pitch_hz = move |k: usize| pitch_hz * (1.0 + trill * (k as f64 / RATE_HZ * TAU).sin());
+        (0..160_000).scan(0.0, move |turns, k| {
+            *turns += pitch_hz(k) / RATE_HZ;
+            Some(*turns)
+        })
+    };
+    let buzz = |turns: f64| (1..8).map(|n| 0.02 * (TAU * f64::from(n) * turns).sin()).sum::<f64>();
+    let (hum, reason) = quality(turns(120.0, 0.0).map(buzz).collect());
+    assert!(hum < 0.2 && reason == Err(Reason::Quality), "{hum} {reason:?}");
+    let (voice, pitch_hz) = quality(turns(120.0, 0.1).map(buzz).collect());
+    assert!(voice > 0.9 && pitch_hz.is_ok(), "{voice} {pitch_hz:?}");
+}
+
+#[test]
 fn jitter_and_shimmer_are_those_of_the_pulses() {
     for (jitter, shimmer) in [(0.0, 0.0), (0.01, 0.05), (0.02, 0.1)] {
         let value = measured(voice(5.0, 120.0, jitter, shimmer));

@@ -18,6 +18,15 @@ const LEAST_PAUSE: usize = 25;
 const FULL_QUALITY_DB: f64 = 30.0;
 /// The factor on the share of clipped samples that reduces quality: a share of a tenth reduces it to 0.
 const CLIPPING: f64 = 10.0;
+/// The ranges within which pitch, as a share, and level [dB] count as steady.
+const STEADY_PITCH: f64 = 0.002;
+const STEADY_DB: f64 = 3.0;
+/// Frames that are steady for this long are hardly those of a voice, and with certainty none from the longer time on,
+/// which is that of a breath.
+const STEADY: usize = 20;
+const LONGEST_STEADY: usize = 600;
+/// The share of steady frames that is left to a voice: that of a machine which speaks.
+const DOUBTFUL: f64 = 0.25;
 /// The least quality for values of the voice.
 const LEAST_QUALITY: f64 = 0.2;
 
@@ -128,10 +137,11 @@ fn enough(count: usize, least: usize, of: &dyn Fn() -> Result<f64, Reason>) -> R
     }
 }
 
-/// The signal-to-noise ratio or voicing, reduced by clipping [0..1]; in a span without speech, the share
-/// that is not clipped.
+/// The signal-to-noise ratio or voicing, reduced by clipping and by [tones](Steady) [0..1]; in a span without speech,
+/// the share that is not clipped.
 fn quality<'a>(frames: impl Iterator<Item = &'a Frame>) -> f64 {
     let [mut count, mut clipped, mut in_speech, mut clear] = [0.0; 4];
+    let mut steady = Steady::default();
     for frame in frames {
         (count, clipped) = (count + 1.0, clipped + frame.clipped.max(0.0));
         if frame.is_speech() {
@@ -139,14 +149,60 @@ fn quality<'a>(frames: impl Iterator<Item = &'a Frame>) -> f64 {
             // A voice without pauses raises the floor to its own level.
             let above = (frame.level_dbfs - frame.floor_dbfs) / FULL_QUALITY_DB;
             let voicing = if frame.is_voiced() { frame.voicing } else { 0.0 };
-            clear += above.max(voicing).clamp(0.0, 1.0);
+            clear += steady.push(frame, above.max(voicing).clamp(0.0, 1.0));
+        } else {
+            clear += steady.finish();
         }
     }
+    clear += steady.finish();
     if count == 0.0 {
         return 0.0;
     }
     let whole = (1.0 - CLIPPING * clipped / count).max(0.0);
     if in_speech == 0.0 { whole } else { whole * clear / in_speech }
+}
+
+/// Frames with the same pitch and level, and how clear they are as a voice: those of a hum or a beep are steadier
+/// than any voice.
+#[derive(Debug, Default)]
+struct Steady {
+    frames: usize,
+    pitch_hz: (f64, f64),
+    level_db: (f64, f64),
+    clear: f64,
+}
+
+impl Steady {
+    /// Adds a frame in speech; returns how clear the frames before it are, if it is not as steady as they are.
+    fn push(&mut self, frame: &Frame, clear: f64) -> f64 {
+        let with = |(least, most): (f64, f64), value: f64| (value.min(least), value.max(most));
+        let pitch_hz = with(self.pitch_hz, frame.pitch_hz);
+        let level_db = with(self.level_db, frame.level_dbfs);
+        let is_steady = frame.is_voiced()
+            && pitch_hz.1 <= pitch_hz.0 * (1.0 + STEADY_PITCH)
+            && level_db.1 - level_db.0 <= STEADY_DB;
+        if self.frames > 0 && is_steady {
+            let (frames, clear) = (self.frames + 1, self.clear + clear);
+            *self = Steady { frames, pitch_hz, level_db, clear };
+            return 0.0;
+        }
+        let before = self.finish();
+        let frames = usize::from(frame.is_voiced());
+        let (pitch_hz, level_db) = (frame.pitch_hz, frame.level_dbfs);
+        let (pitch_hz, level_db) = ((pitch_hz, pitch_hz), (level_db, level_db));
+        *self = Steady { frames, pitch_hz, level_db, clear };
+        before
+    }
+
+    /// How clear the frames so far are.
+    fn finish(&mut self) -> f64 {
+        let Steady { frames, clear, .. } = std::mem::take(self);
+        match frames {
+            LONGEST_STEADY.. => 0.0,
+            STEADY.. => DOUBTFUL * clear,
+            _ => clear,
+        }
+    }
 }
 
 fn mean_level_db(frames: &[&Frame]) -> f64 {
