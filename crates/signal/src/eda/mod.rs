@@ -39,6 +39,7 @@ mod contact;
 mod quality;
 mod noise;
 mod step;
+mod shape;
 mod sympathetic;
 mod causal;
 mod store;

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::noise::clarity;
 use super::quality::{SPREAD_SECS, firmness, valid_samples};
+use super::shape::{LEAST_RISE_SECS, NEAR_SECS, is_symmetric};
 use super::step::{is_step, rise};
 use super::sympathetic::{SEGMENT_SECS, SlowDown, of_slow};
 use super::values::COUNT;
@@ -19,6 +20,9 @@ use crate::gaps::is_usable;
 const LEAST_QUALITY: f64 = 0.5;
 /// Sweat glands respond at most so often, and surely not as often as this [1/min].
 const PLAUSIBLE_PER_MIN: (f64, f64) = (25.0, 45.0);
+/// The share of responses with a shape that sweat glands do not have: up to the lower one overlapping responses have
+/// it by chance, from the higher one on most are motion, breathing or lifted electrodes.
+const SYMMETRIC: (f64, f64) = (0.25, 0.75);
 /// The shortest span that has a slope or a rate [s].
 const LEAST_SECS: f64 = 10.0;
 
@@ -193,6 +197,39 @@ impl Store {
         ((none - per_min) / (none - most)).clamp(0.0, 1.0)
     }
 
+    /// How plausible it is that the responses have the shape of those of sweat glands [0..1].
+    fn naturalness(&self, span: Span) -> f64 {
+        let begin = self.responses.partition_point(|placed| placed.peak_ns < span.begin_ns);
+        let inside = self.responses.range(begin..).take_while(|p| p.peak_ns < span.end_ns);
+        let (mut symmetric, mut judged) = (0.0, 0.0);
+        for is_symmetric in inside.filter_map(|placed| self.is_symmetric(placed, span)) {
+            (symmetric, judged) = (symmetric + f64::from(is_symmetric), judged + 1.0);
+        }
+        let (few, most) = SYMMETRIC;
+        if judged > 0.0 {
+            ((most - symmetric / judged) / (most - few)).clamp(0.0, 1.0)
+        } else {
+            1.0
+        }
+    }
+
+    /// Whether a response has a [shape](is_symmetric) that sweat glands do not have; `None` where the span has not
+    /// all of the samples around it.
+    fn is_symmetric(&self, placed: &Placed, span: Span) -> Option<bool> {
+        let rise_secs = placed.response.rise_secs.max(LEAST_RISE_SECS);
+        let at_ns = |secs: f64| placed.peak_ns.saturating_add((secs * 1e9) as i64);
+        let begin_ns = at_ns(-2.0 * (rise_secs + NEAR_SECS));
+        let end_ns = at_ns(rise_secs + 2.0 * NEAR_SECS);
+        if begin_ns < span.begin_ns || end_ns > span.end_ns {
+            return None;
+        }
+        let samples = self.tonic.samples_in(Span { begin_ns, end_ns });
+        let before = self.tonic.samples_in(Span { begin_ns, end_ns: placed.peak_ns });
+        let rate_hz = self.tonic.rate_hz();
+        let [rise, near] = [rise_secs, NEAR_SECS].map(|secs| (secs * rate_hz).round() as usize);
+        is_symmetric(&self.clean(samples), before.len(), rise, near)
+    }
+
     fn level(&self, span: Span) -> [Result<f64, Reason>; 3] {
         let samples = self.tonic.samples_in(span);
         let values = || self.tonic.iter(samples.clone()).enumerate().filter(|(_, v)| is_usable(*v));
@@ -272,7 +309,8 @@ impl Windows for Store {
     fn measure(&self, span: Span) -> Measured {
         let coverage = self.raw.coverage(span);
         let contact = self.contact(span);
-        let quality = contact * self.clarity(span) * self.plausibility(span);
+        let quality =
+            contact * self.clarity(span) * self.plausibility(span) * self.naturalness(span);
         if coverage < LEAST_COVERAGE {
             return Measured::nothing(coverage, quality, COUNT, Reason::Gap);
         }
@@ -281,7 +319,7 @@ impl Windows for Store {
         }
         let mut values = self.level(span).to_vec();
         if quality < LEAST_QUALITY {
-            // Noise spares the level.
+            // Noise and motion spare the level.
             values.resize(COUNT, Err(Reason::Quality));
         } else {
             values.extend(self.responses(span));
