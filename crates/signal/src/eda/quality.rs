@@ -18,14 +18,20 @@ const SKIN_C: std::ops::RangeInclusive<f64> = 30.0..=40.0;
 pub(super) const SPREAD_SECS: f64 = 5.0;
 /// A value constant for longer means a disconnected or saturated input [s].
 const FLAT_SECS: f64 = 20.0;
+/// The highest value, constant for at least this time [s] and reached at speed, is the end of the range.
+const RAIL_SECS: f64 = 1.0;
+/// The fewest samples of that, and the fewest smallest steps by which it is reached: a peak is reached in single
+/// ones.
+const RAIL_SAMPLES: usize = 4;
+const RAIL_STEPS: f64 = 3.0;
 
 /// Whether each sample of a skin conductance [µS] is valid: the rules of Kleckner et al. (2018),
 /// doi:10.1109/TBME.2017.2758643, and that the signal varies.
 ///
 /// Invalid are samples that are missing, outside 0.05 to 60 µS, with a slope over a quarter of a second above
 /// 10 µS/s, within a contact glitch, with a skin `temperature` [°C] (may be empty) outside 30 to 40 °C, or
-/// constant for 20 s (or throughout), and all within 5 s of one of these. None is valid at a rate outside 1
-/// to 2000 Hz.
+/// constant for 20 s (or throughout) or, at the highest value, for a second after a rise that stops at once, and
+/// all within 5 s of one of these. None is valid at a rate outside 1 to 2000 Hz.
 pub fn valid_samples(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Vec<bool> {
     if checked_rate(rate_hz).is_err() {
         return vec![false; signal.len()];
@@ -36,6 +42,7 @@ pub fn valid_samples(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Vec<b
     }
     refuse_steep(signal, rate_hz, &mut valid);
     refuse_flat(signal, rate_hz, &mut valid);
+    refuse_rail(signal, rate_hz, &mut valid);
     for (valid, is_glitch) in valid.iter_mut().zip(glitches(signal, rate_hz)) {
         *valid &= !is_glitch;
     }
@@ -77,6 +84,22 @@ fn refuse_flat(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
     let mut begin = 0;
     for run in signal.chunk_by(|a, b| a.total_cmp(b).is_eq()) {
         if run.len() > longest {
+            valid[begin..begin + run.len()].fill(false);
+        }
+        begin += run.len();
+    }
+}
+
+fn refuse_rail(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
+    let steps = signal.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let step_us = steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let usable = signal.iter().filter(|value| is_usable(**value));
+    let highest_us = usable.copied().fold(f64::NEG_INFINITY, f64::max);
+    let shortest = ((RAIL_SECS * rate_hz) as usize).max(RAIL_SAMPLES);
+    let mut begin = 0;
+    for run in signal.chunk_by(|a, b| a.total_cmp(b).is_eq()) {
+        let is_sudden = begin > 0 && run[0] - signal[begin - 1] >= RAIL_STEPS * step_us;
+        if run.len() >= shortest && run[0] >= highest_us && is_sudden {
             valid[begin..begin + run.len()].fill(false);
         }
         begin += run.len();
@@ -163,6 +186,19 @@ mod tests {
         let mut signal = skin();
         signal[100..].iter_mut().for_each(|value| *value += 2.6);
         assert_eq!(refused(&signal, &[]), 41);
+    }
+
+    #[test]
+    fn the_end_of_the_range_is_not_believed_and_a_flat_peak_is() {
+        let wave =
+            |k: u32| 3.0 + 0.8 * (f64::from(k) / 12.0).sin() + 1e-6 * f64::from(k * 7919 % 1009);
+        let whole: Vec<f64> = (0..240).map(wave).collect();
+        let coarse: Vec<f64> = whole.iter().map(|value| (value * 10.0).round() / 10.0).collect();
+        for signal in [&whole, &coarse] {
+            assert_eq!(quality(signal, &[], 4.0), Some(1.0));
+        }
+        let cut: Vec<f64> = whole.iter().map(|value| value.min(3.4)).collect();
+        assert!(quality(&cut, &[], 4.0) < Some(0.4));
     }
 
     #[test]
