@@ -31,7 +31,7 @@ static VALUES: [Value; 6] = [
     Value::new(
         "TEMP_OffBody",
         "1",
-        "share of readings that are too cold or warm for skin, or within 5 s of a jump",
+        "share of readings that are too cold or warm for skin, within 5 s of a jump, or after a fall by 0.5 °C in 10 s until half of it is made up or it ends above 30 °C",
     ),
 ];
 
