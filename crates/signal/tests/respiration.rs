@@ -425,3 +425,28 @@ proptest! {
         prop_assert!((0.0..=1.0).contains(&quality));
     }
 }
+
+/// The quality and the rate of a minute of sines on a belt: frequency [Hz] and height.
+fn of_sines(sines: &[(f64, f64)]) -> (f64, Result<f64, Reason>) {
+    let at = |k: u32| sines.iter().map(|(hz, a)| a * (TAU * hz * f64::from(k) / 25.0).sin()).sum();
+    let channels = [(0..1500).map(at).collect::<Vec<f64>>()];
+    let recording = Recording { rate_hz: 25.0, begin_ns: 0, channels: &channels };
+    let measured = whole(&Settings::default(), &recording)
+        .expect("a recording")
+        .windows
+        .measure(recording.span());
+    (measured.quality, measured.values[0])
+}
+
+#[test]
+fn breath_mixed_with_motion_or_the_heart_is_not_trusted() {
+    for (hz, height) in [(0.9, 1.5), (0.9, 2.5), (0.45, 0.8), (0.6, 1.5)] {
+        let (quality, rate) = of_sines(&[(0.23, 1.0), (hz, height)]);
+        let is_right = rate.is_ok_and(|rate| (rate - 13.8).abs() < 0.7);
+        assert!(is_right || quality < 0.8, "{rate:?} at {quality} with {height} at {hz} Hz");
+    }
+    for per_min in [6.0, 15.0, 30.0, 50.0, 58.0] {
+        let (quality, rate) = of_sines(&[(per_min / 60.0, 1.0)]);
+        assert!(quality > 0.65 && (rate.unwrap() - per_min).abs() < 0.5, "{per_min}: {quality}");
+    }
+}

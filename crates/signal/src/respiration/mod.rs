@@ -39,6 +39,7 @@ mod phase;
 mod quality;
 mod recurrence;
 mod spectral;
+mod rival;
 pub mod rsa;
 pub mod derived;
 pub mod analysis;

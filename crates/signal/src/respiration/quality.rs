@@ -5,6 +5,7 @@ use super::band;
 use super::grouping::Grouping;
 use super::pattern::mean;
 use super::recurrence::recurrence;
+use super::rival::alone;
 use super::spectral::Spectral;
 use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, mad, median};
@@ -33,11 +34,14 @@ const SHAPE_LENGTH: usize = 32;
 /// - similarity is the mean correlation of breaths with the median breath, each stretched to the same
 ///   length, and not below 0 (as in Charlton et al. 2021, doi:10.1016/j.bspc.2020.102339);
 /// - regularity is 1 / (1 + v²), with v = 1.4826 · MAD / median of the durations;
-/// - rhythm is the lesser of two values, as a random walk has breaths but no rhythm (below 0.29 the quality
+/// - rhythm is the least of several values, as a random walk has breaths but no rhythm (below 0.29 the quality
 ///   is as without rhythm). The first rises from 0 to 1 as the share of the power at 0.05–1 Hz that lies
 ///   within 35 % of the mean rate of the breaths or twice that rises from 0.5 to 0.68; the second as the
 ///   autocorrelation of the signal's slope (over 0.32 s) at the mean duration of a breath exceeds that at
-///   half of it by 0.45 to 0.85;
+///   half of it by 0.45 to 0.85. Others fall where the spectrum has a second rhythm, as motion and the heart
+///   have beside the breath: as a slower line reaches 0.3 to 0.8 of the power of the counted rhythm (0.03 to
+///   0.1 where that is faster than 24 a minute, as steps are), as a faster one that is no harmonic reaches
+///   0.15 to 0.45, and as the highest line lies 15 to 40 % from the counted rate;
 /// - the covered share is the share of time in breaths with an amplitude between a quarter and four times
 ///   the median, without motion and sensor dropouts;
 /// - the living share is the share of samples that are usable, not flat (constant for more than 3 s) and
@@ -76,6 +80,7 @@ pub(super) fn of_means(
         NOT_RECURRING,
         RECURRING,
     ));
+    let kept = kept.min(alone(&spectral, rhythm));
     let quality = product.cbrt() * covered_share(breaths, length) * living_share(means, rate_hz);
     let quality = (kept * quality).max(quality.min(MOST_WITHOUT_RHYTHM));
     if quality.is_finite() { quality.clamp(0.0, 1.0) } else { 0.0 }

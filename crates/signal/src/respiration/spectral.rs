@@ -42,7 +42,7 @@ pub(super) struct Spectral {
     /// The share of the breathing band in all power above drift [0..1].
     pub(super) breathing_share: f64,
     /// The breathing band: frequencies [Hz] and power.
-    powers: Vec<(f64, f64)>,
+    pub(super) powers: Vec<(f64, f64)>,
 }
 
 impl Spectral {
