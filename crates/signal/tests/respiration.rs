@@ -450,3 +450,18 @@ fn breath_mixed_with_motion_or_the_heart_is_not_trusted() {
         assert!(quality > 0.65 && (rate.unwrap() - per_min).abs() < 0.5, "{per_min}: {quality}");
     }
 }
+
+#[test]
+fn shallow_breaths_between_deep_ones_make_a_rate_doubtful() {
+    let height = |k: u32| {
+        let secs = f64::from(k) / 25.0;
+        let depth = if secs % 8.0 < 4.0 { 1.0 } else { 0.15 };
+        depth * (1.0 - (TAU * secs / 4.0).cos())
+    };
+    let channels = [(0..1500).map(height).collect::<Vec<f64>>()];
+    let recording = Recording { rate_hz: 25.0, begin_ns: 0, channels: &channels };
+    let measured =
+        whole(&Settings::default(), &recording).unwrap().windows.measure(recording.span());
+    assert!(measured.quality < 0.3, "{}", measured.quality);
+    assert_eq!(measured.values[0], Err(Reason::Quality));
+}

@@ -40,6 +40,7 @@ mod quality;
 mod recurrence;
 mod spectral;
 mod rival;
+mod uncounted;
 pub mod rsa;
 pub mod derived;
 pub mod analysis;

@@ -5,8 +5,9 @@ use super::band;
 use super::grouping::Grouping;
 use super::pattern::mean;
 use super::recurrence::recurrence;
-use super::rival::alone;
+use super::rival::{alone, falls};
 use super::spectral::Spectral;
+use super::uncounted::uncounted_share;
 use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, mad, median};
 use crate::spectrum::Transforms;
@@ -22,6 +23,9 @@ const NO_RHYTHM: f64 = 0.5;
 /// The recurrence of breaths with and without a clear rhythm.
 const RECURRING: f64 = 0.85;
 const NOT_RECURRING: f64 = 0.45;
+/// The share of uncounted rises that is no doubt, and the one from which the rate may be another one: a tenth of it
+/// is its tolerance, and several breaths may hide in one rise.
+const UNCOUNTED: (f64, f64) = (0.03, 0.15);
 /// The highest quality without a rhythm.
 const MOST_WITHOUT_RHYTHM: f64 = 0.29;
 /// The number of points of a breath's shape.
@@ -41,7 +45,9 @@ const SHAPE_LENGTH: usize = 32;
 ///   half of it by 0.45 to 0.85. Others fall where the spectrum has a second rhythm, as motion and the heart
 ///   have beside the breath: as a slower line reaches 0.3 to 0.8 of the power of the counted rhythm (0.03 to
 ///   0.1 where that is faster than 24 a minute, as steps are), as a faster one that is no harmonic reaches
-///   0.15 to 0.45, and as the highest line lies 15 to 40 % from the counted rate;
+///   0.15 to 0.45, and as the highest line lies 15 to 40 % from the counted rate. The last falls
+///   where 3 to 15 % of all rises are smaller ones between the breaths that are counted, as shallow breaths
+///   after deep ones are, and speech;
 /// - the covered share is the share of time in breaths with an amplitude between a quarter and four times
 ///   the median, without motion and sensor dropouts;
 /// - the living share is the share of samples that are usable, not flat (constant for more than 3 s) and
@@ -80,7 +86,8 @@ pub(super) fn of_means(
         NOT_RECURRING,
         RECURRING,
     ));
-    let kept = kept.min(alone(&spectral, rhythm));
+    let uncounted = uncounted_share(means, rate_hz, &whole);
+    let kept = kept.min(alone(&spectral, rhythm)).min(falls(uncounted, UNCOUNTED));
     let quality = product.cbrt() * covered_share(breaths, length) * living_share(means, rate_hz);
     let quality = (kept * quality).max(quality.min(MOST_WITHOUT_RHYTHM));
     if quality.is_finite() { quality.clamp(0.0, 1.0) } else { 0.0 }
