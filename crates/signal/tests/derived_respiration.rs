@@ -119,6 +119,17 @@ fn waves_of_blood_pressure_are_no_breathing() {
 }
 
 #[test]
+fn breaths_that_beats_are_too_slow_for_are_no_slower_ones() {
+    for (beats_per_min, breaths_per_min) in [(50.0, 28.0), (45.0, 30.0), (56.0, 32.0)] {
+        let body = Body { beats_per_min, breaths_per_min, pressure_waves: 0.01, ..BODY };
+        assert_eq!(of_beats(body, 60.0), Err(Reason::Quality));
+        assert_eq!(of_pulses(body, 60.0), Err(Reason::Quality));
+    }
+    let slow = of_beats(Body { beats_per_min: 50.0, breaths_per_min: 13.0, ..BODY }, 60.0);
+    assert!((slow.unwrap().rate_per_min.value - 13.0).abs() < 1.0);
+}
+
+#[test]
 fn without_a_common_rhythm_there_is_no_rate() {
     let body = Body { arrhythmia: 0.0, pressure_waves: 0.0, amplitude: 0.0, noise: 0.1, ..BODY };
     let found = |length_secs| {

@@ -22,6 +22,9 @@ const FLOOR: f64 = 0.1;
 const LEAST_CLARITY: f64 = 0.8;
 /// … and with no greater uncertainty [1/min].
 const LARGEST_SIGMA: f64 = 2.0;
+/// The slowest breathing above half the heart rate that is taken for implausible [1/min]: at rest with a heart slow
+/// enough for that, nobody breathes faster.
+const LEAST_FOLDED_PER_MIN: f64 = 34.0;
 /// The fewest beats or intervals in a segment.
 const FEWEST_VALUES: usize = 12;
 
@@ -36,7 +39,8 @@ pub(super) struct Stretch {
 /// The result of the segment of beats that begins at `begin_ns` [ns].
 pub(super) fn rate_of_stretch(beats: &[Beat], begin_ns: i64) -> Option<Stretch> {
     let intervals = Modulation::of_intervals(beats, begin_ns);
-    let high_hz = (HIGHEST_SHARE / intervals.median()?).min(HIGH_HZ);
+    let beat_secs = intervals.median()?;
+    let high_hz = (HIGHEST_SHARE / beat_secs).min(HIGH_HZ);
     let heights = (0..2).map(|which| Modulation::of_heights(beats, begin_ns, which));
     let all = std::iter::once(intervals).chain(heights);
     let all: Vec<Modulation> = all.filter(|each| each.count() >= FEWEST_VALUES).collect();
@@ -47,7 +51,11 @@ pub(super) fn rate_of_stretch(beats: &[Beat], begin_ns: i64) -> Option<Stretch> 
     let grid = Grid { low_hz: LOW_HZ, step_hz: STEP_HZ, count };
     let common = product(all.iter().map(|each| each.shares(grid)), all.len(), count);
     let peak = peak_of(&common, grid)?;
-    let gives = peak.clarity >= LEAST_CLARITY && peak.rate_per_min.sigma <= LARGEST_SIGMA;
+    // Values once a beat are the same of breaths this fast.
+    let folded_per_min = 60.0 / beat_secs - peak.rate_per_min.value;
+    let is_folded = folded_per_min < LEAST_FOLDED_PER_MIN;
+    let gives =
+        !is_folded && peak.clarity >= LEAST_CLARITY && peak.rate_per_min.sigma <= LARGEST_SIGMA;
     gives.then_some(peak)
 }
 
