@@ -465,3 +465,26 @@ fn shallow_breaths_between_deep_ones_make_a_rate_doubtful() {
     assert!(measured.quality < 0.3, "{}", measured.quality);
     assert_eq!(measured.values[0], Err(Reason::Quality));
 }
+
+#[test]
+fn the_heart_in_a_belt_withholds_variability_and_phases_and_no_rate() {
+    let with = |heart: f64| {
+        let mut channel = belt(120.0, 50.0);
+        for (k, sample) in channel.iter_mut().enumerate() {
+            *sample += heart * (TAU * 1.15 * k as f64 / 50.0).sin();
+        }
+        let channels = [channel];
+        let recording = Recording { rate_hz: 50.0, begin_ns: 0, channels: &channels };
+        let whole = whole(&Settings::default(), &recording).unwrap();
+        let measured = whole.windows.measure(recording.span());
+        let value = |name: &str| {
+            let place = whole.windows.values().iter().position(|value| value.name == name);
+            measured.values[place.unwrap()]
+        };
+        ["RSP_Rate_Mean", "RRV_MeanBB", "RSP_Phase_Duration_Ratio", "RRV_SDBB"].map(value)
+    };
+    assert!(with(0.0)[..3].iter().all(Result::is_ok));
+    let [rate, mean, ratio, spread] = with(0.3);
+    assert!((rate.unwrap() - 15.0).abs() < 0.3 && (mean.unwrap() - 4000.0).abs() < 80.0);
+    assert_eq!((ratio, spread), (Err(Reason::Quality), Err(Reason::Quality)));
+}

@@ -6,8 +6,9 @@ use std::ops::Range;
 
 use super::causal::BreathDetector;
 use super::grouping::Grouping;
+use super::pulsation::Pulsation;
 use super::spectral::Spectral;
-use super::{Breath, Pattern, band, quality, variability, whole};
+use super::{Breath, Pattern, Variability, band, quality, variability, whole};
 use crate::analysis::{
     Causal, Event, LEAST_COVERAGE, Measured, Reason, Recording, Span, Track, Value, Whole, Windows,
 };
@@ -217,11 +218,25 @@ impl Windows for Known {
         }
         let whole: Vec<Breath> =
             breaths.into_iter().filter(|each| each.is_within(&samples)).collect();
-        let mut values = pattern_values(&pattern, spectral);
-        values.extend(variability_values(&whole, self.rate_hz));
-        let values = values
+        let pulsation = spectral.as_ref().map(|spectral| Pulsation::of(spectral, &pattern));
+        let variability = variability(&whole, self.rate_hz);
+        let has_phases = pulsation.is_none_or(Pulsation::leaves_phases);
+        let has_variability = pulsation.zip(variability.as_ref()).is_none_or(|(p, v)| p.leaves(v));
+        let values = pattern_values(&pattern, spectral)
             .into_iter()
-            .map(|value| if value.is_finite() { Ok(value) } else { Err(Reason::Short) });
+            .zip(PATTERN)
+            .map(|(value, (name, ..))| (value, has_phases || name.starts_with(RATE)))
+            .chain(
+                variability_values(variability)
+                    .into_iter()
+                    .zip(VARIABILITY)
+                    .map(|(value, (name, ..))| (value, has_variability || CENTRES.contains(&name))),
+            )
+            .map(|(value, has)| match () {
+                () if !value.is_finite() => Err(Reason::Short),
+                () if !has => Err(Reason::Quality),
+                () => Ok(value),
+            });
         Measured { coverage, quality, values: values.collect() }
     }
 }
@@ -240,8 +255,8 @@ fn pattern_values(pattern: &Pattern, spectral: Option<Spectral>) -> Vec<f64> {
     ]
 }
 
-fn variability_values(breaths: &[Breath], rate_hz: f64) -> [f64; VARIABILITY.len()] {
-    let Some(found) = variability(breaths, rate_hz) else { return [f64::NAN; VARIABILITY.len()] };
+fn variability_values(found: Option<Variability>) -> [f64; VARIABILITY.len()] {
+    let Some(found) = found else { return [f64::NAN; VARIABILITY.len()] };
     [
         found.rmssd_ms,
         found.mean_bb_ms,
@@ -258,6 +273,9 @@ fn variability_values(breaths: &[Breath], rate_hz: f64) -> [f64; VARIABILITY.len
     ]
 }
 
+/// The values that the heart in the signal does not change: rates, and centres of durations.
+const RATE: &str = "RSP_Rate";
+const CENTRES: [&str; 2] = ["RRV_MeanBB", "RRV_MedianBB"];
 /// The value that needs no breaths.
 const SPECTRAL: &str = "RSP_Rate_Spectral";
 /// Name, unit (`*` for that of the signal) and method of the values of the pattern.

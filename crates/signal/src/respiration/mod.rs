@@ -41,6 +41,7 @@ mod recurrence;
 mod spectral;
 mod rival;
 mod uncounted;
+mod pulsation;
 pub mod rsa;
 pub mod derived;
 pub mod analysis;

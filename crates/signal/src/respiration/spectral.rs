@@ -2,6 +2,7 @@
 
 use super::band;
 use super::grouping::Grouping;
+use super::pulsation::HEART_HZ;
 use crate::gaps::bridged;
 use crate::spectrum::{Detrend, Rule, Spectrum, Transforms, Welch};
 
@@ -41,6 +42,8 @@ pub(super) struct Spectral {
     pub(super) rate_per_min: f64,
     /// The share of the breathing band in all power above drift [0..1].
     pub(super) breathing_share: f64,
+    /// The power of the heart's frequencies over that of the breathing band.
+    pub(super) heart_to_breath: f64,
     /// The breathing band: frequencies [Hz] and power.
     pub(super) powers: Vec<(f64, f64)>,
 }
@@ -63,6 +66,8 @@ impl Spectral {
         let (low_hz, high_hz) = BREATHING_HZ;
         let breathing = spectrum.band_power(low_hz, high_hz, Rule::Sum)?;
         let all = spectrum.band_power(low_hz, rate_hz, Rule::Sum)?;
+        let heart = spectrum.band_power(HEART_HZ.0, HEART_HZ.1, Rule::Sum).unwrap_or(f64::NAN);
+        let heart_to_breath = heart / spectrum.band_power(low_hz, HEART_HZ.0, Rule::Sum)?;
         let level = bridged.iter().fold(0.0f64, |level, mean| level.max(mean.abs()));
         let varies = all.sqrt() > LEAST_SPREAD * level;
         let breathing_share = Some(breathing / all).filter(|share| varies && share.is_finite())?;
@@ -70,7 +75,7 @@ impl Spectral {
         let bins = spectrum.bins(low_hz, high_hz);
         let powers =
             bins.filter_map(|bin| Some((spectrum.frequencies_hz[bin], *spectrum.power.get(bin)?)));
-        Some(Spectral { rate_per_min, breathing_share, powers: powers.collect() })
+        Some(Spectral { rate_per_min, breathing_share, heart_to_breath, powers: powers.collect() })
     }
 
     /// The share of the breathing band around a rate [1/min] and its second harmonic [0..1].
