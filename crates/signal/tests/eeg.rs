@@ -194,6 +194,28 @@ fn blinks_are_events_and_counted_live_and_afterwards() {
 }
 
 #[test]
+fn tones_lower_the_quality_and_do_not_raise_it() {
+    let quality = |tone: f64, hz: f64| {
+        let mut wander = 0.0;
+        let value = |k: usize| {
+            wander = 0.95 * wander + 2.0 * noise(k, 0);
+            wander + tone * (TAU * hz * k as f64 / RATE_HZ).sin()
+        };
+        let channels = [(0..60 * RATE_HZ as usize).map(value).collect::<Vec<f64>>()];
+        whole(&settings(&["Pz"]), &recording(&channels))
+            .unwrap()
+            .windows
+            .measure(span(0, 60))
+            .quality
+    };
+    let clean = quality(0.0, 1.0);
+    assert!(clean > 0.5, "{clean}");
+    for hz in [1.8, 16.7, 25.0] {
+        assert!(quality(25.0, hz) < 0.5 * clean, "{hz}: {}", quality(25.0, hz));
+    }
+}
+
+#[test]
 fn segments_with_blinks_can_be_left_out() {
     let channels = muse(60);
     let kept = whole(&settings(&MUSE), &recording(&channels)).unwrap();

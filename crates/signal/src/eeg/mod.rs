@@ -26,6 +26,7 @@ mod band;
 mod indices;
 mod cleaning;
 mod quality;
+mod lines;
 mod blinks;
 pub mod analysis;
 mod known;

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::examiner::Examiner;
+use super::lines::free_of_lines;
 use super::quality::{LEAST_QUALITY, Quality};
 use crate::analysis::{LEAST_COVERAGE, Reason, Span};
 use crate::spectrum::Spectrum;
@@ -30,8 +31,10 @@ pub(super) struct Reading {
     pub(super) present: f64,
     /// The share that have data and are not artefacts [0..1].
     pub(super) coverage: f64,
-    /// The mean quality of all segments [0..1].
+    /// The mean quality of all segments, times how free of [lines](free_of_lines) their mean spectrum is [0..1].
     pub(super) quality: f64,
+    /// The same regardless of lines [0..1].
+    pub(super) segments_quality: f64,
 }
 
 impl Pieces {
@@ -114,12 +117,13 @@ impl Pieces {
             () if present >= LEAST_COVERAGE => Some(Reason::Quality),
             () => Some(Reason::Gap),
         };
-        let quality = if count > 0.0 { qualities / count } else { 0.0 };
+        let segments_quality = if count > 0.0 { qualities / count } else { 0.0 };
         let spectrum = match reason {
             Some(reason) => Err(reason),
             None => Ok(self.average(sum, kept)),
         };
-        Reading { spectrum, present, coverage, quality }
+        let quality = segments_quality * spectrum.as_ref().map_or(1.0, free_of_lines);
+        Reading { spectrum, present, coverage, quality, segments_quality }
     }
 
     fn average(&self, mut sum: Vec<f64>, segments: usize) -> Spectrum {

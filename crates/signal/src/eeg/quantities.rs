@@ -118,7 +118,8 @@ pub(super) fn quantities(names: &[String], welch: &str, blinks: &str) -> Vec<(Qu
             own.map(|shape| (Quantity::Channel(index, shape), shape.value(Some(name), welch))),
         );
         let method = "amplitude · mains · muscle (30–45 Hz) · share not flat, saturated or missing; \
-                      mean of the segments of 4 s";
+                      mean of the segments of 4 s; \
+                      times how free of narrow lines their mean spectrum is";
         all.push((Quantity::Quality(index), Value::of_channel("EEG_Quality", name, "1", method)));
     }
     all
