@@ -194,6 +194,20 @@ fn blinks_are_events_and_counted_live_and_afterwards() {
 }
 
 #[test]
+fn more_than_a_hundred_blinks_a_minute_are_none() {
+    let flutter = |k: usize| {
+        let secs = k as f64 / RATE_HZ;
+        let moved = if secs % 8.0 < 4.0 { 60.0 } else { 0.0 };
+        3.0 * noise(k, 0) + moved * (TAU * 5.5 * secs).sin()
+    };
+    let channels = [(0..60 * RATE_HZ as usize).map(flutter).collect::<Vec<f64>>()];
+    let after = whole(&settings(&["Fp1"]), &recording(&channels)).unwrap();
+    assert!(after.events.len() > 100, "{}", after.events.len());
+    let measured = after.windows.measure(span(0, 60));
+    assert_eq!(named(&*after.windows, &measured, "EEG_BlinkRate"), Err(Reason::Quality));
+}
+
+#[test]
 fn tones_lower_the_quality_and_do_not_raise_it() {
     let quality = |tone: f64, hz: f64| {
         let mut wander = 0.0;

@@ -14,6 +14,9 @@ use crate::error::{SignalError, checked};
 
 /// The largest number of channels.
 const MOST_CHANNELS: f64 = 256.0;
+/// Nobody blinks more often over a window: in conversation 26 times (Bentivoglio et al. 1997,
+/// doi:10.1002/mds.870120629); fluttering lids and swinging electrodes are faster.
+const MOST_BLINKS_PER_MIN: f64 = 100.0;
 /// The supported range of the amplitude limit [µV].
 const LIMITS_UV: (f64, f64) = (1.0, 1e6);
 
@@ -91,16 +94,18 @@ impl Known {
         if best.present < crate::analysis::LEAST_COVERAGE {
             return Err(best.spectrum.as_ref().err().copied().unwrap_or(Reason::Gap));
         }
-        if best.quality < LEAST_QUALITY {
+        if best.segments_quality < LEAST_QUALITY {
             return Err(Reason::Quality);
         }
         let inside = self.blinks.iter().filter(|(at_ns, _)| span.holds(*at_ns));
         let inside: Vec<&Blink> = inside.map(|(_, blink)| blink).collect();
         let count = inside.len() as f64;
+        let rate_per_min = count / (span.secs() * best.present) * 60.0;
+        if rate_per_min > MOST_BLINKS_PER_MIN {
+            return Err(Reason::Quality);
+        }
         let sum = match quantity {
-            Quantity::BlinkRate => {
-                return Reason::unless_finite(count / (span.secs() * best.present) * 60.0);
-            }
+            Quantity::BlinkRate => return Reason::unless_finite(rate_per_min),
             Quantity::BlinkAmplitude => inside.iter().map(|blink| blink.amplitude_uv).sum::<f64>(),
             _ => inside.iter().map(|blink| blink.duration_secs).sum::<f64>(),
         };
