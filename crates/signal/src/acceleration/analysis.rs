@@ -27,11 +27,9 @@ const ENMO: &str = "mean of max(√(x² + y² + z²) − 1 g, 0) (van Hees 2013)
 const MAD: &str =
     "mean absolute deviation of √(x² + y² + z²) from its mean in epochs of 5 s (Vähä-Ypyä 2015)";
 const TILT: &str = "angle between the z axis and the mean acceleration, if that is 0.8 to 1.2 g";
-const SATURATED: &str =
-    "share of samples with an axis at the end of its range, above 1.9 g, for three samples or more";
+const SATURATED: &str = "share of samples with an axis at the end of its range, above 1.9 g, for three samples or more, or above 1.3 g for 0.1 s";
 const FLAT: &str = "share of samples that had been the same for more than 10 s";
-const IMPLAUSIBLE: &str =
-    "share of samples at rest without 0.8 to 1.2 g of gravity, or of more than 20 g";
+const IMPLAUSIBLE: &str = "share of samples at rest without 0.8 to 1.2 g of gravity, in motion without 0.3 g of it, or of more than 20 g";
 
 /// Settings of the analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,8 +13,13 @@ const FLAT_SECS: f64 = 10.0;
 /// exceeds what rest can read [g]: the smallest common range is ±2 g.
 const CLIPPED_RUN: usize = 3;
 const LEAST_RANGE_G: f64 = 1.9;
+/// Those of smaller ranges last longer, as the top of a swing does not [s].
+const LEAST_SMALL_RANGE_G: f64 = 1.3;
+const LEAST_CLIPPED_SECS: f64 = 0.1;
 /// A sensor is at rest when its motion is below this share of its reading.
 const REST_SHARE: f64 = 0.05;
+/// The mean of a second is at least this long, unless the device has removed gravity [g]: falls are shorter.
+const LEAST_GRAVITY_G: f64 = 0.3;
 /// The highest reading plausible on a body [g]; a wrong unit exceeds it constantly.
 const MOST_G: f64 = 20.0;
 
@@ -25,8 +30,8 @@ pub enum Fault {
     Saturated,
     /// All axes have been constant for more than 10 s: the sensor is stuck or not worn.
     Flat,
-    /// The sensor does not read 0.8 to 1.2 g at rest, or reads more than 20 g: a wrong unit or a broken
-    /// sensor.
+    /// The sensor does not read 0.8 to 1.2 g at rest, less than 0.3 g in the mean of a second in motion, or more than
+    /// 20 g: a wrong unit, a broken sensor, or gravity removed by the device.
     Implausible,
 }
 
@@ -34,6 +39,7 @@ pub enum Fault {
 #[derive(Clone, Debug)]
 pub struct Faults {
     axes: [Axis; 3],
+    clipped_run: usize,
     flat_run: usize,
     run: usize,
     last: [f64; 3],
@@ -42,8 +48,10 @@ pub struct Faults {
 impl Faults {
     /// Creates a judge for a rate of 8 Hz to 10 kHz; an error for others.
     pub fn new(rate_hz: f64) -> Result<Faults, SignalError> {
-        let flat_run = (FLAT_SECS * checked_rate(rate_hz)?) as usize;
-        Ok(Faults { axes: [Axis::NEW; 3], flat_run, run: 0, last: [f64::NAN; 3] })
+        let rate_hz = checked_rate(rate_hz)?;
+        let flat_run = (FLAT_SECS * rate_hz) as usize;
+        let clipped_run = CLIPPED_RUN.max((LEAST_CLIPPED_SECS * rate_hz) as usize);
+        Ok(Faults { axes: [Axis::NEW; 3], clipped_run, flat_run, run: 0, last: [f64::NAN; 3] })
     }
 
     /// The fault of the next sample [g], given its [motion](super::Motion); `None` when it has none or a
@@ -59,11 +67,11 @@ impl Faults {
         self.last = axes_g;
         let mut is_cut_off = false;
         for (axis, value) in self.axes.iter_mut().zip(axes_g) {
-            is_cut_off |= axis.push(value);
+            is_cut_off |= axis.push(value, self.clipped_run);
         }
         let is_at_rest = moved.level_g <= REST_SHARE * moved.gravity_g;
         let is_implausible = is_at_rest && !GRAVITY_G.contains(&moved.gravity_g);
-        if is_implausible || length_g > MOST_G {
+        if is_implausible || moved.gravity_g < LEAST_GRAVITY_G || length_g > MOST_G {
             Some(Fault::Implausible)
         } else if self.run > self.flat_run {
             Some(Fault::Flat)
@@ -84,14 +92,15 @@ struct Axis {
 impl Axis {
     const NEW: Axis = Axis { most: 0.0, last: f64::NAN, run: 0 };
 
-    /// Whether a value is clipped.
-    fn push(&mut self, value: f64) -> bool {
+    /// Whether a value is clipped, at a small range for this many samples.
+    fn push(&mut self, value: f64, of_small: usize) -> bool {
         self.run = if self.last.total_cmp(&value).is_eq() { self.run + 1 } else { 1 };
         self.last = value;
         self.most = self.most.max(value.abs());
         // A range reaches one step further down than up.
-        let is_at_an_end = value.abs() >= 0.98 * self.most && value.abs() >= LEAST_RANGE_G;
-        self.run >= CLIPPED_RUN && is_at_an_end
+        let is_at_an_end = value.abs() >= 0.98 * self.most && value.abs() >= LEAST_SMALL_RANGE_G;
+        let is_small = value.abs() < LEAST_RANGE_G;
+        is_at_an_end && self.run >= if is_small { of_small } else { CLIPPED_RUN }
     }
 }
 
@@ -140,5 +149,18 @@ mod tests {
         let cut = |k: u32| [(3.0 * (f64::from(k) * 0.2).sin()).clamp(-2.0, 1.984_375), 0.1, 0.2];
         let found = faults((0..400).map(cut));
         assert!(found.contains(&Some(Fault::Saturated)) && found.contains(&None));
+        let cut = |k: u32| [0.1, 0.2, (1.0 + 1.8 * (f64::from(k) * 0.5).sin()).clamp(-1.5, 1.5)];
+        assert!(faults((0..400).map(cut)).contains(&Some(Fault::Saturated)));
+        let swung = |k: u32| [0.1, 0.2, 1.0 + 0.6 * (f64::from(k) * 0.37).sin()];
+        assert_eq!(faults((0..400).map(swung)), [None]);
+    }
+
+    #[test]
+    fn steps_without_gravity_are_implausible() {
+        let steps = |gravity_g: f64| {
+            move |k: u32| [0.0, 0.05, gravity_g + 0.15 * (f64::from(k) * 0.35).sin()]
+        };
+        assert!(faults((0..400).map(steps(0.0))).contains(&Some(Fault::Implausible)));
+        assert_eq!(faults((0..400).map(steps(1.0))), [None]);
     }
 }
