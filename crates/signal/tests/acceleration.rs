@@ -103,6 +103,19 @@ fn a_wrong_unit_is_too_poor_and_says_so() {
 }
 
 #[test]
+fn at_rest_an_error_of_gain_is_no_activity() {
+    let enmo = |gain: f64| {
+        let wobble = |k: u32| gain + 0.01 * (f64::from(k * k % 97) / 97.0 - 0.5);
+        let channels = [vec![0.0; 640], vec![0.0; 640], (0..640).map(wobble).collect()];
+        let recording = Recording { rate_hz: 32.0, begin_ns: 0, channels: &channels };
+        let all = whole(&Settings::default(), &recording).unwrap();
+        value(&*all.windows, &all.windows.measure(recording.span()), "ACC_ENMO")
+    };
+    assert!(enmo(1.0).unwrap() < 0.005);
+    assert_eq!(enmo(1.05), Err(Reason::Quality));
+}
+
+#[test]
 fn an_axis_that_is_missing_leaves_nothing() {
     let mut channels = movement(640);
     channels[1].fill(f64::NAN);

@@ -16,6 +16,10 @@ use crate::gaps::is_usable;
 
 /// The smallest share of fault-free samples for which motion is reported.
 const LEAST_QUALITY: f64 = 0.5;
+/// A window whose mean motion is less is at rest, where gravity is known to be 1 g [g] …
+const REST_G: f64 = 0.03;
+/// … and the error of gain or offset at which ENMO is mostly that error: 1 g is subtracted from it [g].
+const MOST_OFF_G: f64 = 0.03;
 /// The epoch of the mean amplitude deviation [s].
 const EPOCH_SECS: f64 = 5.0;
 /// The number of motion values; the shares of faults follow them.
@@ -23,7 +27,7 @@ const OF_MOTION: usize = 8;
 
 const VM: &str = "mean of √(x² + y² + z²)";
 const VM_SD: &str = "standard deviation over n − 1 of √(x² + y² + z²)";
-const ENMO: &str = "mean of max(√(x² + y² + z²) − 1 g, 0) (van Hees 2013)";
+const ENMO: &str = "mean of max(√(x² + y² + z²) − 1 g, 0) (van Hees 2013), unless at rest the norm is more than 0.03 g off";
 const MAD: &str =
     "mean absolute deviation of √(x² + y² + z²) from its mean in epochs of 5 s (Vähä-Ypyä 2015)";
 const TILT: &str = "angle between the z axis and the mean acceleration, if that is 0.8 to 1.2 g";
@@ -131,14 +135,17 @@ impl Running {
         let counts = self::mean(usable(&self.counts, span)).map(|mean| 60.0 * mean);
         let limit_g = self.settings.artefact_g;
         let moved = |level_g: f64| f64::from(u8::from(level_g > limit_g));
+        let level_g = self::mean(usable(&self.levels, span));
+        let is_at_rest = level_g.is_some_and(|level_g| level_g < REST_G);
+        let is_off = is_at_rest && mean.is_some_and(|mean| (mean - 1.0).abs() > MOST_OFF_G);
         [
             reported(mean),
             sd.filter(|_| count > 1.0).ok_or(Reason::Short).and_then(Reason::unless_finite),
-            reported(enmo_g(&magnitudes)),
+            if is_off { Err(Reason::Quality) } else { reported(enmo_g(&magnitudes)) },
             reported(self.mad_g(&magnitudes)),
             reported(counts),
             tilt_deg([of_axis(x), of_axis(y), of_axis(z)]).ok_or(Reason::Undefined),
-            reported(self::mean(usable(&self.levels, span))),
+            reported(level_g),
             reported(self::mean(usable(&self.levels, span).map(moved))),
         ]
     }
