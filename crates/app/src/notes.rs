@@ -11,7 +11,6 @@ use teampulse_features::thresholds::Threshold;
 use teampulse_sinks::Bag;
 use teampulse_sources::robots::Robots;
 use teampulse_sources::session::Phase;
-use teampulse_workers::Program;
 
 use crate::machine::LEAST_DISK;
 use crate::setup::keeping;
@@ -91,7 +90,7 @@ fn of_room(bag: &Bag) -> Option<String> {
 /// it.
 pub fn matching_nothing(
     publish: &[Pattern],
-    workers: &[Program],
+    workers: &[Pattern],
     heard: &[&Stream],
 ) -> Vec<String> {
     let names: Vec<&str> = heard.iter().map(|stream| stream.name.as_str()).collect();
@@ -170,9 +169,8 @@ fn publishing_nothing(publish: &[Pattern], heard: &[&str]) -> Vec<String> {
     idle.map(|pattern| format!("publish `{}` matches no received stream", pattern.text())).collect()
 }
 
-fn looking_at_nothing(workers: &[Program], heard: &[&str]) -> Vec<String> {
-    let looked_at = workers.iter().flat_map(|worker| &worker.streams);
-    let idle = looked_at.filter(|pattern| !names_something(pattern, heard));
+fn looking_at_nothing(workers: &[Pattern], heard: &[&str]) -> Vec<String> {
+    let idle = workers.iter().filter(|pattern| !names_something(pattern, heard));
     idle.map(|pattern| {
         format!("the pattern `{}` of a worker matches no received stream", pattern.text())
     })
@@ -322,15 +320,8 @@ mod tests {
 
     #[test]
     fn a_worker_without_matching_streams_is_named() {
-        let worker = |text: &str| Program {
-            command: vec!["true".into()],
-            streams: vec![Pattern::parse(text).unwrap()],
-            keeps: Vec::new(),
-            offers: Vec::new(),
-            name: None,
-            patience_secs: 1.0,
-        };
-        let workers = [worker("/robot1/odom"), worker("/robot2/odom"), worker("/team/state")];
+        let workers = ["/robot1/odom", "/robot2/odom", "/team/state"]
+            .map(|pattern| Pattern::parse(pattern).unwrap());
         assert_eq!(
             looking_at_nothing(&workers, &["/robot1/odom"]),
             ["the pattern `/robot2/odom` of a worker matches no received stream"]

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 
 use teampulse_core::text::is_unwanted;
 
@@ -53,6 +54,13 @@ pub fn note(text: impl AsRef<str>) {
     say(text.as_ref());
 }
 
+/// A path as a shell reads it: in quotes if it has spaces or other characters with a meaning there.
+pub fn pasted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |each: char| each.is_alphanumeric() || "_-./:+,@%".contains(each);
+    if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
+}
+
 /// Prints lines of data.
 pub fn lines(texts: impl IntoIterator<Item = String>) {
     texts.into_iter().for_each(line);
@@ -62,4 +70,19 @@ pub fn lines(texts: impl IntoIterator<Item = String>) {
 pub fn json(value: &impl serde::Serialize) {
     let text = serde_json::to_string_pretty(value);
     line(text.expect("printed values have string keys and can be serialised"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_with_spaces_is_one_word_of_a_shell() {
+        assert_eq!(
+            pasted(Path::new("sessions/my_team_20260105T101500Z")),
+            "sessions/my_team_20260105T101500Z"
+        );
+        assert_eq!(pasted(Path::new("mein Team/ü")), "'mein Team/ü'");
+        assert_eq!(pasted(Path::new("Ann's")), r"'Ann'\''s'");
+    }
 }

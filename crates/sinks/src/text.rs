@@ -12,10 +12,11 @@ pub(crate) fn on_one_line(text: &str) -> String {
     text::on_one_line(text).into_owned()
 }
 
-/// A text that no spreadsheet executes: anything that looks like a formula is preceded by an apostrophe, as OWASP
-/// recommends against CSV injection.
+/// A text that no spreadsheet executes: anything that looks like a formula, but for numbers, is preceded by an
+/// apostrophe, as OWASP recommends against CSV injection.
 pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
-    if text.trim_start().starts_with(['=', '+', '-', '@']) {
+    let is_number = text.trim().parse().is_ok_and(f64::is_finite);
+    if text.trim_start().starts_with(['=', '+', '-', '@']) && !is_number {
         Cow::Owned(format!("'{text}"))
     } else {
         Cow::Borrowed(text)
@@ -38,10 +39,12 @@ mod tests {
 
     #[test]
     fn what_begins_like_a_formula_is_a_text() {
-        for text in ["=cmd|' /C calc'!A0", "+1", "-2+3", "@SUM(A1)", " =1"] {
+        for text in ["=cmd|' /C calc'!A0", "+1+1", "-2+3", "@SUM(A1)", " =1"] {
             assert_eq!(harmless(text), format!("'{text}"));
         }
-        assert_eq!(harmless("1-back = hard"), "1-back = hard");
+        for text in ["1-back = hard", "-46.00", "+1"] {
+            assert_eq!(harmless(text), text);
+        }
     }
 
     #[test]

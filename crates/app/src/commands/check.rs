@@ -5,6 +5,7 @@ mod lacks;
 mod lsl;
 mod unheard;
 mod unnamed;
+mod workers;
 mod worn;
 
 use std::collections::BTreeMap;
@@ -18,8 +19,8 @@ use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Stream};
 use teampulse_ros::buses::Buses;
 use teampulse_sources::robots::{Finding, Robot, conformity};
-use teampulse_workers::Program;
 
+use self::workers::Workers;
 use crate::commands::run::seconds;
 use crate::commands::simulate::team;
 use crate::computers;
@@ -60,7 +61,7 @@ impl Check {
     pub async fn run(self) -> Result<Exit, Failure> {
         let study = Study::read(&self.study)?;
         let required = Requirements::of(&study)?;
-        let workers: Vec<Program> = study.settings_of("workers", "program")?;
+        let workers = Workers::of(&study)?;
         team(&study)?;
         let (notes, publish) = (notes::of_study(&study), study.general.publish.clone());
         let alerts = study.general.alerts.clone();
@@ -100,7 +101,7 @@ impl Check {
         output::lines(worn.lines);
         let away = required.absent_people(&received).into_iter();
         output::lines(away.map(|each| format!("person   none  {}", no_person(each))));
-        let mut idle = notes::matching_nothing(&publish, &workers, &received);
+        let mut idle = notes::matching_nothing(&publish, &workers.streams, &received);
         idle.extend(notes::alerting_of_nothing(&alerts, &received, &computed));
         let overruled = lacks::overruled(!phases.is_empty(), &own_phases);
         let lacking = lacking(&required, &heard, &buses);
@@ -112,6 +113,7 @@ impl Check {
         missing.extend(absent_lsl);
         missing.extend(worn.missing);
         let is_all_there = missing.is_empty();
+        missing.extend(workers.unread());
         missing.extend(machine::unfit(&self.out, keep_free_bytes));
         missing.extend(unfit_fallback);
         // As `run`, which does not begin where nothing can be recorded.

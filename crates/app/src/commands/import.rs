@@ -38,7 +38,7 @@ use crate::commands::replay::{
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::folder::Claimed;
-use crate::output;
+use crate::output::{self, pasted};
 use crate::recorded::read_through;
 use crate::setup::{features, sink_context};
 use crate::study::Study;
@@ -103,6 +103,9 @@ impl Import {
                 format!("{} states its signals, and --signal is for tables", device.display());
             let hint = "leave out --signal: all signals of the file are imported";
             return Err(Failure::new(message).hint(hint).exit(Exit::BadArguments));
+        }
+        if !(tables.is_empty() && devices.is_empty()) {
+            self.asked.unnamed().iter().for_each(output::note);
         }
         let mut worst = Exit::Fine;
         for bag in &bags {
@@ -311,7 +314,7 @@ struct Described {
 /// Prints where the bag is.
 fn concluded(folder: &Path, exit: Exit) {
     if exit != Exit::Failed {
-        output::line(format!("imported; inspect it with `teampulse info {}`", folder.display()));
+        output::line(format!("imported; inspect it with `teampulse info {}`", pasted(folder)));
         output::last_line(folder.display().to_string());
     }
 }

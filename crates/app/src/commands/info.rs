@@ -1,7 +1,7 @@
 //! `teampulse info`: lists the contents of a bag.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Serialize;
@@ -16,7 +16,7 @@ use teampulse_messages::convert::schema_of;
 use crate::commands::replay::RETIMED;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, pasted};
 
 /// Shows the contents of a bag: its streams with their types, counts, rates and losses.
 #[derive(Debug, Args)]
@@ -271,7 +271,8 @@ fn show(info: &BagInfo) {
     }
     output::lines(info.damage.iter().map(|each| format!("damaged: {each}")));
     if info.can_be_repaired {
-        output::line(format!("`teampulse recover {}` repairs it", info.path));
+        let path = pasted(Path::new(&info.path));
+        output::line(format!("`teampulse recover {path}` repairs it"));
     }
     output::line("");
     output::lines(table(&info.streams));
@@ -289,7 +290,7 @@ fn table(streams: &[Row]) -> impl Iterator<Item = String> {
             "{name:<name_width$} {type_name:<type_width$} {origin:<8} {messages:>9} {rate:>9} {lost:>6}"
         )
     };
-    let head = line(["stream", "type", "origin", "messages", "Hz", "lost"]);
+    let head = line(["stream", "type", "origin", "messages", "per s", "lost"]);
     let rows = streams.iter().map(move |row| {
         let lost = match (row.origin, row.lost) {
             (_, Some(lost)) => lost.to_string(),

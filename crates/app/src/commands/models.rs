@@ -170,7 +170,7 @@ fn verify(descriptors: &[PathBuf], onnx_runtime: Option<PathBuf>) -> Exit {
             Ok(())
         });
         if let Err(error) = run {
-            output::say(format!("{}\n hint: {SEE_DOCS}", failed(path, &error)));
+            Failure::new(failed(path, &error)).hint(SEE_DOCS).show();
             exit = Exit::Failed;
         }
     }

@@ -12,7 +12,7 @@ use crate::folder::holds_something;
 use crate::machine;
 use crate::network;
 use crate::outcome::conclude;
-use crate::output::{last_line, say};
+use crate::output::{last_line, pasted, say};
 use crate::setup::{Parts, Setup, Sources};
 use crate::stop::Stop;
 use crate::study::Study;
@@ -117,7 +117,7 @@ pub async fn watch(
 
 /// Prints where the recording is.
 fn say_where(folder: &Path) {
-    say(format!("recorded; inspect it with `teampulse info {}`", folder.display()));
+    say(format!("recorded; inspect it with `teampulse info {}`", pasted(folder)));
     let summary = folder.join(SUMMARY);
     if summary.exists() {
         say(format!("data quality and losses, on one page: {}", summary.display()));

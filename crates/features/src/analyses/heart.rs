@@ -94,7 +94,7 @@ pub(super) const INTERVAL: Analysis = Analysis {
     table: Tabled {
         help: "Intervals between heartbeats [ms], one per line",
         columns: &["rr", "rri", "ibi", "interval", "nn", "pp", "ppi"],
-        files: &["ibi", "rr", "rri", "ppi"],
+        files: &["ibi", "rr", "rri", "ppi", "intervals"],
         channels: Some(1),
         least_hz: 0.2,
     },

@@ -43,7 +43,7 @@ pub(super) const COLUMNS: [(&str, Column); 10] = [
     (
         "phase",
         Column::of(
-            "The current phase of the subject; for a self-report, the phase that it is about.",
+            "The current phase of the subject. A self-report in the first 10 s after the end of a phase is about that one, for people rate what they have just done.",
         ),
     ),
     ("time", Column::of("Onset, as a time of day in UTC (ISO 8601).")),

@@ -90,6 +90,13 @@ impl Summary {
         self.judges.get(stream).is_some_and(|judge| judge.name == feature)
     }
 
+    /// Whether there was neither a stream with a rate nor an event of a person or a robot.
+    fn is_empty(&self) -> bool {
+        let Counts { markers, other_markers, reports, notes, interventions, .. } = self.counts;
+        let events = markers + other_markers + reports + notes + interventions;
+        self.watched.is_empty() && events == 0
+    }
+
     /// Writes the page.
     pub(super) fn finish(
         &self,

@@ -65,7 +65,7 @@ fn no_label_is_run_by_a_spreadsheet() {
     session.phase(0.0, "-1 back", 60.0);
     let mark = |label| event(EventKind::Marker, label, f64::NAN, 0.0);
     for (secs, label) in
-        [(1.0, "=cmd|' /C calc'!A0"), (2.0, "+1"), (3.0, "@SUM(A1)"), (4.0, "1-back")]
+        [(1.0, "=cmd|' /C calc'!A0"), (2.0, "+1+A1"), (3.0, "@SUM(A1)"), (4.0, "1-back")]
     {
         session.report(secs, &session_events(), mark(label));
     }
@@ -75,7 +75,7 @@ fn no_label_is_run_by_a_spreadsheet() {
     let labels: Vec<&str> = text.lines().map(|line| line.split('\t').nth(4).unwrap()).collect();
     assert_eq!(
         labels,
-        ["label", "'-1 back", "'=cmd|' /C calc'!A0", "'+1", "'@SUM(A1)", "1-back", "end"]
+        ["label", "'-1 back", "'=cmd|' /C calc'!A0", "'+1+A1", "'@SUM(A1)", "1-back", "end"]
     );
     assert_eq!(files.columns(&[3]), ["'-1 back"]);
 }
@@ -389,7 +389,7 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     they cover it, or else of all windows; with a *, where there are none, the share of time in which a stream
     arrived as it should; - where a silence would mean nothing, such as for a key or the battery of a wearable.
     lost: on the way here and in our own queue; ? = unknown. ± : how far a time may be off (95 %); - = not known:
-    the computer that measures stamps such a stream, and does not report its uncertainty.
+    neither a model of its clock nor the computer that stamps such a stream says it.
 
     ## What was lost or wrong
 

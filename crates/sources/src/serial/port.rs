@@ -76,8 +76,8 @@ fn describe(path: &str, error: &io::Error) -> SerialError {
         ),
         Some(Errno::NOENT | Errno::NODEV | Errno::NXIO) => (
             "there is no such port".to_owned(),
-            "plug it in or bind it (`sudo rfcomm bind 0 ADDRESS` makes /dev/rfcomm0); \
-             `teampulse scan` lists the ports"
+            "plug it in, or bind it if it is reached over Bluetooth (`sudo rfcomm bind 0 ADDRESS` makes \
+             /dev/rfcomm0); `teampulse scan` lists the ports"
                 .to_owned(),
         ),
         Some(Errno::BUSY | Errno::WOULDBLOCK) => (

@@ -33,6 +33,8 @@ pub const DATED_NS: i64 = 978_307_200_000_000_000;
 
 /// The device of a table, unless it is named.
 const TABLE: &str = "table";
+/// The person, unless they are named.
+const PERSON: &str = "p001";
 
 /// The options for tables.
 #[derive(Clone, Debug, Args)]
@@ -43,9 +45,9 @@ pub struct Asked {
     signal: Option<&'static Analysis>,
     #[command(flatten)]
     table: TableArgs,
-    /// The pseudonym of the person who was measured
-    #[arg(long, value_name = "ID", default_value = "p001", value_parser = person)]
-    person: String,
+    /// The pseudonym of the person who was measured; `p001` if it is not given
+    #[arg(long, value_name = "ID", value_parser = person)]
+    person: Option<String>,
     /// The device that measured; by default what its file states, or `table`
     #[arg(long, value_name = "NAME", default_value = TABLE, value_parser = token)]
     device: String,
@@ -92,7 +94,13 @@ impl Asked {
 
     /// The pseudonym of the person.
     pub fn person(&self) -> &str {
-        &self.person
+        self.person.as_deref().unwrap_or(PERSON)
+    }
+
+    /// The note that nobody was named, if so.
+    pub fn unnamed(&self) -> Option<String> {
+        let note = format!("note: the person is recorded as {PERSON}: --person names another");
+        self.person.is_none().then_some(note)
     }
 
     /// The device, if it was named; else its own name.
@@ -341,9 +349,9 @@ impl Reader {
 
 /// The stream of a table, in the unit in which its signal is analysed.
 fn stream(signal: &Analysis, table: &Table, asked: &Asked) -> Stream {
-    let subject = Subject { about: About::Person, id: asked.person.clone() };
+    let subject = Subject { about: About::Person, id: asked.person().to_owned() };
     let persons = NAMESPACE.trim_end_matches('*');
-    let name = format!("{persons}{}/{}/{}", asked.person, asked.device, signal.word());
+    let name = format!("{persons}{}/{}/{}", asked.person(), asked.device, signal.word());
     let shape = if signal.is_even() { Shape::Wave } else { Shape::Sample };
     let mut stream = Stream::raw(name, subject, shape);
     stream.signal = signal.signal;
@@ -437,6 +445,7 @@ mod tests {
         let of = |name: &str| signal_of(Path::new(name)).map(|analysis| analysis.signal);
         assert_eq!(of("E4/EDA.csv"), Some(Signal::Eda));
         assert_eq!(of("E4/IBI.csv"), Some(Signal::Interval));
+        assert_eq!(of("intervals_p001_polar_h10.csv"), Some(Signal::Interval));
         assert_eq!(of("Polar_H10_12345678_20240401_120000_ECG.txt"), Some(Signal::Ecg));
         assert_eq!(of("1-1-ABC_2023-01-01_temperature.csv"), Some(Signal::Temperature));
         for name in ["HR.csv", "tags.csv", "info.txt", "data.csv", "decades.csv"] {

@@ -28,6 +28,8 @@ const FAULTS: usize = 20;
 pub const LOST_OR_WRONG: &str = "## What was lost or wrong";
 /// Its only line where nothing was.
 pub const NOTHING_NOTICED: &str = "Nothing was noticed.";
+/// Where there is nothing to be used.
+const NO_STREAM: &str = "- No stream of a person or a robot was received.";
 /// The remark on a bag that began in a running session.
 const JOINED: &str = "- The session was running already when this bag began: times are since then, and a phase that had \
                       begun before, such as the baseline, counts from there. The bag's own streams compare with the \
@@ -155,7 +157,7 @@ impl Page<'_> {
              phases if\nthey cover it, or else of all windows; with a *, where there are none, the share of time in which \
              a stream\narrived as it should; - where a silence would mean nothing, such as for a key or the battery of a \
              wearable.\nlost: on the way here and in our own queue; ? = unknown. ± : how far a time may be off (95 %); \
-             - = not known:\nthe computer that measures stamps such a stream, and does not report its uncertainty.\n"
+             - = not known:\nneither a model of its clock nor the computer that stamps such a stream says it.\n"
         )
     }
 
@@ -220,6 +222,9 @@ impl Page<'_> {
             lines.push(format!("- and {more}: see {}", events::NAME));
         }
         lines.extend(bad);
+        if self.summary.is_empty() {
+            lines.push(NO_STREAM.to_owned());
+        }
         if lines.is_empty() {
             lines.push(NOTHING_NOTICED.into());
         }
