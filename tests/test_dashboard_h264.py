@@ -164,6 +164,8 @@ def test_video_is_seen_live_from_its_last_whole_frame_on_and_what_cannot_be_show
     for topic in (FRONT, BACK):
         number = shown(page, topic)
         harness.eventually(lambda: number() >= 0)
+        # First it catches up with the present, from the last whole frame on.
+        page.wait_for_timeout(1000)
         # Every frame is decoded: none of them is of another moment than those beside it.
         seen, began = [number()], time.monotonic()
         for _ in range(20):
