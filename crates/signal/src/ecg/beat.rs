@@ -14,7 +14,8 @@ pub enum Found {
 /// A heartbeat in an ECG.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beat {
-    /// Time of the main deflection (the R peak) [samples from the first one], fractional.
+    /// Time of the main deflection (the R peak), as located in the mean over 20 ms [samples from the first one],
+    /// fractional.
     pub sample: f64,
     /// Height of the envelope around 17 Hz [unit of the signal].
     pub strength: f64,

@@ -1,6 +1,8 @@
 //! The PPG behind the common analysis interface: pulses as events; pulse rate, pulse shape, breathing,
 //! quality and pulse rate variability for any span ([`HeartWindows`](crate::hrv::HeartWindows) of good pulses
-//! only, so that motion is not mistaken for variability).
+//! only, so that motion is not mistaken for variability). A pulse's [time](Pulse::time) there is midway between
+//! its peak and the middle of its rise; where noise may have made the variability, only means and counts of
+//! intervals are reported.
 //!
 //! Quality, and which pulses are good, are judged including the minute before the span. Where more than half
 //! of the span is flagged, no pulse values are reported.

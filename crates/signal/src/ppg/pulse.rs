@@ -22,7 +22,8 @@ impl Pulse {
     /// Its time in pulse rate variability [samples from the first one]: midway between the peak and the middle of the
     /// rise. Noise shifts the two independently.
     ///
-    /// Peralta et al. (2019), doi:10.1088/1361-6579/ab009b, found the middle of the rise closest to an ECG.
+    /// Peralta et al. (2019), doi:10.1088/1361-6579/ab009b, found the middle of the rise among the points whose
+    /// intervals are closest to those of an ECG.
     pub fn time(&self) -> f64 {
         self.sample.midpoint(self.middle)
     }
