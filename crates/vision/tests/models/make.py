@@ -23,17 +23,22 @@ def colours() -> numpy.ndarray:
     return (0.2 + 0.3 * numpy.array(steps)).astype(numpy.float32)
 
 
-def saved(name: str, nodes, inputs, outputs, weights, opset=13) -> None:
+def made(name: str, nodes, inputs, outputs, weights, opset=13):
     values = lambda each: [helper.make_tensor_value_info(n, TensorProto.FLOAT, shape) for n, shape in each.items()]
-    weights = [numpy_helper.from_array(numpy.asarray(value, numpy.float32), n) for n, value in weights.items()]
+    of = lambda value: numpy.asarray(value, numpy.int64 if isinstance(value, tuple) else numpy.float32)
+    weights = [numpy_helper.from_array(of(value), n) for n, value in weights.items()]
     graph = helper.make_graph(nodes, name, values(inputs), values(outputs), weights)
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", opset)], ir_version=8)
     onnx.checker.check_model(model)
+    return model
+
+
+def saved(name: str, *parts) -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
-    onnx.save(model, folder / f"{name}.onnx")
+    onnx.save(made(name, *parts), folder / f"{name}.onnx")
 
 
-def joints() -> None:
+def joints() -> tuple:
     """1 - 8 |colour - joint's|, not below 0, averaged over 5 x 5 pixels."""
     width, height = SIZE
     # Of each joint and part of a colour how far it is above, and how far below: together the distance.
@@ -54,7 +59,18 @@ def joints() -> None:
         helper.make_node("AveragePool", ["likely"], ["maps"], kernel_shape=[5, 5], strides=[1, 1], pads=[2] * 4),
     ]
     weights = {"apart": apart, "shift": shift, "near": near, "ones": numpy.ones(JOINTS)}
-    saved("joints", nodes, {"picture": [1, 3, height, width]}, {"maps": [1, JOINTS, height, width]}, weights)
+    return "joints", nodes, {"picture": [1, 3, height, width]}, {"maps": [1, JOINTS, height, width]}, weights
+
+
+def joints_between(top: int, bottom: int):
+    """The same, but it looks at these rows of the picture only, which takes less time."""
+    name, (apart, *middle, last), inputs, outputs, weights = joints()
+    rows = helper.make_node("Slice", ["picture", "top", "bottom", "axis"], ["rows"])
+    apart.input[0], last.output[0] = "rows", "found"
+    whole = helper.make_node("Pad", ["found", "around"], ["maps"])
+    around = (0, 0, top, 0, 0, 0, SIZE[1] - bottom, 0)
+    weights |= {"top": (top,), "bottom": (bottom,), "axis": (2,), "around": around}
+    return made(name, [rows, apart, *middle, last, whole], inputs, outputs, weights)
 
 
 def net() -> None:
@@ -99,6 +115,6 @@ def hands() -> None:
 
 
 if __name__ == "__main__":
-    joints()
+    saved(*joints())
     net()
     hands()
