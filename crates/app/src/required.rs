@@ -1,6 +1,6 @@
 //! What a study requires of the received streams: the same for `check` and for a running session.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use teampulse_core::source::SourceError;
@@ -8,7 +8,7 @@ use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Signal, Stream};
 use teampulse_sinks::Unmet;
 use teampulse_sources::lsl::Lsl;
-use teampulse_sources::robots::{Robot, Robots, conformity};
+use teampulse_sources::robots::{Robots, conformity, norm};
 use teampulse_sources::ros_audio::RosAudio;
 use teampulse_sources::ros_people::{RosPeople, second_publishers};
 use teampulse_sources::topics::Topics;
@@ -83,10 +83,8 @@ impl Requirements {
     /// What is missing, each with a remedy.
     pub fn missing(&self, received: &Received) -> Vec<Unmet> {
         let streams: Vec<&Stream> = received.iter().map(|(stream, _)| &**stream).collect();
-        let of_robots = received.iter().filter(|(stream, _)| stream.about == About::Robot);
-        let robots = conformity(of_robots.map(|(stream, status)| (&**stream, status)));
         let mut missing = self.absent(&streams);
-        missing.extend(missing_of_robots(&self.robots, &robots));
+        missing.extend(silent_of_robots(&self.robots, received));
         missing.extend(missing_fields(&self.robots, &streams));
         let twice = second_publishers(streams.into_iter());
         missing.extend(twice.into_iter().map(|what| lacking(what, TWICE)));
@@ -100,6 +98,7 @@ impl Requirements {
         let mut missing = missing_robots(&self.robots, received);
         let absent = absent.into_iter().filter(|each| is_nobody || requires(each));
         missing.extend(absent.map(|each| lacking(no_robot(each), ABSENT)));
+        missing.extend(unoffered(&self.robots, received));
         let away = away.into_iter().filter(|_| is_nobody);
         missing.extend(away.map(|each| lacking(no_person(each), ABSENT)));
         missing.extend(nothing(&self.kinds, received));
@@ -255,18 +254,35 @@ fn missing_robots(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
     missing.map(|id| lacking(format!("robot {id}"), ABSENT)).collect()
 }
 
-/// What the study requires of robots that they do not provide.
-fn missing_of_robots(wanted: &[Robots], robots: &[Robot]) -> Vec<Unmet> {
+/// The parameters that the study requires of robots and that a robot does not offer.
+fn unoffered(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
     const START: &str = "Start the node that publishes it, or take it out of `required`.";
+    let mut missing = Vec::new();
+    for wanted in wanted.iter().filter(|wanted| !wanted.required.is_empty()) {
+        let mut robots: BTreeMap<&str, BTreeSet<&Signal>> = BTreeMap::new();
+        let is_robot = |stream: &&&Stream| stream.about == About::Robot && wanted.describe(stream);
+        for stream in received.iter().filter(is_robot) {
+            robots.entry(&stream.id).or_default().insert(&stream.signal);
+        }
+        for (id, signals) in robots {
+            let is_absent = |parameter: &&String| {
+                norm(parameter).is_some_and(|norm| !signals.contains(&norm.signal))
+            };
+            let absent = wanted.required.iter().filter(is_absent);
+            missing.extend(absent.map(|it| lacking(format!("{it} of robot {id}"), START)));
+        }
+    }
+    missing
+}
+
+/// The parameters that the study requires of robots and that a robot offers, but does not publish.
+fn silent_of_robots(wanted: &[Robots], received: &Received) -> Vec<Unmet> {
     const SILENT: &str = "Check the robot's power, its network and the node that publishes it.";
     let mut missing = Vec::new();
-    for wanted in wanted {
-        for robot in robots {
-            let absent = wanted.required.iter().filter(|parameter| !robot.offers(parameter));
-            missing.extend(
-                absent
-                    .map(|parameter| lacking(format!("{parameter} of robot {}", robot.id), START)),
-            );
+    for wanted in wanted.iter().filter(|wanted| !wanted.required.is_empty()) {
+        let is_robot = |stream: &Stream| stream.about == About::Robot && wanted.describe(stream);
+        let of_robots = received.iter().filter(|(stream, _)| is_robot(stream));
+        for robot in conformity(of_robots.map(|(stream, status)| (&**stream, status))) {
             let silent = wanted.required.iter().filter(|parameter| robot.is_silent(parameter));
             missing.extend(silent.map(|parameter| {
                 let id = &robot.id;
@@ -333,6 +349,16 @@ mod tests {
         assert_eq!(whats(&[battery(1.0)]), ["link of robot robot1"]);
         let silent = "battery of robot robot1: advertised, but nothing is published";
         assert_eq!(whats(&[battery(0.0)]), ["link of robot robot1", silent]);
+    }
+
+    #[test]
+    fn a_parameter_is_required_of_the_robots_of_its_source_only() {
+        let required = requirements(
+            "[[sources]]\ntype = \"robots\"\nnamespace = \"/arm*\"\nrequired = [\"link\"]\n\
+             [[sources]]\ntype = \"robots\"\nnamespace = \"/robot*\"\n",
+        );
+        let missing = required.missing(&[battery(0.0)]).into_iter().map(|each| each.what);
+        assert!(missing.eq(["no robot matches /arm*"]));
     }
 
     #[test]

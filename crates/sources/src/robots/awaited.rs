@@ -1,15 +1,23 @@
-//! Topics named in a study that no robot has, reported once the robots have been present for a while.
+//! Robots named in a study that have not been discovered, reported after a while, and topics named in it that no robot
+//! has, reported once robots have been present for a while.
 
 use std::convert::Infallible;
 
 use teampulse_core::outlet::Outlet;
+use teampulse_core::stream::Stream;
 use tokio::sync::Notify;
 
 use super::Robots;
 use crate::expected::Expected;
 
-/// The topics named in a study and not discovered so far, expected once a robot is present.
+/// Stands for any robot among those expected: never an id.
+const ANY: &str = "*";
+
+/// The robots and topics named in a study and not discovered so far.
 pub(super) struct Awaited {
+    /// By their ids.
+    robots: Expected,
+    /// Expected once a robot is present.
     topics: Expected,
     /// Notified when the first topic of a robot was found.
     found: Notify,
@@ -21,21 +29,43 @@ impl Awaited {
         let named = robots.named().into_iter();
         let topics =
             named.map(|(setting, topic)| (topic.to_owned(), unheard(setting, namespace, topic)));
-        Awaited { topics: Expected::new(topics), found: Notify::new() }
+        let (absent, topics) = (absent(robots).into_iter(), Expected::new(topics));
+        Awaited { robots: Expected::new(absent), topics, found: Notify::new() }
     }
 
-    /// Records a discovered topic, by its name relative to the robot.
-    pub(super) fn see(&self, topic: &str) {
-        self.topics.see(topic);
+    /// Records a discovered topic, by its stream.
+    pub(super) fn see(&self, stream: &Stream) {
+        self.robots.see(ANY);
+        self.robots.see(&stream.id);
+        self.topics.see(&stream.device);
         self.found.notify_one();
     }
 
-    /// Reports missing topics some time after the first robot was discovered, then waits forever. Without a
-    /// robot nothing is missing.
+    /// Reports missing robots after a while, and missing topics some time after the first robot was discovered, then
+    /// waits forever. Without a robot no topic is missing.
     pub(super) async fn report(&self, outlet: &Outlet) -> Infallible {
-        self.found.notified().await;
-        self.topics.report(outlet).await
+        let topics = async {
+            self.found.notified().await;
+            self.topics.report(outlet).await
+        };
+        tokio::join!(self.robots.report(outlet), topics).0
     }
+}
+
+/// The robots that must be present, by their ids, each with the message that reports its absence; any of them, where
+/// topics are required and no robot is named.
+fn absent(robots: &Robots) -> Vec<(String, String)> {
+    let named =
+        robots.robots.iter().map(|id| (id.clone(), has_not_appeared(&format!("robot {id}"))));
+    let named: Vec<_> = named.collect();
+    if !named.is_empty() || robots.required.is_empty() {
+        return named;
+    }
+    vec![(ANY.to_owned(), has_not_appeared(&format!("a robot of {}", robots.namespace)))]
+}
+
+fn has_not_appeared(who: &str) -> String {
+    format!("{who} has not appeared; is it switched on, in this network and in this ROS domain?")
 }
 
 /// The message that no robot has a topic named in the study.
@@ -45,6 +75,8 @@ pub fn unheard(setting: &str, namespace: &str, topic: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use teampulse_core::stream::{Shape, Subject};
+
     use super::*;
 
     const NAMED: &str = r#"
@@ -63,7 +95,7 @@ mod tests {
     async fn named_topics_that_no_robot_has_are_absent() {
         let awaited = awaited();
         for topic in ["odom", "front/image", "power", "scan"] {
-            awaited.see(topic);
+            awaited.topics.see(topic);
         }
         assert_eq!(
             awaited.topics.absent().await,
@@ -73,6 +105,31 @@ mod tests {
                 "topics: no robot of /robot* has a topic `map`"
             ]
         );
+    }
+
+    async fn absent(named: &str, present: &[&str]) -> Vec<String> {
+        let awaited = Awaited::new(&toml::from_str(named).expect("settings"));
+        for name in present {
+            let (_, rest) = name.split_once('/').expect("it begins with a slash");
+            let (id, _) = rest.split_once('/').expect("it has a topic");
+            awaited.see(&Stream::raw(*name, Subject::robot(id), Shape::Event));
+        }
+        awaited.robots.absent().await
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn robots_that_must_be_present_are_reported_when_they_are_not() {
+        let named = r#"namespace = "/robot*"
+            robots = ["robot1", "robot2"]
+            required = ["battery"]"#;
+        let message = "robot robot2 has not appeared; is it switched on, in this network and in this ROS domain?";
+        assert_eq!(absent(named, &["/robot1/odom", "/robot3/odom"]).await, [message]);
+        let any = r#"namespace = "/robot*"
+            required = ["battery"]"#;
+        let message = "a robot of /robot* has not appeared; is it switched on, in this network and in this ROS domain?";
+        assert_eq!(absent(any, &[]).await, [message]);
+        assert_eq!(absent(any, &["/robot7/odom"]).await, [""; 0]);
+        assert_eq!(absent("", &[]).await, [""; 0]);
     }
 
     #[tokio::test(start_paused = true)]

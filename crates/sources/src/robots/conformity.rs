@@ -36,14 +36,6 @@ impl Robot {
         self.findings.iter().all(met)
     }
 
-    /// Whether it offers a parameter at all.
-    pub fn offers(&self, parameter: &str) -> bool {
-        let offered = |(norm, finding): &(&Norm, Finding)| {
-            norm.parameter == parameter && *finding != Finding::Absent
-        };
-        self.findings.iter().any(offered)
-    }
-
     /// Whether a parameter is advertised but no message was received.
     pub fn is_silent(&self, parameter: &str) -> bool {
         let silent = |(norm, finding): &(&Norm, Finding)| {

@@ -221,7 +221,7 @@ impl Source for RobotsSource {
         let following = follow(Arc::clone(&self.bus), outlet, |endpoint| {
             let is_ours = !is_of_sessions(&endpoint.topic) && self.claimed.is_ours(endpoint);
             let chosen = || self.choice.stream(&endpoint.topic, &endpoint.type_name);
-            is_ours.then(chosen).flatten().inspect(|stream| awaited.see(&stream.device))
+            is_ours.then(chosen).flatten().inspect(|stream| awaited.see(stream))
         });
         tokio::select! {
             ended = following => ended,
