@@ -14,7 +14,7 @@ use teampulse_signal::intervals::{Beats, Correction};
 
 use super::options::{failure, seconds};
 use super::table::TableError;
-use super::truth::Events;
+use super::truth::{Axis, Events};
 use crate::exit::Exit;
 use crate::failure::Failure;
 
@@ -27,8 +27,8 @@ const LEAST_COVERAGE: f64 = 0.95;
 #[derive(Debug, Args)]
 pub struct AroundArgs {
     /// A table of events (column `time_secs`, in seconds on the time axis of the table or as dates, or `sample`; also an
-    /// `events.tsv`, or the events of an export): the heart rate around each of an ECG, a PPG or intervals, or the response of the skin to
-    /// each
+    /// `events.tsv`, or the events of an export): the heart rate around each, of an ECG, a PPG or intervals, or the
+    /// response of the skin to each
     #[arg(long, value_name = "FILE")]
     around: Option<std::path::PathBuf>,
     /// Length of the baseline before each event [s], for the heart rate
@@ -208,7 +208,7 @@ impl Analysed<'_> {
         Some(format!(
             "no event of --around is within the recording: events are at {first_secs:.3} to {last_secs:.3} s, the \
              recording is from {begin_secs:.3} to {end_secs:.3} s; both need the same time axis, as `measured_secs` \
-             of two tables that `teampulse export` wrote"
+             of two tables that `teampulse export` wrote, or dates, as `time` of an `events.tsv`"
         ))
     }
 
@@ -237,8 +237,11 @@ fn usable(whole: &Measured) -> Result<(), Reason> {
 fn events(path: &Path, analysed: &Analysed<'_>) -> Result<Events, Failure> {
     let samples = |sample: f64| analysed.begin_ns as f64 / 1e9 + sample / analysed.rate_hz;
     let rate_hz = analysed.signal.is_even().then_some(analysed.rate_hz);
-    let read = Events::read(path, rate_hz.map(|_| &samples as &dyn Fn(f64) -> f64));
-    read.map_err(|error| match error {
+    let axis = Axis {
+        within: analysed.begin_ns as f64 / 1e9..=analysed.end_ns as f64 / 1e9,
+        of_sample: rate_hz.map(|_| &samples as &dyn Fn(f64) -> f64),
+    };
+    Events::read(path, &axis).map_err(|error| match error {
         TableError::NoColumn { .. } => failure(error).hint(
             "the table of --around needs the times of its events in a column `time_secs`, `onset`, `measured_secs` or \
              `sample`",

@@ -1,5 +1,6 @@
 //! Events that an expert marked.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use super::options::failure;
@@ -82,8 +83,19 @@ fn outside(begin_secs: f64, end_secs: f64) -> String {
 /// that `export` writes.
 const TIMES: [&str; 3] = ["time_secs", "onset", "measured_secs"];
 
+/// The column of an `events.tsv` with the times of events as dates, where the others are times in the session.
+const DATES: &str = "time";
+
 /// The columns with the labels of events.
 const LABELS: [&str; 2] = ["trial_type", "label"];
+
+/// The time axis of a recording.
+pub struct Axis<'a> {
+    /// When it begins and ends [s].
+    pub within: RangeInclusive<f64>,
+    /// The time of a sample [s], where samples are even.
+    pub of_sample: Option<&'a dyn Fn(f64) -> f64>,
+}
 
 /// Events with their times.
 #[derive(Debug, PartialEq)]
@@ -100,14 +112,21 @@ pub struct Events {
 
 impl Events {
     /// Reads the times of events from a table's column `time_secs`, `onset` or `measured_secs`, in seconds or as dates, or
-    /// `sample` where samples have times; and their labels from `trial_type` or `label`.
-    pub fn read(path: &Path, of_sample: Option<&dyn Fn(f64) -> f64>) -> Result<Events, TableError> {
-        let (secs, note) = match (times(path)?, of_sample) {
+    /// `sample` where samples have times; and their labels from `trial_type` or `label`. Where none of these times is
+    /// within the recording, but dates in `time` are, as in an `events.tsv`, those are read.
+    pub fn read(path: &Path, axis: &Axis<'_>) -> Result<Events, TableError> {
+        let (secs, note) = match (times(path)?, axis.of_sample) {
             (Some(times), _) => times,
             (None, Some(of_sample)) if text_column(path, "sample")?.is_some() => {
                 (cells(path, "sample")?.into_iter().map(of_sample).collect(), String::new())
             }
             (None, _) => (column(path, TIMES[0])?, String::new()),
+        };
+        let is_any_within = |secs: &[f64]| secs.iter().any(|secs| axis.within.contains(secs));
+        let dated = || Some(dates_secs(DATES, &text_column(path, DATES).ok()??)?.0);
+        let secs = match (!is_any_within(&secs)).then(dated).flatten() {
+            Some(dated) if is_any_within(&dated) => dated,
+            _ => secs,
         };
         let mut labels = Vec::new();
         for name in LABELS {
@@ -169,12 +188,27 @@ fn cells(path: &Path, name: &str) -> Result<Vec<f64>, TableError> {
 mod tests {
     use super::*;
 
+    const ANY: Axis<'_> = Axis { within: f64::MIN..=f64::MAX, of_sample: None };
+
+    #[test]
+    fn events_of_a_session_are_placed_by_their_dates_where_the_recording_has_dates() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("events.tsv");
+        let text = "onset\ttrial_type\ttime\n\
+                    1.5\tgo\t2026-01-05T10:15:00.500Z\n3\tstop\t2026-01-05T10:15:02Z\n";
+        std::fs::write(&path, text).unwrap();
+        let of = |within| Events::read(&path, &Axis { within, of_sample: None }).unwrap().secs;
+        assert_eq!(of(1_767_608_101.0..=1_767_608_200.0), [1_767_608_100.5, 1_767_608_102.0]);
+        assert_eq!(of(0.0..=60.0), [1.5, 3.0]);
+        assert_eq!(of(100.0..=160.0), [1.5, 3.0], "neither is within");
+    }
+
     #[test]
     fn events_have_their_labels_and_those_without_a_time_are_counted() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("events.tsv");
         std::fs::write(&path, "onset\ttrial_type\n1.5\tgo\nn/a\tgo\nnan\tstop\n2\tstop\n").unwrap();
-        let events = Events::read(&path, None).unwrap();
+        let events = Events::read(&path, &ANY).unwrap();
         assert_eq!((events.secs, events.left_out, events.note), (vec![1.5, 2.0], 2, None));
         assert_eq!(events.labels, ["go", "stop"]);
     }
@@ -186,11 +220,11 @@ mod tests {
         let text =
             "onset,trial_type\n2026-01-05T10:15:00.5Z,go\n,lost\n2026-01-05T10:15:02Z,stop\n";
         std::fs::write(&path, text).unwrap();
-        let events = Events::read(&path, None).unwrap();
+        let events = Events::read(&path, &ANY).unwrap();
         assert_eq!(events.secs, [1_767_608_100.5, 1_767_608_102.0]);
         assert_eq!((events.left_out, events.note, &*events.labels[1]), (1, None, "stop"));
         std::fs::write(&path, "time_secs\n2026-01-05 10:15:00\n").unwrap();
-        let note = Events::read(&path, None).unwrap().note.unwrap();
+        let note = Events::read(&path, &ANY).unwrap().note.unwrap();
         assert!(note.contains("taken as UTC"), "{note}");
     }
 
