@@ -11,8 +11,8 @@ use super::view::View;
 const ROOMY_ROWS: usize = 20;
 /// The columns from which on the log is next to the team.
 const WIDE_COLUMNS: usize = 130;
-/// The width of the team then [columns].
-const TEAM_COLUMNS: usize = 86;
+/// The least width of the team then, and the width that every row of a person has room in [columns].
+const TEAM_COLUMNS: (usize, usize) = (86, 100);
 
 /// What a screen shows.
 #[derive(Clone, Copy)]
@@ -40,15 +40,15 @@ pub(super) fn draw(shown: Shown<'_>, size: Size) -> Vec<StyledLine> {
     }
     let body = rows.saturating_sub(lines.len() + 1);
     if columns >= WIDE_COLUMNS {
-        let right = columns - TEAM_COLUMNS - 3;
+        let (least, whole) = TEAM_COLUMNS;
+        let left = (least + columns - WIDE_COLUMNS).min(whole);
+        let right = columns - left - 3;
         let team = troubles_and_team(shown, body, rows);
         let log = log(shown, body, right);
         let blank = || std::iter::repeat(StyledLine::default());
         let pairs = team.into_iter().chain(blank()).zip(log.into_iter().chain(blank())).take(body);
         lines.extend(
-            pairs.map(|(left, log)| {
-                left.exactly(TEAM_COLUMNS).with(Style::Grey, " │ ").with_line(log)
-            }),
+            pairs.map(|(row, log)| row.exactly(left).with(Style::Grey, " │ ").with_line(log)),
         );
     } else {
         let least_log = if rows >= ROOMY_ROWS { 6 } else { 2 };
