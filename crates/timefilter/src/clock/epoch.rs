@@ -151,9 +151,9 @@ impl Epoch {
         &self.raised.packets[RAISED_BINS - self.raised.bins.min(RAISED_BINS)..]
     }
 
-    /// The number of consecutive raised bins, and how far the last one is above the line [s].
+    /// The number of consecutive raised bins, and by how much more uncertain the line is for them [s].
     pub fn raised_secs(&self) -> (usize, f64) {
-        (self.raised.bins, self.raised.height)
+        (self.raised.bins, self.raised.unclear())
     }
 
     /// The interval between the link events that packets beat with [s]; 0 if there are none.

@@ -18,6 +18,8 @@ const ERRORS: f64 = 2.0;
 const CORRELATED: f64 = 0.5;
 /// The most that a residual contributes to the next spread, in spreads.
 const OUTLYING: f64 = 4.0;
+/// By how much wider the standard error of few stretches is stated.
+const FEW_STRETCHES: f64 = 0.75;
 const ITERATIONS: usize = 12;
 /// The number of additional points at which the scatter of a regularised line would be certain.
 const FEW: f64 = 4.0;
@@ -59,6 +61,8 @@ pub(super) struct Fit {
     independent: f64,
     /// The effect of a skew that drifts by 1/s on the delay at `device` [s²].
     bend: f64,
+    /// The number of stretches with independent residuals that would make the delay at `device` as sure.
+    pub stretches: f64,
 }
 
 impl Fit {
@@ -73,6 +77,7 @@ impl Fit {
             slope_error: super::envelope::USUAL_SKEW,
             independent: 0.0,
             bend: 0.0,
+            stretches: 1.0,
         }
     }
 
@@ -120,6 +125,12 @@ impl Fit {
     /// The same line with the standard error of residuals of at least `residual` [s].
     pub fn no_surer_than_by(self, residual: f64) -> Fit {
         self.no_surer(residual * self.independent)
+    }
+
+    /// The same line with a wider standard error if that was found from fewer than `many` independent stretches.
+    pub fn of_few_stretches(self, many: f64) -> Fit {
+        let few = 1.0 + FEW_STRETCHES * (1.0 / self.stretches - 1.0 / many).max(0.0);
+        Fit { error: few * self.error, ..self }
     }
 
     /// The same line with a standard error of at least `error` [s].
@@ -187,9 +198,10 @@ pub(super) fn line_under<I: Iterator<Item = Point>>(
         let w = weight(residual, x, used);
         let share = w * line.share(x);
         square += share * share;
-        errors.push(x, share * residual, w * line.slope_share(x) * residual);
+        errors.push(x, share, (share * residual, w * line.slope_share(x) * residual));
         bend += share * x * x;
     }
+    let stretches = errors.stretches();
     let (error, slope_error) = errors.standard();
     let finest = 0.1 * LEAST_SPREAD / sums.count.sqrt();
     Fit {
@@ -201,6 +213,7 @@ pub(super) fn line_under<I: Iterator<Item = Point>>(
         slope_error: slope_error.max(1e-7).min(expected.skew.max(1e-7)),
         independent: square.sqrt(),
         bend: bend.abs() / 2.0,
+        stretches,
     }
 }
 
@@ -224,6 +237,9 @@ struct Errors {
     began: f64,
     sum: (f64, f64),
     before: (f64, f64),
+    /// The influence on the delay of the present stretch, and the sum of the squares of those of earlier ones.
+    share: f64,
+    shares: f64,
     squares: (f64, f64),
     /// The same for each residual alone: a few stretches may cancel out by chance.
     alone: (f64, f64),
@@ -233,14 +249,25 @@ impl Errors {
     fn new(stretch: f64) -> Errors {
         let none = (0.0, 0.0);
         let began = f64::NEG_INFINITY;
-        Errors { stretch, began, sum: none, before: none, squares: none, alone: none }
+        let (share, shares) = (0.0, 0.0);
+        Errors {
+            stretch,
+            began,
+            sum: none,
+            before: none,
+            share,
+            shares,
+            squares: none,
+            alone: none,
+        }
     }
 
-    fn push(&mut self, x: f64, delay: f64, slope: f64) {
+    fn push(&mut self, x: f64, share: f64, (delay, slope): (f64, f64)) {
         if x - self.began > self.stretch {
             self.end();
             self.began = x;
         }
+        self.share += share;
         self.sum.0 += delay;
         self.sum.1 += slope;
         self.alone.0 += delay * delay;
@@ -252,6 +279,14 @@ impl Errors {
         self.squares.0 += square(self.sum.0, self.before.0);
         self.squares.1 += square(self.sum.1, self.before.1);
         self.before = std::mem::take(&mut self.sum);
+        self.shares += self.share * self.share;
+        self.share = 0.0;
+    }
+
+    /// The number of stretches of equal influence on the delay that would have the same variance.
+    fn stretches(&self) -> f64 {
+        let shares = self.shares + self.share * self.share;
+        if shares > 0.0 { 1.0 / shares } else { 1.0 }
     }
 
     fn standard(mut self) -> (f64, f64) {

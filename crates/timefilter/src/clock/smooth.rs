@@ -34,8 +34,8 @@ struct History {
     bins: Vec<Bin>,
     /// The length of the current run of raised bins, according to the live model.
     run: usize,
-    /// The height of the last raised bin above the line [s].
-    height: f64,
+    /// By how much more uncertain the line is for that [s].
+    unclear: f64,
     /// The last interval between link events that packets beat with [s], the number of packets for which the
     /// live model knew one, and the number of all.
     interval: f64,
@@ -54,9 +54,8 @@ struct Bin {
 }
 
 impl History {
-    /// Takes the length of the current run of raised bins and the height of its last bin [s] when a bin
-    /// closes. A run that falls back to the line was delayed; one that lasts was not.
-    fn heights(&mut self, (run, height): (usize, f64)) {
+    /// Takes the length of the current run of raised bins, and by how much more uncertain the line is for it [s]. A run that falls back to the line was delayed; one that lasts was not.
+    fn raised(&mut self, (run, unclear): (usize, f64)) {
         let closed = self.bins.len();
         // A run whose count restarts continues: its link is too slow.
         let is_anew = (1..self.run).contains(&run);
@@ -69,7 +68,7 @@ impl History {
             let from = closed.saturating_sub(self.run + 1);
             self.bins[from..].iter_mut().for_each(|bin| bin.is_raised = false);
         }
-        (self.run, self.height) = (run, height);
+        (self.run, self.unclear) = (run, unclear);
     }
 
     /// Takes the interval that packets beat with at present [s]; 0 if they do not.
@@ -147,7 +146,7 @@ impl Smoother {
         self.held.fit(placed.course, epoch.origin(), is_new);
         self.courses.resize_with(placed.course as usize + 1, History::default);
         let Some(history) = self.courses.last_mut() else { return };
-        history.heights(epoch.raised_secs());
+        history.raised(epoch.raised_secs());
         let bin = |point: Point| ((point.device + point.delay) * 1e9) as i64 / BIN_NANOS;
         let open = history.bins.pop_if(|lowest| bin(lowest.point) >= bin(point));
         // A bin whose packets were all delayed so long that it is older than the bin before gives no
@@ -285,6 +284,8 @@ impl Source {
 #[derive(Clone, Debug)]
 struct Map {
     nodes: Vec<Node>,
+    /// The line of the last node, whose slope is less sure the farther it is followed.
+    last: Option<Fit>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -300,10 +301,10 @@ impl Map {
     fn new(history: &History, usual_skew: f64, stretches: Stretches) -> Map {
         let free = history.free();
         if free.is_empty() {
-            return Map { nodes: Vec::new() };
+            return Map { nodes: Vec::new(), last: None };
         }
         if let Some(nodes) = through_steps(&free, history.beat_interval()) {
-            return Map { nodes };
+            return Map { nodes, last: None };
         }
         let lines = FittedLines::under(&free, stretches, history.skew(usual_skew));
         let mut nodes: Vec<Node> = Vec::with_capacity(lines.len() + 1);
@@ -316,6 +317,7 @@ impl Map {
             nodes.truncate(nodes.len().saturating_sub(RISING_NODES).max(1));
         }
         let end = nodes.len() - 1;
+        let last = lines.iter().nth(end).map(|(_, fit)| fit);
         let is_far = |node: &Node| nodes[end].device - node.device >= FAR_SECS;
         if let Some(far) = nodes.iter().rev().copied().find(is_far) {
             nodes[end].slope = (nodes[end].delay - far.delay) / (nodes[end].device - far.device);
@@ -323,10 +325,12 @@ impl Map {
         // It is unknown whether bins that are still raised at the end would have fallen back.
         let until = history.bins.len() - history.run.min(history.bins.len());
         if let (Some(bin), Some(node)) = (history.bins.get(until), nodes.last().copied()) {
-            let error = node.error + history.height;
-            nodes.push(Node { device: bin.point.device.max(node.device + 1e-9), error, ..node });
+            let device = bin.point.device.max(node.device + 1e-9);
+            let delay = node.delay + node.slope * (device - node.device);
+            let error = node.error + beyond(last, node.device, device) + history.unclear;
+            nodes.push(Node { device, delay, error, ..node });
         }
-        Map { nodes }
+        Map { nodes, last }
     }
 
     /// The offset at a device time, both since the epoch began [s].
@@ -355,6 +359,7 @@ impl Map {
                 let part = since / (b.device - a.device);
                 a.error + (b.error - a.error) * part + BETWEEN_DRIFT * since * until / 2.0
             }
+            (Some(node), None) => node.error + beyond(self.last, node.device, device),
             (Some(node), _) => node.error,
             (None, _) => f64::NAN,
         }
@@ -373,6 +378,11 @@ impl Node {
         let most = STEEPEST * (self.device - before.device);
         Node { delay: self.delay.clamp(before.delay - most, before.delay + most), ..self }
     }
+}
+
+/// By how much less sure a line is at a device time than at an earlier one [s].
+fn beyond(line: Option<Fit>, from: f64, device: f64) -> f64 {
+    line.map_or(0.0, |fit| (stated(&fit, device) - stated(&fit, from)).max(0.0))
 }
 
 /// Nodes from the steps of a sawtooth of height `interval` [s]; `None` if it cannot be followed.

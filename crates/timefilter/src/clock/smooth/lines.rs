@@ -16,6 +16,8 @@ const USUAL: f64 = 0.8;
 /// The stated drift of the skew in addition to that of the live model [1/s]: a fit to points on both sides
 /// has little other error.
 const DRIFT: f64 = 0.8e-8;
+/// The number of independent stretches whose variance is known well enough; fewer are stated more widely.
+const MANY: f64 = 7.0;
 /// The numbers of bins that may make a stretch, the least number of stretches, and by what factor longer ones must
 /// make lines surer.
 const BINS: [usize; 7] = [2, 4, 8, 12, 16, 24, 32];
@@ -61,6 +63,8 @@ pub(super) struct FittedLines {
     lines: Vec<(f64, Fit)>,
     /// The size of residuals by which any line counts as sure at most [s].
     residual: f64,
+    /// The number of bins of each point.
+    bins: usize,
 }
 
 /// The points under which lines are fitted.
@@ -98,7 +102,7 @@ impl FittedLines {
         let spread = quantile(0.5, under.around(moments).map(|(_, fit)| fit.spread));
         let lines: Vec<(f64, Fit)> = Under { spread, ..under }.around(moments).collect();
         let residual = quantile(USUAL, lines.iter().map(|(_, fit)| fit.residual()));
-        FittedLines { lines, residual }
+        FittedLines { lines, residual, bins }
     }
 
     /// The number of lines.
@@ -108,7 +112,10 @@ impl FittedLines {
 
     /// Each line with its moment [s].
     pub fn iter(&self) -> impl Iterator<Item = (f64, Fit)> {
-        self.lines.iter().map(|(device, fit)| (*device, fit.no_surer_than_by(self.residual)))
+        self.lines.iter().map(|(device, fit)| {
+            let fit = fit.no_surer_than_by(self.residual);
+            (*device, if self.bins == 1 { fit.of_few_stretches(MANY) } else { fit })
+        })
     }
 
     /// How far the lines are above others at the same moments [s].
@@ -119,7 +126,9 @@ impl FittedLines {
 
     /// What is stated of a line in the median [s].
     fn stated(&self) -> f64 {
-        quantile(0.5, self.iter().map(|(device, fit)| stated(&fit, device)))
+        let lines =
+            self.lines.iter().map(|(device, fit)| (*device, fit.no_surer_than_by(self.residual)));
+        quantile(0.5, lines.map(|(device, fit)| stated(&fit, device)))
     }
 }
 
@@ -213,6 +222,27 @@ mod tests {
         assert!(3.0 * longer.stated() < single.stated(), "{} {}", longer.stated(), single.stated());
         let height = quantile(0.5, single.heights_above(&longer));
         assert!(stretches.level > 0.01 && height.abs() < 1e-6, "{stretches:?}, {height} s higher");
+    }
+
+    #[test]
+    fn a_line_over_few_stretches_is_stated_more_widely() {
+        let mut device = Device::new(1.0);
+        let whole = bins(|_| device.uniform());
+        // Only a minute of every six is left.
+        let gaps: Vec<Point> =
+            whole.iter().copied().filter(|point| point.device % 360.0 < 60.0).collect();
+        let fits = |bins: &[Point]| {
+            let lines = FittedLines::under(bins, Stretches::SINGLE, 50e-6);
+            lines.lines.iter().map(|(_, fit)| *fit).collect::<Vec<Fit>>()
+        };
+        let wider = |fit: &Fit| {
+            let device = fit.device;
+            fit.of_few_stretches(MANY).uncertainty_at(device, device)
+                / fit.uncertainty_at(device, device)
+        };
+        let middle = |fits: &[Fit]| quantile(0.5, fits.iter().map(wider));
+        let (few, many) = (middle(&fits(&gaps)), middle(&fits(&whole)));
+        assert!(few > 1.05 && many < 1.02, "{few}, {many}");
     }
 
     #[test]

@@ -69,6 +69,30 @@ fn the_first_readings_after_a_restart_are_placed_by_those_after_them() {
 }
 
 #[test]
+fn a_link_that_is_too_slow_at_the_end_leaves_the_clock_as_sure_as_its_rate() {
+    let mut device = Device::new(50.0);
+    (device.rate, device.tail) = (1.0 + 80e-6, 0.001);
+    let mut sent: Vec<(i64, Stamps)> = (0..30_000).map(|_| device.send()).collect();
+    for (number, (_, stamps)) in sent.iter_mut().skip(24_000).enumerate() {
+        stamps.arrival += number as i64 * SECOND / 500;
+    }
+    let mut smoother = Smoother::new(OneWaySettings::new(Latency::new(0.0, 0.0)));
+    for (_, stamps) in &sent {
+        smoother.push(stamps);
+    }
+    let mut smoothed = smoother.finish();
+    let (mut most, mut before) = (0.0_f64, 0.0);
+    for (number, (truth, stamps)) in sent.iter().enumerate() {
+        let error = (smoothed.correct(stamps).measured - truth) as f64 / 1e9 - device.least_delay;
+        let stated = smoothed.state().uncertainty_secs;
+        assert!(number < 24_000 || error.abs() < stated, "{error} s, {stated} s stated");
+        assert!(number < 24_200 || stated >= before, "{stated} s after {before} s");
+        (most, before) = (most.max(error.abs()), stated);
+    }
+    assert!(most < 1e-3 && before < 0.01, "{most} s, {before} s stated");
+}
+
+#[test]
 fn a_last_packet_that_was_held_up_is_smoothed_with_the_others() {
     let mut device = Device::new(10.0);
     let mut sent: Vec<(i64, Stamps)> = (0..600).map(|_| device.send()).collect();
