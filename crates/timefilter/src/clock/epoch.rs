@@ -38,8 +38,16 @@ const FALLEN_BINS: usize = 3;
 
 /// The interval between fits once an epoch is no longer young [bins].
 const FIT_EVERY: i64 = 2;
-/// The additional uncertainty of a young epoch's line [s²], divided by its age.
+/// The additional uncertainty of a young epoch's line [s²], divided by its age: at most so much, and less where delays
+/// scatter little [s per s of their line's spread] and packets are many [per s of the spread of delays]: the smallest of
+/// `n` delays is above the shortest possible one by an `n`-th of their range.
 const YOUNG_ERROR: f64 = 0.15;
+const YOUNG_SPREADS: f64 = 55.0;
+const YOUNG_DELAYS: f64 = 15.0;
+/// The number of bins from which on it is known how much delays scatter.
+const YOUNG_BINS: usize = 8;
+/// The share of what scatter adds that is added anew after a silence.
+const YOUNG_AGAIN: f64 = 0.55;
 /// The slowest slew rate of the output, reached once the fit has settled: 0.5 ms per second.
 const SLOWEST_SLEW: f64 = 0.5e-3;
 /// The fastest slew rate.
@@ -88,6 +96,8 @@ pub(super) struct Epoch {
     /// yet [s].
     last: f64,
     silent: f64,
+    /// The device time of the first bin after the last silence [s].
+    resumed: f64,
     beat: Beat,
     teeth: Teeth,
     /// The number of packets taken.
@@ -114,6 +124,7 @@ impl Epoch {
             fallen: 0,
             last: 0.0,
             silent: 0.0,
+            resumed: 0.0,
             beat: Beat::default(),
             teeth: Teeth::live(),
             taken: 1,
@@ -209,9 +220,26 @@ impl Epoch {
         let now = self.line.frontier();
         let age = seconds(now);
         let behind = (self.line.at(now) / 1e9 - self.fit.at(age)).abs();
-        let young = YOUNG_ERROR / (1.0 + age.max(0.0));
         let of_first = self.fit.uncertainty_at(age - span, age);
-        self.fit.uncertainty_at(age, age).max(of_first) + behind + young + self.raised.unclear()
+        let stated = self.fit.uncertainty_at(age, age).max(of_first);
+        stated + behind + self.young_secs(age) + self.raised.unclear()
+    }
+
+    /// The additional uncertainty at an age [s]: at first, and after a silence, all packets may have been delayed.
+    fn young_secs(&self, age: f64) -> f64 {
+        let resumed = 1.0 + (age - self.resumed).max(0.0);
+        let age = 1.0 + age.max(0.0);
+        if self.envelope.len() < YOUNG_BINS {
+            return YOUNG_ERROR / age;
+        }
+        if self.teeth.are_followed() {
+            return YOUNG_ERROR * self.teeth.roughness() / age;
+        }
+        let packets_hz = self.taken as f64 / age;
+        let slowest = YOUNG_DELAYS * self.delays.rms() / packets_hz;
+        let scattered = YOUNG_SPREADS * self.fit.spread;
+        let young = YOUNG_ERROR.min(slowest + scattered) / age;
+        young.max(YOUNG_ERROR.min(YOUNG_AGAIN * scattered) / resumed)
     }
 
     /// A packet's device time and delay in the epoch.
@@ -247,6 +275,7 @@ impl Epoch {
         self.last = point.device;
         if since > SILENT_SECS {
             self.silent = since;
+            self.resumed = point.device;
         }
         let above = point.delay - self.fit.at(point.device);
         let gate = self.gate(point.device);

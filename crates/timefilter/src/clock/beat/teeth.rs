@@ -30,6 +30,12 @@ const OFF_BINS: f64 = 30.0;
 /// The standard error of a knot in value and in time [s].
 const FINE_SECS: f64 = 0.03e-3;
 const BIN_SECS: f64 = 1.0;
+/// The standard error in value is less where delays change steadily between knots: it is this multiple of how far bins
+/// are off a steady change, but no smaller than a share of the above. That in time is no smaller than if the knot may be
+/// anywhere in a bin of two seconds.
+const ROUGHNESSES: f64 = 3.0;
+const STEADIEST: f64 = 0.2;
+const LEAST_BIN: f64 = 0.58;
 /// The uncertainty stated between two events that do not show where the true offset lies, as a share of the
 /// interval.
 const STATED: f64 = 0.52;
@@ -70,6 +76,10 @@ pub(in crate::clock) struct Teeth {
     neither: u32,
     /// The share of bins that are off their tooth.
     off: f64,
+    /// By how much delays change from bin to bin of a tooth [s/s]; NaN before the second one. And how far bins are off
+    /// a tooth that changes steadily [s].
+    rate: f64,
+    rough: f64,
     /// Whether the last step was up (1) or down (-1); 0 after a pause.
     direction: f64,
     /// The points where delays stepped, oldest first.
@@ -105,6 +115,8 @@ impl Teeth {
             fallen: none,
             neither: 0,
             off: 0.0,
+            rate: f64::NAN,
+            rough: FINE_SECS,
             direction: 0.0,
             knots: Vec::with_capacity(most.map_or(0, |most| most + 1)),
             most: most.unwrap_or(usize::MAX),
@@ -131,11 +143,13 @@ impl Teeth {
         let Some(level) = self.level.filter(|_| bin.device - self.newest < PAUSE_SECS) else {
             return self.anchor(bin);
         };
+        let passed = bin.device - self.newest;
         self.newest = bin.device;
         let steps = (bin.delay - level.delay) / self.interval;
         let is_off = steps.abs() >= NEAR;
         self.off += (f64::from(u8::from(is_off)) - self.off) / OFF_BINS;
         if !is_off {
+            self.smooth((bin.delay - level.delay) / (bin.device - level.device), passed);
             self.level = Some(bin);
             (self.higher, self.lower, self.neither) = (0, 0, 0);
         } else if (steps - 1.0).abs() < NEAR {
@@ -157,6 +171,15 @@ impl Teeth {
                 self.anchor(bin);
             }
         }
+    }
+
+    /// Takes the rate at which delays changed over the last bin, of `passed` [s].
+    fn smooth(&mut self, rate: f64, passed: f64) {
+        let off = (rate - self.rate).abs() * passed / 2.0;
+        if off.is_finite() {
+            self.rough += (off.min(FINE_SECS) - self.rough) / OFF_BINS;
+        }
+        self.rate = rate;
     }
 
     /// Starts from a tooth whose number of steps from the previous one is unknown.
@@ -195,6 +218,17 @@ impl Teeth {
         self.interval > 0.0 && self.off <= OFF && self.level.is_some()
     }
 
+    /// How much is known of the steps: 1 if the clock's rate is not known by them yet or delays change irregularly
+    /// between them, down to 0.2 if they change steadily.
+    pub fn roughness(&self) -> f64 {
+        if self.knots.len() < 2 { 1.0 } else { self.unsteady() }
+    }
+
+    /// How irregularly delays change from bin to bin of a tooth, from 0.2 to 1.
+    fn unsteady(&self) -> f64 {
+        (ROUGHNESSES * self.rough / FINE_SECS).clamp(STEADIEST, 1.0)
+    }
+
     /// Whether delays change faster over many teeth than any quartz does, as those of numbered samples may whose
     /// rate is hardly known: teeth that pass so fast show nothing of a clock.
     pub fn pass_too_fast(&self, bins: impl Iterator<Item = Point> + Clone) -> bool {
@@ -215,7 +249,9 @@ impl Teeth {
                 let steps = (self.knots.len() - 1) as f64;
                 let coarse =
                     BIN_SECS * self.interval * steps / (last.device - first.device).max(BIN_SECS);
-                let found = random_walk::estimate(&self.knots, FINE_SECS + coarse, device);
+                let unsteady = self.unsteady();
+                let noise = unsteady * FINE_SECS + unsteady.max(LEAST_BIN) * coarse;
+                let found = random_walk::estimate(&self.knots, noise, device);
                 (found.delay, found.slope, ERRORS * found.error, found.slope_error)
             }
         };

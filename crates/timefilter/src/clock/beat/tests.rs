@@ -69,6 +69,20 @@ fn the_more_even_the_steps_the_less_is_stated() {
 }
 
 #[test]
+fn the_more_steadily_delays_change_between_steps_the_less_is_stated() {
+    let last_stated = |rough_nanos: i64| {
+        let mut packets = beating(SECOND / 125, SECOND / 125, 1200);
+        for (number, (stamps, _)) in packets.iter_mut().enumerate() {
+            stamps.arrival += number as i64 / 250 * 7919 % rough_nanos;
+        }
+        let errors = errors(&mut OneWay::new(settings()), &packets);
+        errors[1100 * 125..].iter().map(|(_, stated)| *stated).fold(0.0, f64::max)
+    };
+    let (steady, rough) = (last_stated(1), last_stated(200_000));
+    assert!(steady < 0.85 * rough, "{steady} ms, {rough} ms");
+}
+
+#[test]
 fn with_hindsight_the_truth_in_all_of_a_saw_tooth_is_known() {
     let packets = beating(SECOND / 20, SECOND / 20, 2000);
     let mut smoother = Smoother::new(settings());

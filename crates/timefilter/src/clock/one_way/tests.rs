@@ -219,6 +219,18 @@ fn the_uncertainty_shrinks_to_that_of_the_latency() {
 }
 
 #[test]
+fn many_packets_with_little_delay_make_a_young_clock_sure_soon() {
+    let stated = |rate_hz: f64, tail: f64| {
+        let (mut clock, mut device) = (model(), Device::new(rate_hz));
+        (device.tail, device.rate) = (tail, 1.0 + 40e-6);
+        run(&mut clock, &mut device, 120);
+        clock.state().uncertainty_secs
+    };
+    let (many, few) = (stated(50.0, 0.001), stated(1.0, 0.02));
+    assert!(many < 0.6e-3 && few > 0.15 / 121.0, "{many} s, {few} s");
+}
+
+#[test]
 fn a_late_burst_after_a_stall_is_no_jump() {
     let (mut clock, mut device) = (model(), Device::new(10.0));
     run(&mut clock, &mut device, 60);
