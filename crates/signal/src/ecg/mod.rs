@@ -39,6 +39,7 @@ mod mains;
 pub mod analysis;
 mod windows;
 mod doubt;
+mod company;
 mod settle;
 mod silence;
 mod steepness;

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use super::company::is_in_company;
 use super::doubt::Doubt;
 use super::likeness::{Echo, Looks};
 use super::pieces::Piece;
@@ -31,6 +32,8 @@ pub(super) const HIDING_SECS: f64 = 0.1;
 const LEAST_PROBABILITY: f64 = 0.4;
 /// The smallest signal quality at which the times of beats are exact enough for their variability.
 const LEAST_QUALITY: f64 = 0.4;
+/// The probability of the rate of beats of two rhythms: it is that of one of them where the other is seldom seen.
+const OF_COMPANY: f64 = 0.5;
 /// The number of values of the rate itself.
 const RATES: usize = 4;
 
@@ -176,6 +179,7 @@ impl EcgWindows {
         let doubt = Doubt::of(&beats, signs, span);
         let probability = doubt.probability(quality, living);
         let quality = looked_at_again(probability, &doubt, silence, &beats);
+        let quality = if is_in_company(&beats) { quality.min(OF_COMPANY) } else { quality };
         let mut values = rates(&beats, span).to_vec();
         values.push(self.breathing_rate(&beats, span));
         values.extend(self.heart.measure_after(span, last).values);

@@ -1,0 +1,180 @@
+//! Beats of two rhythms that know nothing of each other: of two hearts, or of a heart and something that clicks.
+
+use super::windows::WindowBeat;
+use crate::robust::median_in_place;
+
+/// Beats fall into two kinds where these are as far apart: the variance between kinds as a share of all.
+const APART: f64 = 0.75;
+/// So many beats say something of their times.
+const LEAST_BEATS: usize = 5;
+/// The rate is another one where it exceeds that of one rhythm by more than this; or where that has intervals as short as
+/// this [s], as those of two hearts together have, and the others are more than this share of all beats.
+const FASTER: f64 = 1.1;
+const FAST_SECS: f64 = 0.62;
+const LEAST_SHARE: f64 = 0.2;
+/// Beats of one rhythm are regular where their intervals deviate by less than this from the usual one or a multiple of it,
+/// up to the fourth [shares of it], in the mean, while intervals of all beats deviate by more than the second, and by this
+/// multiple.
+const REGULAR: f64 = 0.03;
+const IRREGULAR: f64 = 0.03;
+const TIMES_REGULAR: f64 = 2.5;
+const MOST_MULTIPLE: f64 = 4.0;
+/// The shortest usual interval of a heart [s].
+const LEAST_SECS: f64 = 0.27;
+/// Premature beats come at the same time after others, or the others after them: the mean of the directions of their
+/// phases is longer than this.
+const MOST_LOCKED: f64 = 0.9;
+
+/// Whether there are two rhythms among the beats of a span, which look different.
+pub(super) fn is_in_company(beats: &[WindowBeat]) -> bool {
+    let first_ns = beats.first().map_or(0, |beat| beat.at_ns);
+    let secs = |beat: &WindowBeat| (beat.at_ns - first_ns) as f64 / 1e9;
+    let times: Vec<f64> = beats.iter().map(secs).collect();
+    let irregularity = irregularity(&times, 1.0);
+    if times.len() < 2 * LEAST_BEATS || irregularity < IRREGULAR {
+        return false;
+    }
+    let regular = REGULAR.min(irregularity / TIMES_REGULAR);
+    let traits: [fn(&WindowBeat) -> Option<f64>; 3] = [
+        |beat| Some(beat.looks?.deflection),
+        |beat| Some(beat.looks?.height.ln()),
+        |beat| Some(beat.steepness?.own.ln()),
+    ];
+    traits.into_iter().any(|of| {
+        let known = beats.iter().zip(&times).filter_map(|(beat, at)| Some((*at, of(beat)?)));
+        let known: Vec<(f64, f64)> = known.filter(|(_, value)| value.is_finite()).collect();
+        limit(known.iter().map(|(_, value)| *value).collect()).is_some_and(|limit| {
+            let (high, low): (Vec<(f64, f64)>, Vec<_>) =
+                known.iter().partition(|(_, value)| *value > limit);
+            let times = |kind: Vec<(f64, f64)>| kind.iter().map(|(at, _)| *at).collect::<Vec<_>>();
+            let (high, low) = (times(high), times(low));
+            are_strangers(&high, &low, regular) || are_strangers(&low, &high, regular)
+        })
+    })
+}
+
+/// The value between two kinds; `None` where there are none.
+fn limit(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let all: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    let mut sum = 0.0;
+    let (mut most, mut limit) = (APART * all, None);
+    for (place, pair) in values.windows(2).enumerate() {
+        sum += pair[0] - mean;
+        let below = place + 1;
+        let above = values.len() - below;
+        let between = sum * sum * (1.0 / below as f64 + 1.0 / above as f64);
+        if between > most && below.min(above) >= LEAST_BEATS {
+            (most, limit) = (between, Some(pair[0].midpoint(pair[1])));
+        }
+    }
+    limit
+}
+
+/// Whether beats at these times [s] are regular, and others come at any time.
+fn are_strangers(times: &[f64], others: &[f64], regular: f64) -> bool {
+    let Some(usual) = usual(times).filter(|usual| *usual > LEAST_SECS) else { return false };
+    others.len() >= LEAST_BEATS
+        && irregularity(times, MOST_MULTIPLE) < regular
+        && makes_another_rate(times, others, usual)
+        && locked(times, others, usual) < MOST_LOCKED
+        && locked(others, times, usual) < MOST_LOCKED
+}
+
+fn makes_another_rate(times: &[f64], others: &[f64], usual: f64) -> bool {
+    let all = (times.len() + others.len()) as f64;
+    let ends = |pick: fn(f64, f64) -> f64| times.iter().chain(others).copied().reduce(pick);
+    let secs = ends(f64::max).zip(ends(f64::min)).map_or(0.0, |(last, first)| last - first);
+    usual * (all - 1.0) > FASTER * secs
+        || usual < FAST_SECS && others.len() as f64 >= LEAST_SHARE * all
+}
+
+fn usual(times: &[f64]) -> Option<f64> {
+    median_in_place(&mut times.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>())
+}
+
+/// The mean deviation of intervals from the usual one, or a multiple of it [shares of it].
+fn irregularity(times: &[f64], most_multiple: f64) -> f64 {
+    let Some(usual) = usual(times) else { return 0.0 };
+    let off = |pair: &[f64]| {
+        let cycles = (pair[1] - pair[0]) / usual;
+        (cycles / cycles.round().clamp(1.0, most_multiple) - 1.0).abs().min(1.0)
+    };
+    times.windows(2).map(off).sum::<f64>() / (times.len() - 1) as f64
+}
+
+/// How far the phases of others after these times agree: 0 for any, 1 for the same.
+fn locked(times: &[f64], others: &[f64], usual: f64) -> f64 {
+    let (mut sine, mut cosine, mut count) = (0.0, 0.0, 0.0);
+    for other in others {
+        let after = times.partition_point(|at| at <= other);
+        let Some(before) = after.checked_sub(1).and_then(|place| times.get(place)) else {
+            continue;
+        };
+        let (y, x) = (std::f64::consts::TAU * (other - before) / usual).sin_cos();
+        sine += y;
+        cosine += x;
+        count += 1.0;
+    }
+    if count > 0.0 { f64::hypot(sine, cosine) / count } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ecg::likeness::Looks;
+
+    /// A rhythm from one of these times to 30 s, with this interval [s], and beats of this height.
+    fn rhythm(begin: f64, interval: f64, height: f64) -> impl Iterator<Item = (f64, f64)> {
+        let at = move |k: u32| begin + f64::from(k) * interval;
+        (0..200).map(at).take_while(|at| *at < 30.0).map(move |at| (at, height))
+    }
+
+    /// Whether these beats (time [s] and height) are of two rhythms.
+    fn are_two(beats: impl Iterator<Item = (f64, f64)>) -> bool {
+        let mut beats: Vec<(f64, f64)> = beats.collect();
+        beats.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let beat = |&(at, height): &(f64, f64)| WindowBeat {
+            at_ns: (1e9 * at) as i64,
+            rr_ms: None,
+            looks: Some(Looks { likeness: Some(0.9), deflection: height, height }),
+            between: None,
+            echo: None,
+            steepness: None,
+        };
+        is_in_company(&beats.iter().map(beat).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn two_hearts_that_look_different_are_two_rhythms() {
+        for height in [0.4, 0.7, 1.6] {
+            assert!(are_two(rhythm(0.0, 0.93, 1.0).chain(rhythm(0.4, 0.61, height))), "{height}");
+        }
+    }
+
+    #[test]
+    fn one_heart_is_one_rhythm_whatever_its_heights() {
+        assert!(!are_two(rhythm(0.0, 0.8, 1.0)));
+        assert!(!are_two(rhythm(0.0, 1.6, 1.0).chain(rhythm(0.8, 1.6, 0.5))), "in turn");
+        assert!(!are_two(rhythm(0.0, 1.6, 1.0).chain(rhythm(0.5, 1.6, 1.4))), "bigeminy");
+        assert!(!are_two([].into_iter()));
+    }
+
+    #[test]
+    fn beats_at_one_time_are_no_rhythm() {
+        assert!(!are_two(std::iter::repeat_n((1.0, 1.0), 6).chain(rhythm(1.5, 0.8, 1.0))));
+        assert!(!are_two((0..40).map(|k| (f64::from(k * k % 3), 1.0))));
+    }
+
+    #[test]
+    fn a_premature_beat_now_and_then_comes_at_its_time_after_others() {
+        let normal = rhythm(0.0, 0.9, 1.0).enumerate();
+        let with_early = normal.flat_map(|(k, (at, height))| {
+            let early = (k % 5 == 2).then_some((at + 0.5, 1.6));
+            (k % 5 != 3).then_some((at, height)).into_iter().chain(early)
+        });
+        assert!(!are_two(with_early));
+    }
+}
