@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use super::repeats::Repeats;
 use super::{Domain, HeartWindows, Treatment};
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
 use crate::error::SignalError;
@@ -47,11 +48,13 @@ impl Default for Settings {
 /// only place the first one, and reveal lost intervals by differing from the sum of the intervals since by
 /// more than [`Settings::most_astray_secs`]. Where the sum is ahead by more, one interval is left out and the next begins
 /// at the host's time. An interval that is NaN, not positive or over a minute also
-/// leaves a hole. The rate is ignored; there are no errors. Limits: a single lost interval that is not
-/// reported as lost remains undetected.
+/// leaves a hole. Sixteen or more equal intervals in a row are those of a device that repeats one: the quality of a span
+/// is less by their share, and above a tenth its values are withheld. The rate is ignored; there are no errors. Limits:
+/// a single lost interval that is not reported as lost remains undetected.
 pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
+    let heart = HeartWindows::causal().only(&settings.domains).treated(settings.treatment);
     Ok(Box::new(Intervals {
-        heart: HeartWindows::causal().only(&settings.domains).treated(settings.treatment),
+        windows: IntervalWindows { heart, repeats: Repeats::default() },
         chain: Chain::new(settings),
         count: 0,
         events: VecDeque::new(),
@@ -69,7 +72,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
         Some(recording.begin_ns.saturating_add((end_secs * 1e9).round() as i64))
     };
     let (mut beats_ns, mut holes, mut events) = (Vec::new(), Vec::new(), Vec::new());
-    let mut chain = Chain::new(settings);
+    let (mut chain, mut repeats) = (Chain::new(settings), Repeats::default());
     let (mut end_ns, mut usual_ns) = (recording.begin_ns, 1_000_000_000);
     for (sample, &interval_ms) in intervals_ms.iter().enumerate() {
         let interval_ns = nanos(interval_ms);
@@ -79,17 +82,36 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
         holes.extend(placed.hole);
         beats_ns.extend(placed.begin_ns);
         beats_ns.push(placed.end_ns);
+        repeats.push(placed.end_ns, usual_ns);
         events.push(beat(sample, placed.end_ns, interval_ms));
     }
     let heart = HeartWindows::whole(recording.begin_ns, &beats_ns, &holes, &settings.edits);
-    Ok(Whole {
-        events,
-        windows: Box::new(heart.only(&settings.domains).treated(settings.treatment)),
-    })
+    let heart = heart.only(&settings.domains).treated(settings.treatment);
+    Ok(Whole { events, windows: Box::new(IntervalWindows { heart, repeats }) })
+}
+
+/// The store of a device's intervals.
+struct IntervalWindows {
+    heart: HeartWindows,
+    repeats: Repeats,
+}
+
+impl Windows for IntervalWindows {
+    fn values(&self) -> &[Value] {
+        self.heart.values()
+    }
+
+    fn measure(&self, span: Span) -> Measured {
+        self.repeats.judge(self.heart.measure(span), span)
+    }
+
+    fn measure_again(&self, span: Span, last: &Measured) -> Measured {
+        self.repeats.judge(self.heart.measure_again(span, last), span)
+    }
 }
 
 struct Intervals {
-    heart: HeartWindows,
+    windows: IntervalWindows,
     chain: Chain,
     count: usize,
     events: VecDeque<Event>,
@@ -97,27 +119,32 @@ struct Intervals {
 
 impl Windows for Intervals {
     fn values(&self) -> &[Value] {
-        self.heart.values()
+        self.windows.values()
     }
 
     fn measure(&self, span: Span) -> Measured {
-        self.heart.measure(span)
+        self.windows.measure(span)
     }
 
     fn measure_again(&self, span: Span, last: &Measured) -> Measured {
-        self.heart.measure_again(span, last)
+        self.windows.measure_again(span, last)
     }
 }
 
 impl Causal for Intervals {
     fn push(&mut self, at_ns: i64, channels: &[f64]) {
         let interval_ms = channels.first().copied().unwrap_or(f64::NAN);
-        if let Some(placed) = self.chain.place(at_ns, nanos(interval_ms)) {
+        let interval_ns = nanos(interval_ms);
+        if let Some(placed) = self.chain.place(at_ns, interval_ns) {
+            let IntervalWindows { heart, repeats } = &mut self.windows;
             if let Some((from_ns, to_ns)) = placed.hole {
-                self.heart.mark_gap(from_ns, to_ns);
+                heart.mark_gap(from_ns, to_ns);
             }
-            placed.begin_ns.into_iter().for_each(|begin_ns| self.heart.push(begin_ns));
-            self.heart.push(placed.end_ns);
+            placed.begin_ns.into_iter().for_each(|begin_ns| heart.push(begin_ns));
+            heart.push(placed.end_ns);
+            if let Some(interval_ns) = interval_ns {
+                repeats.push(placed.end_ns, interval_ns);
+            }
             self.events.push_back(beat(self.count, placed.end_ns, interval_ms));
         }
         self.count += 1;
@@ -128,7 +155,8 @@ impl Causal for Intervals {
     }
 
     fn forget(&mut self, before_ns: i64) {
-        self.heart.forget(before_ns);
+        self.windows.heart.forget(before_ns);
+        self.windows.repeats.forget(before_ns);
     }
 }
 

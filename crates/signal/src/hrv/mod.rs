@@ -20,6 +20,7 @@ mod multiscale;
 mod dfa;
 mod event_related;
 mod windows;
+mod repeats;
 pub mod analysis;
 
 pub use asymmetry::{Asymmetry, asymmetry};
