@@ -40,6 +40,7 @@ mod quality;
 mod recurrence;
 mod spectral;
 mod rival;
+mod cusps;
 mod uncounted;
 mod pulsation;
 pub mod rsa;

@@ -2,6 +2,7 @@
 
 use super::Breath;
 use super::band;
+use super::cusps::sharpness;
 use super::grouping::Grouping;
 use super::pattern::mean;
 use super::recurrence::recurrence;
@@ -26,6 +27,8 @@ const NOT_RECURRING: f64 = 0.45;
 /// The share of uncounted rises that is no doubt, and the one from which the rate may be another one: a tenth of it
 /// is its tolerance, and several breaths may hide in one rise.
 const UNCOUNTED: (f64, f64) = (0.03, 0.15);
+/// How much sharper troughs are than peaks without doubt, and where the signal is folded.
+const FOLDED: (f64, f64) = (0.45, 0.6);
 /// The highest quality without a rhythm.
 const MOST_WITHOUT_RHYTHM: f64 = 0.29;
 /// The number of points of a breath's shape.
@@ -44,10 +47,11 @@ const SHAPE_LENGTH: usize = 32;
 ///   autocorrelation of the signal's slope (over 0.32 s) at the mean duration of a breath exceeds that at
 ///   half of it by 0.45 to 0.85. Others fall where the spectrum has a second rhythm, as motion and the heart
 ///   have beside the breath: as a slower line reaches 0.3 to 0.8 of the power of the counted rhythm (0.03 to
-///   0.1 where that is faster than 24 a minute, as steps are), as a faster one that is no harmonic reaches
-///   0.15 to 0.45, and as the highest line lies 15 to 40 % from the counted rate. The last falls
+///   0.1 where that is faster than 24 a minute, as steps are; 0.003 to 0.01 of a line with most of what is slower), as a faster one that is no harmonic reaches
+///   0.15 to 0.45, and as the highest line lies 15 to 40 % from the counted rate. One falls
 ///   where 3 to 15 % of all rises are smaller ones between the breaths that are counted, as shallow breaths
-///   after deep ones are, and speech;
+///   after deep ones are, and speech; the last where troughs are sharper than peaks by 0.45 to 0.6, as in the
+///   signal of a belt that is stretched in both directions, which has two rises a breath;
 /// - the covered share is the share of time in breaths with an amplitude between a quarter and four times
 ///   the median, without motion and sensor dropouts;
 /// - the living share is the share of samples that are usable, not flat (constant for more than 3 s) and
@@ -87,7 +91,8 @@ pub(super) fn of_means(
         RECURRING,
     ));
     let uncounted = uncounted_share(means, rate_hz, &whole);
-    let kept = kept.min(alone(&spectral, rhythm)).min(falls(uncounted, UNCOUNTED));
+    let folded = falls(sharpness(means, &whole), FOLDED);
+    let kept = kept.min(alone(&spectral, rhythm)).min(falls(uncounted, UNCOUNTED)).min(folded);
     let quality = product.cbrt() * covered_share(breaths, length) * living_share(means, rate_hz);
     let quality = (kept * quality).max(quality.min(MOST_WITHOUT_RHYTHM));
     if quality.is_finite() { quality.clamp(0.0, 1.0) } else { 0.0 }

@@ -18,6 +18,9 @@ const FAST_PER_MIN: f64 = 24.0;
 const SLOWER: (f64, f64) = (0.3, 0.8);
 /// … and the breath beneath motion that is counted.
 const SLOWER_THAN_FAST: (f64, f64) = (0.03, 0.1);
+/// … where it is a clear line, with this share of all that is slower.
+const CLEAR_SLOWER_THAN_FAST: (f64, f64) = (0.003, 0.01);
+const CLEAR_SHARE: f64 = 0.7;
 /// The same of a faster rhythm.
 const FASTER: (f64, f64) = (0.15, 0.45);
 /// The same of the relative difference between the counted rate and that of the highest line.
@@ -29,9 +32,15 @@ pub(super) fn alone(spectral: &Spectral, rate_per_min: f64) -> f64 {
     let own: f64 = power(spectral, |at| (at - hz).abs() <= (OWN_WIDTH * hz).max(LINE_HZ));
     let is_slower = |at: f64| (LEAST_HZ..(0.75 * hz).min(hz - LINE_HZ)).contains(&at);
     let is_faster = |at: f64| at > (1.3 * hz).max(hz + LINE_HZ) && !is_harmonic(at, hz);
-    let slower = if rate_per_min < FAST_PER_MIN { SLOWER } else { SLOWER_THAN_FAST };
+    let line = highest_line(spectral, is_slower);
+    let is_clear = line > CLEAR_SHARE * power(spectral, is_slower);
+    let slower = match () {
+        () if rate_per_min < FAST_PER_MIN => SLOWER,
+        () if is_clear => CLEAR_SLOWER_THAN_FAST,
+        () => SLOWER_THAN_FAST,
+    };
     let difference = (spectral.rate_per_min / rate_per_min - 1.0).abs();
-    falls(highest_line(spectral, is_slower) / own, slower)
+    falls(line / own, slower)
         .min(falls(highest_line(spectral, is_faster) / own, FASTER))
         .min(falls(difference, DIFFERENT))
 }
@@ -91,6 +100,7 @@ mod tests {
         assert!(alone_with(&[(0.25, 1.0), (0.9, 2.5)], 54.0) < 0.1);
         assert!(alone_with(&[(0.22, 1.0), (0.6, 1.5)], 36.0) < 0.1);
         assert!(alone_with(&[(0.22, 1.0), (0.45, 0.1)], 18.0) < 0.5);
+        assert!(alone_with(&[(0.25, 0.1), (0.9, 1.0)], 54.0) < 0.1, "motion ten times the breath");
         // The heart beside breaths that are counted rightly, and blood pressure waves.
         assert!(alone_with(&[(0.25, 1.0), (0.9, 0.3)], 15.0) > 0.99);
         assert!(alone_with(&[(0.25, 1.0), (0.1, 0.3)], 15.0) > 0.99);
