@@ -41,7 +41,8 @@ pub struct Faults {
     pub all: f64,
     /// Sum of squares of frames [unit²].
     pub framed: f64,
-    /// The part of it that is concentrated: in the strongest frequency of each frame, or in one instant [unit²].
+    /// The part of it that is concentrated: in the strongest frequency of each frame, with or without harmonics, or in one
+    /// instant [unit²].
     pub concentrated: f64,
 }
 
@@ -100,8 +101,8 @@ impl Faults {
     }
 
     /// How much of the power is that of tones or clicks [0..1]: 0 where frames have half of their power in one
-    /// frequency or instant, 1 where they have all. Hum of mains that are off their nominal frequency, a motor,
-    /// single wrong samples.
+    /// frequency and its harmonics, or in one instant, 1 where they have all. Hum of mains that are off their nominal
+    /// frequency, their harmonics, a telephone's buzz, a motor, single wrong samples.
     pub fn concentrated_share(&self) -> f64 {
         let part = share(self.concentrated, self.framed);
         ((part - MOST_CONCENTRATED) / (1.0 - MOST_CONCENTRATED)).max(0.0)

@@ -33,8 +33,9 @@ pub struct Features {
     /// Median frequency: half of the power lies below it, linear between bins [Hz]; NaN where nothing
     /// varies.
     pub mdf_hz: f64,
-    /// The share of the power in three successive bins of the periodogram, where it is largest [0..1]: all of
-    /// a tone's, a fifth of a muscle's; NaN where nothing varies.
+    /// The share of the power in three successive bins of the periodogram, where it is largest, or in those at all
+    /// multiples of a frequency, less what is there by chance [0..1]: all of a tone's with or without harmonics, a fifth
+    /// of a muscle's; NaN where nothing varies.
     pub tone: f64,
 }
 

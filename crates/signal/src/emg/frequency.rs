@@ -6,10 +6,8 @@ use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 
 use super::amplitude::sum;
+use super::comb::tone;
 use crate::spectrum::Taper;
-
-/// A Hann window spreads a tone over this many bins.
-const LINE_BINS: usize = 3;
 
 /// Spectra of frames of one length, planned once: SciPy's `periodogram` with a Hann window and the mean
 /// removed.
@@ -30,7 +28,7 @@ impl std::fmt::Debug for Periodogram {
     }
 }
 
-/// Mean and median frequency [Hz], and the share of the power in the three bins that have most of it.
+/// Mean and median frequency [Hz], and the share of the power of a [tone](tone()) with or without harmonics.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Middle {
     pub(super) mean_hz: f64,
@@ -69,8 +67,7 @@ impl Periodogram {
         Middle {
             mean_hz: weighted / total * self.step_hz,
             median_hz: self.halving_bin(total) * self.step_hz,
-            tone: self.power.windows(LINE_BINS).map(|line| line.iter().sum()).fold(0.0, f64::max)
-                / total,
+            tone: tone(&self.power, total),
         }
     }
 

@@ -27,6 +27,7 @@
 mod band;
 mod amplitude;
 mod frequency;
+mod comb;
 mod frames;
 mod cocontraction;
 mod burst;

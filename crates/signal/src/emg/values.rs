@@ -49,7 +49,7 @@ const OF_CHANNEL: [(&str, &str, &str); 18] = [
     (
         "EMG_SQI",
         "1",
-        "(1 − flat − clipped) · √((1 − mains or tones) · (1 − outside the band)); tones: share of the power of frames in three bins or samples, from 0 at a half to 1 at all",
+        "(1 − flat − clipped) · √((1 − mains or tones) · (1 − outside the band)); tones: share of the power of frames in three bins, with or without harmonics, or samples, from 0 at a half to 1 at all",
     ),
     ("EMG_Mains", "1", "share of 50 or 60 Hz in the power of the band, averaged over 1 s"),
     ("EMG_Outside", "1", "share of the power outside the band"),
