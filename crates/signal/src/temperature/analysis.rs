@@ -1,7 +1,9 @@
 //! The values of windows of skin temperature.
 //!
 //! There are no events. Causal and whole analysis agree, as nothing is filtered. All values except the share
-//! off the body use readings on the body; quality is their share of all usable ones.
+//! off the body use readings on the body; quality is their share of all usable ones, and half of that where none is as
+//! warm as 28 °C: then they may as well be those of a room. Cold hands are rarer than thermometers that were never put on;
+//! whoever knows better reads the values, which are still reported.
 
 use super::on_body::{Limits, OnBody};
 use crate::analysis::{
@@ -15,8 +17,14 @@ use crate::trend::{smallest_step, trend};
 const RATES_HZ: (f64, f64) = (0.001, 1000.0);
 /// The smallest share of readings on the body for which values are reported.
 const LEAST_QUALITY: f64 = 0.5;
+/// Below this, a room is as likely as skin [°C]: the share of quality that is left.
+const WARM_C: f64 = 28.0;
+const OF_COOL: f64 = 0.5;
 /// The shortest trend [s].
 const LEAST_TREND_SECS: f64 = 10.0;
+
+/// The place of the highest reading among the values.
+const GREATEST: usize = 3;
 
 static VALUES: [Value; 6] = [
     Value::new("TEMP_Mean", "°C", "mean of readings on the body"),
@@ -117,7 +125,9 @@ impl Windows for Running {
         let poor = [Err(Reason::Quality); 5];
         let of_skin = if quality < LEAST_QUALITY { poor } else { self.of_skin(span) };
         let values = of_skin.into_iter().chain([Ok(1.0 - quality)]).collect();
-        Measured { coverage, quality, values }
+        let is_warm = of_skin[GREATEST].is_ok_and(|greatest_c| greatest_c >= WARM_C);
+        let certainty = if is_warm { 1.0 } else { OF_COOL };
+        Measured { coverage, quality: quality * certainty, values }
     }
 }
 
@@ -136,5 +146,27 @@ impl Causal for Running {
     fn forget(&mut self, before_ns: i64) {
         self.readings.forget(before_ns);
         self.skin.forget(before_ns);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The quality and the mean of a minute at this temperature.
+    fn measured(celsius: f64) -> (f64, Result<f64, Reason>) {
+        let channels = [(0..240).map(|k| celsius + 0.01 * f64::from(k % 3)).collect::<Vec<f64>>()];
+        let recording = Recording { rate_hz: 4.0, begin_ns: 0, channels: &channels };
+        let whole = whole(&Settings::default(), &recording).unwrap();
+        let measured = whole.windows.measure(recording.span());
+        (measured.quality, measured.values[0])
+    }
+
+    #[test]
+    fn a_thermometer_as_cool_as_a_room_is_not_trusted() {
+        let (quality, mean) = measured(24.0);
+        assert!(quality < 0.6 && mean.is_ok_and(|mean| (mean - 24.01).abs() < 0.01));
+        assert!(measured(33.0).0 > 0.99);
+        assert!(measured(15.0).0 < 0.01);
     }
 }
