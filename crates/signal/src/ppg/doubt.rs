@@ -8,7 +8,7 @@ use super::train::Train;
 /// (`bench/signal/measure_unkind choosing`).
 const SURE: f64 = 0.98;
 const DOUBTFUL: f64 = 0.79;
-const UNLIKELY: f64 = 0.275;
+const UNLIKELY: f64 = 0.265;
 const WRONG: f64 = 0.05;
 
 /// The largest flagged share of a span of which the rest is reported.
