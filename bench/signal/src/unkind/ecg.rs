@@ -34,12 +34,12 @@ pub const KINDS: [(&str, Make); 24] = [
     ("ecg quantized", quantized),
 ];
 
-fn usual_rate(random: &mut Random) -> f64 {
+pub fn usual_rate(random: &mut Random) -> f64 {
     random.within(48.0..110.0)
 }
 
 /// Rates that devices have, noise that they have, and a little wander.
-fn of(
+pub fn of(
     random: &mut Random,
     kind: &'static str,
     rate_hz: f64,
@@ -53,11 +53,11 @@ fn of(
     Unkind::new(kind, rate_hz, signal, beats_secs)
 }
 
-fn device_hz(random: &mut Random) -> f64 {
+pub fn device_hz(random: &mut Random) -> f64 {
     random.one_of(&[125.0, 130.0, 200.0, 250.0, 256.0, 360.0, 500.0])
 }
 
-fn beating(random: &mut Random, kind: &'static str, rate_per_min: f64) -> Unkind {
+pub fn beating(random: &mut Random, kind: &'static str, rate_per_min: f64) -> Unkind {
     let (rate_hz, beats) = (device_hz(random), rhythm(random, rate_per_min));
     let form = narrow(random);
     of(random, kind, rate_hz, ecg(rate_hz, &beats, &form, |_| 1.0), beats)

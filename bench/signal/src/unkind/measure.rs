@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::Path;
 
+use super::belt::belts;
 use super::breath::walks;
 use super::peers::Peers;
 use super::reliability::Reliability;
@@ -24,6 +25,8 @@ struct Outcome {
     windows: usize,
     /// Above the trusted quality, and wrong.
     confidently_wrong: usize,
+    /// Above it, and right.
+    trusted_right: usize,
     /// Windows that a correct detector can measure, and those that were measured correctly.
     fair: usize,
     right: usize,
@@ -39,9 +42,19 @@ impl Outcome {
     fn add(&mut self, window: &Window, is_fair: bool) {
         self.windows += 1;
         self.confidently_wrong += usize::from(is_confidently_wrong(window));
+        let is_trusted = window.has_value && window.quality > TRUSTED;
+        self.trusted_right += usize::from(is_trusted && window.is_right);
         self.fair += usize::from(is_fair);
         self.right += usize::from(is_fair && window.has_value && window.is_right);
     }
+}
+
+/// What became of all windows of one analysis.
+#[derive(Default)]
+struct Outcomes {
+    kinds: BTreeMap<&'static str, Outcome>,
+    ecg: Reliability,
+    ppg: Reliability,
 }
 
 /// Prints figures with their bars, of so many signals; whether all were met. `peers` is a folder with
@@ -50,41 +63,78 @@ pub fn measure(seeds: &str, count: &str, peers: Option<&Path>) -> Result<bool, B
     let (seeds, count): (Seeds, usize) = (seeds.parse()?, count.parse()?);
     let mut met = true;
     for how in [How::Whole, How::Causal] {
-        let (mut kinds, mut ecg, mut ppg) =
-            (BTreeMap::new(), Reliability::default(), Reliability::default());
         let mut others = Peers::read(peers)?;
-        for (number, made) in seeds.signals(count).enumerate() {
-            let (windows, found_secs) = windows(&made, how)?;
-            let outcome: &mut Outcome = kinds.entry(made.kind).or_default();
-            for window in &windows {
-                let is_fair = others.can_measure(&made, number, window).unwrap_or(made.is_fair);
-                outcome.add(window, is_fair);
-                if made.is_ppg {
-                    ppg.add(window);
-                } else {
-                    ecg.add(window);
-                }
-                if is_confidently_wrong(window) {
-                    let Window { rate_per_min, true_per_min, begin_secs, quality, .. } = window;
-                    println!(
-                        "      unkind, {how:?}, {}, signal {number} from {begin_secs} s: {rate_per_min:.1} a minute for {true_per_min:.1}, quality {quality:.2}",
-                        made.kind
-                    );
-                }
-            }
-            outcome.lost_secs = outcome.lost_secs.max(lost_secs(&made, &found_secs));
-        }
+        let Outcomes { kinds, ecg, ppg } = outcomes(seeds.signals(count), how, &mut others)?;
         met &= report(how, &kinds);
         met &= diagram(how, "ECG", &ecg) & diagram(how, "PPG", &ppg);
         others.report(how);
     }
-    Ok(met & walks(seeds, 100)? & skins(seeds, 100)?)
+    met &= foreign(seeds, count / 5)?;
+    Ok(met & walks(seeds, 100)? & belts(seeds, 100)? & skins(seeds, 100)?)
+}
+
+/// Prints figures of signals with what is not of the heart that is measured.
+fn foreign(seeds: Seeds, count: usize) -> Result<bool, Box<dyn Error>> {
+    let mut met = true;
+    for how in [How::Whole, How::Causal] {
+        let outcomes = outcomes(seeds.foreign(count), how, &mut Peers::read(None)?)?;
+        met &= report_foreign(how, &outcomes);
+    }
+    Ok(met)
+}
+
+/// Analyses signals, and prints each window that is confidently wrong.
+fn outcomes(
+    signals: impl Iterator<Item = Unkind>,
+    how: How,
+    others: &mut Peers,
+) -> Result<Outcomes, Box<dyn Error>> {
+    let mut outcomes = Outcomes::default();
+    for (number, made) in signals.enumerate() {
+        let (windows, found_secs) = windows(&made, how)?;
+        let outcome = outcomes.kinds.entry(made.kind).or_default();
+        for window in &windows {
+            let is_fair = others.can_measure(&made, number, window).unwrap_or(made.is_fair);
+            outcome.add(window, is_fair);
+            if made.is_ppg {
+                outcomes.ppg.add(window);
+            } else {
+                outcomes.ecg.add(window);
+            }
+            if is_confidently_wrong(window) {
+                let Window { rate_per_min, true_per_min, begin_secs, quality, .. } = window;
+                println!(
+                    "      unkind, {how:?}, {}, signal {number} from {begin_secs} s: {rate_per_min:.1} a minute for {true_per_min:.1}, quality {quality:.2}",
+                    made.kind
+                );
+            }
+        }
+        outcome.lost_secs = outcome.lost_secs.max(lost_secs(&made, &found_secs));
+    }
+    Ok(outcomes)
+}
+
+/// Prints what became of windows with what is not of the heart; those of clicks at random and of plateaus have a bar.
+fn report_foreign(how: How, outcomes: &Outcomes) -> bool {
+    let mut met = true;
+    for (kind, outcome) in &outcomes.kinds {
+        let Outcome { windows, confidently_wrong, trusted_right, .. } = *outcome;
+        let text = format!(
+            "{kind}: {confidently_wrong} of {windows} windows above quality {TRUSTED} and more than 10 % off, {trusted_right} above it and right"
+        );
+        if kind.contains("random") || kind.contains("plateaus") {
+            met &= line(confidently_wrong * 200 <= windows, how, &format!("{text} (bar 1 in 200)"));
+        } else {
+            println!("      unkind, {how:?}: {text}");
+        }
+    }
+    met
 }
 
 fn report(how: How, kinds: &BTreeMap<&str, Outcome>) -> bool {
     let mut all = Outcome::default();
     for (kind, outcome) in kinds {
-        let Outcome { windows, confidently_wrong, fair, right, lost_secs } = *outcome;
+        let Outcome { windows, confidently_wrong, fair, right, lost_secs, .. } = *outcome;
         let percent = 100.0 * right as f64 / fair.max(1) as f64;
         println!(
             "      unkind, {how:?}, {kind}: {confidently_wrong} of {windows} windows confidently wrong, {percent:.0} % of {fair} right, beats lost for {lost_secs:.1} s"

@@ -4,8 +4,10 @@ mod random;
 mod noise;
 mod heart;
 mod ecg;
+mod foreign;
 mod ppg;
 mod breath;
+mod belt;
 mod skin;
 mod windows;
 mod reliability;
@@ -95,11 +97,23 @@ impl Seeds {
 
     /// Each kind in turn.
     pub fn signals(self, count: usize) -> impl Iterator<Item = Unkind> {
-        let first = self.first();
         let kinds: Vec<(&'static str, Make)> = ecg::KINDS.into_iter().chain(ppg::KINDS).collect();
-        (0..count).map(move |number| {
-            let (kind, make) = kinds[number % kinds.len()];
-            make(&mut Random::new(first + number as u64), kind)
-        })
+        of_kinds(kinds, self.first(), count)
     }
+
+    /// Each kind in turn of those with what is not of the heart that is measured.
+    pub fn foreign(self, count: usize) -> impl Iterator<Item = Unkind> {
+        of_kinds(foreign::KINDS.to_vec(), self.first() + 900_000, count)
+    }
+}
+
+fn of_kinds(
+    kinds: Vec<(&'static str, Make)>,
+    first: u64,
+    count: usize,
+) -> impl Iterator<Item = Unkind> {
+    (0..count).map(move |number| {
+        let (kind, make) = kinds[number % kinds.len()];
+        make(&mut Random::new(first + number as u64), kind)
+    })
 }
