@@ -38,6 +38,16 @@ fn analysed(intervals: &[(i64, f64)]) -> (Box<dyn Causal + Send>, Vec<Event>) {
 }
 
 #[test]
+fn of_intervals_that_a_device_repeats_the_rate_is_known_and_variability_is_not() {
+    let (analysis, _) = analysed(&reported(&[800.0; 120]));
+    let windows: &dyn Windows = analysis.as_ref();
+    assert!(windows.measure(MIN_SPAN).quality < 0.01);
+    assert_eq!(of(windows, MIN_SPAN, "HRV_RMSSD"), Err(Reason::Quality));
+    let mean_ms = of(windows, MIN_SPAN, "HRV_MeanNN").expect("a mean bears it");
+    assert!((mean_ms - 800.0).abs() < 1e-6, "{mean_ms}");
+}
+
+#[test]
 fn variability_is_that_of_the_intervals_and_not_of_the_times_of_the_host() {
     let nn = intervals_ms(200);
     let (analysis, events) = analysed(&reported(&nn));

@@ -15,6 +15,8 @@ const LONGEST_MS: f64 = 60_000.0;
 const MOST_ASTRAY_SECS: f64 = 1.5;
 /// The shortest hole that marks lost intervals [ns].
 const LEAST_HOLE_NS: i64 = 1_000_000;
+/// Above this share of repeated intervals a span has no variability.
+const MOST_REPEATED: f64 = 0.1;
 
 /// Settings of the interval analysis.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +51,8 @@ impl Default for Settings {
 /// more than [`Settings::most_astray_secs`]. Where the sum is ahead by more, one interval is left out and the next begins
 /// at the host's time. An interval that is NaN, not positive or over a minute also
 /// leaves a hole. Sixteen or more equal intervals in a row are those of a device that repeats one: the quality of a span
-/// is less by their share, and above a tenth its values are withheld. The rate is ignored; there are no errors. Limits:
+/// is less by their share, and above a tenth its variability is withheld, but not its means. The rate is ignored; there
+/// are no errors. Limits:
 /// a single lost interval that is not reported as lost remains undetected.
 pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     let heart = HeartWindows::causal().only(&settings.domains).treated(settings.treatment);
@@ -96,17 +99,29 @@ struct IntervalWindows {
     repeats: Repeats,
 }
 
+impl IntervalWindows {
+    /// The values of a span, without the variability of repeated intervals; the quality is less by their share.
+    fn judged(&self, mut measured: Measured, span: Span) -> Measured {
+        let share = self.repeats.share(span);
+        measured.quality *= 1.0 - share;
+        if share > MOST_REPEATED {
+            self.heart.withhold_variability(&mut measured.values);
+        }
+        measured
+    }
+}
+
 impl Windows for IntervalWindows {
     fn values(&self) -> &[Value] {
         self.heart.values()
     }
 
     fn measure(&self, span: Span) -> Measured {
-        self.repeats.judge(self.heart.measure(span), span)
+        self.judged(self.heart.measure(span), span)
     }
 
     fn measure_again(&self, span: Span, last: &Measured) -> Measured {
-        self.repeats.judge(self.heart.measure_again(span, last), span)
+        self.judged(self.heart.measure_again(span, last), span)
     }
 }
 

@@ -2,13 +2,11 @@
 
 use std::collections::VecDeque;
 
-use crate::analysis::{Measured, Reason, Span};
+use crate::analysis::Span;
 
 /// So many equal intervals in a row are those of a device that repeats its last one, or counts too coarsely to tell them
 /// apart. Of hearts that vary by 3 ms, a device that counts in steps of 1 ms reports no four in a row.
 const LEAST_EQUAL: usize = 16;
-/// Above this share of a span no value is reported.
-const MOST_SHARE: f64 = 0.1;
 
 /// Stretches of equal intervals.
 #[derive(Clone, Debug, Default)]
@@ -44,20 +42,8 @@ impl Repeats {
         }
     }
 
-    /// The values of a span, without those of repeated intervals; the quality is less by their share.
-    pub(super) fn judge(&self, measured: Measured, span: Span) -> Measured {
-        let share = self.share(span);
-        let quality = measured.quality * (1.0 - share);
-        if share <= MOST_SHARE {
-            return Measured { quality, ..measured };
-        }
-        let withheld = |value: Result<f64, Reason>| value.and(Err(Reason::Quality));
-        let values = measured.values.into_iter().map(withheld).collect();
-        Measured { quality, values, ..measured }
-    }
-
     /// The share of a span in such stretches [0..1].
-    fn share(&self, span: Span) -> f64 {
+    pub(super) fn share(&self, span: Span) -> f64 {
         let inside = |&(begin_ns, end_ns): &(i64, i64)| {
             let (begin_ns, end_ns) = (begin_ns.max(span.begin_ns), end_ns.min(span.end_ns));
             end_ns.saturating_sub(begin_ns).max(0) as f64 / 1e9
@@ -73,32 +59,27 @@ mod tests {
 
     const MS: i64 = 1_000_000;
 
-    /// The quality and the value of a minute of intervals.
-    fn judged(interval_ms: impl Fn(i64) -> i64) -> (f64, Result<f64, Reason>) {
+    /// The share of equal intervals in a minute of intervals.
+    fn share(interval_ms: impl Fn(i64) -> i64) -> f64 {
         let mut repeats = Repeats::default();
         let mut end_ns = 0;
         for k in 0..75 {
             end_ns += interval_ms(k) * MS;
             repeats.push(end_ns, interval_ms(k) * MS);
         }
-        let measured = Measured { coverage: 1.0, quality: 1.0, values: vec![Ok(75.0)] };
-        let judged = repeats.judge(measured, Span { begin_ns: 0, end_ns });
-        (judged.quality, judged.values[0])
+        repeats.share(Span { begin_ns: 0, end_ns })
     }
 
     #[test]
     fn equal_intervals_are_those_of_a_device() {
-        let (quality, value) = judged(|_| 800);
-        assert!(quality < 0.01);
-        assert_eq!(value, Err(Reason::Quality));
-        let (quality, value) = judged(|k| if k < 40 { 800 + k % 3 } else { 800 });
-        assert!((quality - 0.53).abs() < 0.02, "{quality}");
-        assert_eq!(value, Err(Reason::Quality));
+        assert!(share(|_| 800) > 0.99);
+        let half = share(|k| if k < 40 { 800 + k % 3 } else { 800 });
+        assert!((half - 0.47).abs() < 0.02, "{half}");
     }
 
     #[test]
     fn some_equal_intervals_in_a_row_are_those_of_a_heart() {
-        assert_eq!(judged(|k| 800 + k / 12), (1.0, Ok(75.0)));
+        assert!(share(|k| 800 + k / 12) < 1e-9);
     }
 
     #[test]

@@ -65,7 +65,7 @@ fn absent(robots: &Robots) -> Vec<(String, String)> {
 }
 
 fn has_not_appeared(who: &str) -> String {
-    format!("{who} has not appeared; is it switched on, in this network and in this ROS domain?")
+    format!("{who} has not appeared: is it on, and in this network and ROS domain?")
 }
 
 /// The message that no robot has a topic named in the study.
@@ -122,11 +122,13 @@ mod tests {
         let named = r#"namespace = "/robot*"
             robots = ["robot1", "robot2"]
             required = ["battery"]"#;
-        let message = "robot robot2 has not appeared; is it switched on, in this network and in this ROS domain?";
+        let message =
+            "robot robot2 has not appeared: is it on, and in this network and ROS domain?";
         assert_eq!(absent(named, &["/robot1/odom", "/robot3/odom"]).await, [message]);
         let any = r#"namespace = "/robot*"
             required = ["battery"]"#;
-        let message = "a robot of /robot* has not appeared; is it switched on, in this network and in this ROS domain?";
+        let message =
+            "a robot of /robot* has not appeared: is it on, and in this network and ROS domain?";
         assert_eq!(absent(any, &[]).await, [message]);
         assert_eq!(absent(any, &["/robot7/odom"]).await, [""; 0]);
         assert_eq!(absent("", &[]).await, [""; 0]);
