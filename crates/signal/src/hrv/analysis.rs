@@ -52,8 +52,7 @@ impl Default for Settings {
 /// at the host's time. An interval that is NaN, not positive or over a minute also
 /// leaves a hole. Sixteen or more equal intervals in a row are those of a device that repeats one: the quality of a span
 /// is less by their share, and above a tenth its variability is withheld, but not its means. The rate is ignored; there
-/// are no errors. Limits:
-/// a single lost interval that is not reported as lost remains undetected.
+/// are no errors. Limits: a single lost interval that is not reported as lost remains undetected.
 pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     let heart = HeartWindows::causal().only(&settings.domains).treated(settings.treatment);
     Ok(Box::new(Intervals {
@@ -85,7 +84,9 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
         holes.extend(placed.hole);
         beats_ns.extend(placed.begin_ns);
         beats_ns.push(placed.end_ns);
-        repeats.push(placed.end_ns, usual_ns);
+        if let Some(interval_ns) = interval_ns {
+            repeats.push(placed.end_ns, interval_ns);
+        }
         events.push(beat(sample, placed.end_ns, interval_ms));
     }
     let heart = HeartWindows::whole(recording.begin_ns, &beats_ns, &holes, &settings.edits);

@@ -47,8 +47,8 @@ const SHAPE_LENGTH: usize = 32;
 ///   autocorrelation of the signal's slope (over 0.32 s) at the mean duration of a breath exceeds that at
 ///   half of it by 0.45 to 0.85. Others fall where the spectrum has a second rhythm, as motion and the heart
 ///   have beside the breath: as a slower line reaches 0.3 to 0.8 of the power of the counted rhythm (0.03 to
-///   0.1 where that is faster than 24 a minute, as steps are; 0.003 to 0.01 of a line with most of what is slower), as a faster one that is no harmonic reaches
-///   0.15 to 0.45, and as the highest line lies 15 to 40 % from the counted rate. One falls
+///   0.1 where that is faster than 24 a minute, as steps are; 0.003 to 0.01 of a line with most of what is
+///   slower), as a faster one that is no harmonic reaches 0.15 to 0.45, and as the highest line lies 15 to 40 % from the counted rate. One falls
 ///   where 3 to 15 % of all rises are smaller ones between the breaths that are counted, as shallow breaths
 ///   after deep ones are, and speech; the last where troughs are sharper than peaks by 0.45 to 0.6, as in the
 ///   signal of a belt that is stretched in both directions, which has two rises a breath;

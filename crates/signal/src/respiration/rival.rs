@@ -34,10 +34,12 @@ pub(super) fn alone(spectral: &Spectral, rate_per_min: f64) -> f64 {
     let is_faster = |at: f64| at > (1.3 * hz).max(hz + LINE_HZ) && !is_harmonic(at, hz);
     let line = highest_line(spectral, is_slower);
     let is_clear = line > CLEAR_SHARE * power(spectral, is_slower);
-    let slower = match () {
-        () if rate_per_min < FAST_PER_MIN => SLOWER,
-        () if is_clear => CLEAR_SLOWER_THAN_FAST,
-        () => SLOWER_THAN_FAST,
+    let slower = if rate_per_min < FAST_PER_MIN {
+        SLOWER
+    } else if is_clear {
+        CLEAR_SLOWER_THAN_FAST
+    } else {
+        SLOWER_THAN_FAST
     };
     let difference = (spectral.rate_per_min / rate_per_min - 1.0).abs();
     falls(line / own, slower)
