@@ -5,11 +5,12 @@ use super::heart::{Beat, SECS, add_beat, add_wave, cycle_secs, ecg, narrow, rhyt
 use super::random::Random;
 use super::{Make, Unkind};
 
-pub const KINDS: [(&str, Make); 4] = [
-    ("ecg second heart", second_heart),
-    ("ecg clicks at random", random_clicks),
-    ("ecg clicks at a pace", paced_clicks),
-    ("ecg contact plateaus", plateaus),
+/// Each with the share of windows that may be trusted and wrong; no such bar where something keeps a pace, as a heart does.
+pub const KINDS: [(&str, Make, Option<f64>); 4] = [
+    ("ecg second heart", second_heart, None),
+    ("ecg clicks at random", random_clicks, Some(0.005)),
+    ("ecg clicks at a pace", paced_clicks, None),
+    ("ecg contact plateaus", plateaus, Some(0.005)),
 ];
 
 /// The heart of a neighbour, or of a child before birth, lower than the one that is measured.

@@ -10,7 +10,7 @@ use super::peers::Peers;
 use super::reliability::Reliability;
 use super::skin::skins;
 use super::windows::{How, Window, windows};
-use super::{Seeds, Unkind};
+use super::{Seeds, Unkind, foreign};
 
 /// Above this quality a wrong rate looks trustworthy.
 const TRUSTED: f64 = 0.8;
@@ -69,12 +69,12 @@ pub fn measure(seeds: &str, count: &str, peers: Option<&Path>) -> Result<bool, B
         met &= diagram(how, "ECG", &ecg) & diagram(how, "PPG", &ppg);
         others.report(how);
     }
-    met &= foreign(seeds, count / 5)?;
+    met &= beside_others(seeds, count / 5)?;
     Ok(met & walks(seeds, 100)? & belts(seeds, 100)? & skins(seeds, 100)?)
 }
 
 /// Prints figures of signals with what is not of the heart that is measured.
-fn foreign(seeds: Seeds, count: usize) -> Result<bool, Box<dyn Error>> {
+fn beside_others(seeds: Seeds, count: usize) -> Result<bool, Box<dyn Error>> {
     let mut met = true;
     for how in [How::Whole, How::Causal] {
         let outcomes = outcomes(seeds.foreign(count), how, &mut Peers::read(None)?)?;
@@ -114,18 +114,21 @@ fn outcomes(
     Ok(outcomes)
 }
 
-/// Prints what became of windows with what is not of the heart; those of clicks at random and of plateaus have a bar.
+/// Prints what became of windows with what is not of the heart.
 fn report_foreign(how: How, outcomes: &Outcomes) -> bool {
     let mut met = true;
-    for (kind, outcome) in &outcomes.kinds {
+    for (kind, _, most_wrong) in foreign::KINDS {
+        let Some(outcome) = outcomes.kinds.get(kind) else { continue };
         let Outcome { windows, confidently_wrong, trusted_right, .. } = *outcome;
         let text = format!(
             "{kind}: {confidently_wrong} of {windows} windows above quality {TRUSTED} and more than 10 % off, {trusted_right} above it and right"
         );
-        if kind.contains("random") || kind.contains("plateaus") {
-            met &= line(confidently_wrong * 200 <= windows, how, &format!("{text} (bar 1 in 200)"));
-        } else {
-            println!("      unkind, {how:?}: {text}");
+        match most_wrong {
+            Some(share) => {
+                let passed = confidently_wrong as f64 <= share * windows as f64;
+                met &= line(passed, how, &format!("{text} (bar {} %)", 100.0 * share));
+            }
+            None => println!("      unkind, {how:?}: {text}"),
         }
     }
     met

@@ -103,7 +103,8 @@ impl Seeds {
 
     /// Each kind in turn of those with what is not of the heart that is measured.
     pub fn foreign(self, count: usize) -> impl Iterator<Item = Unkind> {
-        of_kinds(foreign::KINDS.to_vec(), self.first() + 900_000, count)
+        let kinds = foreign::KINDS.map(|(kind, make, _)| (kind, make)).to_vec();
+        of_kinds(kinds, self.first() + 900_000, count)
     }
 }
 
