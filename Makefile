@@ -7,9 +7,11 @@ export TEAMPULSE := $(CARGO_TARGET_DIR)/release/teampulse
 ready := $(CARGO_TARGET_DIR)/ready
 python := .venv/bin/python
 nextest := $(shell command -v cargo-nextest 2>/dev/null)
+# Programs that measure have no tests of their own: lints compile them.
+tested := --workspace --exclude 'bench-*'
 fuzz_secs ?= 60
 # Most end-to-end tests wait for a session: several run side by side, each process on a network of its own.
-processes ?= 5
+processes ?= 8
 # They run the binary with which the crates are tested, its assertions included, so that libraries are compiled once;
 # `binary=release` tests the one for sessions.
 binary ?= debug
@@ -47,21 +49,21 @@ web/node_modules/.package-lock.json: web/package-lock.json
 test: peers test-rust test-peers ## every test: of the crates, and of the binary with independent peers
 
 test-build: $(ready)-build
-	cargo test --no-run --workspace --locked --quiet
+	cargo test --no-run $(tested) --locked --quiet
 
 test-rust: test-build ## the tests of the crates
 	@.ci/apt-install "to test Bluetooth wearables" dbus-daemon
 ifdef nextest
-	tests/isolated cargo nextest run --workspace --offline
-	tests/isolated cargo test --workspace --offline --doc --quiet
+	tests/isolated cargo nextest run $(tested) --offline
+	tests/isolated cargo test $(tested) --offline --doc --quiet
 else
-	tests/isolated cargo test --workspace --offline
+	tests/isolated cargo test $(tested) --offline
 endif
 
 test-peers: export TEAMPULSE := $(CARGO_TARGET_DIR)/$(binary)/teampulse
 test-peers: $(if $(filter release,$(binary)),build,test-build) peers ## the binary, end to end (ARGS="-k replay" for a part)
 	$(python) -m ruff check --quiet bench docs tests
-	tests/isolated $(python) -m pytest tests -n $(processes) --dist loadfile $(ARGS)
+	tests/isolated $(python) -m pytest tests -n $(processes) --dist loadfile --no-loadscope-reorder $(ARGS)
 
 test-vm: build .venv/ready .venv-vm/ready target/vm/kernel/ready ## straps through a real Bluetooth stack, and the kernel's own camera, keyboard, mouse and sound card, under qemu (Debian on x86-64; 8 minutes)
 	$(python) -m pytest tests/vm $(ARGS)

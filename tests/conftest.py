@@ -15,7 +15,7 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)
 # Two tests in a row do not meet, even if a program of the first lingers; nor do those of several processes where
 # networks of their own can't be had.
 PROCESS = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
-domains = itertools.cycle(range(100 + PROCESS % 5 * 25, 125 + PROCESS % 5 * 25))
+domains = itertools.cycle(range(100 + PROCESS % 8 * 16, 116 + PROCESS % 8 * 16))
 
 
 @pytest.fixture
@@ -59,6 +59,21 @@ def peer(request, stage):
 def figure(request):
     """Reports a measured figure; all of them follow the tests' outcome."""
     return lambda text: request.node.user_properties.append(("figure", text))
+
+
+# Files whose tests take a minute or more, the longest first. Whole files are handed out to processes: those that come
+# last should be short, so that no process is left with a long one, and browsers should not all run at that time.
+LONG = """
+    dashboard_pages replay interop lsl live_is_afterwards tidy before_recording clocks
+    import_device_files dashboard_for_everyone ends models bad_input team microphone people
+    disk dashboard_h264 privacy statistics ros1_bags crash five_robots dashboard_server
+""".split()
+
+
+def pytest_collection_modifyitems(items) -> None:
+    """Puts long files first."""
+    place = {f"test_{name}": number for number, name in enumerate(LONG)}
+    items.sort(key=lambda item: place.get(item.path.stem, len(place)))
 
 
 # Last: the plugin that runs failed tests again has reached the first process by then.
