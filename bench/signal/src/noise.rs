@@ -33,7 +33,7 @@ impl Noise {
         Ok(Noise { samples, clean: Record { name: "118".into(), signal, beats }, height })
     }
 
-    /// The record that the noise came with, in so much of it.
+    /// The record that the noise came with, in this much of it.
     pub fn own(&self, decibels: f64) -> Record {
         self.over(&self.clean, decibels)
     }

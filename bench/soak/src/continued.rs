@@ -20,10 +20,10 @@ use teampulse_messages::fields::{header_stamp, starts_with_header};
 /// What lies between the end of a recording and its beginning again.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// After so many readings other tasks have their turn.
+/// After this many readings other tasks have their turn.
 const TURN: usize = 256;
 
-/// Hands over what is raw in a bag, again and again, until so much time has passed in it.
+/// Hands over what is raw in a bag, again and again, until this much time has passed in it.
 pub struct Continued {
     pub bag: Arc<Bag>,
     pub secs: f64,
@@ -93,7 +93,7 @@ impl Known {
         Known { id, stream: Arc::clone(stream), is_stamped }
     }
 
-    /// The reading that a message is, so much later; `None` for what ends a session.
+    /// The reading that a message is, this much later; `None` for what ends a session.
     fn reading(&self, message: &Message, shift: Duration) -> Result<Option<Reading>, SourceError> {
         let later = |time: Time| time + shift;
         let (device_time, source_time, data) = if let Shape::Message(_) = self.stream.shape {

@@ -43,7 +43,7 @@ const MESSAGE: &[u8] = &[0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
 /// How long what is left to do may take.
 const SETTLING: Duration = Duration::from_millis(100);
 
-/// Lets so many robots come one by one, leave, and come again; prints the processor time for each of their
+/// Lets this many robots come one by one, leave, and come again; prints the processor time for each of their
 /// endpoints [us].
 pub async fn run(robots: usize) -> Result<(), Box<dyn Error>> {
     let monitor = MemoryBus::new("/teampulse");

@@ -18,7 +18,7 @@ use crate::session;
 
 const HOUR_SECS: f64 = 3600.0;
 
-/// Lets a recording go on until so many hours have passed in it; prints a line for each.
+/// Lets a recording go on until this many hours have passed in it; prints a line for each.
 pub async fn run(bag: &Path, hours: f64) -> Result<(), Box<dyn Error>> {
     let bag = Arc::new(Bag::open(bag)?);
     let (began, _) = bag.bounds().ok_or("the bag is empty")?;
@@ -29,7 +29,7 @@ pub async fn run(bag: &Path, hours: f64) -> Result<(), Box<dyn Error>> {
     end(session).await
 }
 
-/// Lets a recording go on, so many times as fast as it was recorded, on a dashboard alone; prints its address, and a line
+/// Lets a recording go on, this many times as fast as it was recorded, on a dashboard alone; prints its address, and a line
 /// for each hour.
 pub async fn watched(bag: &Path, hours: f64, speed: f64) -> Result<(), Box<dyn Error>> {
     let bag = Arc::new(Bag::open(bag)?);

@@ -1,12 +1,12 @@
 //! What long and large recordings take, at full speed:
 //!
-//! - `bench-soak hours BAG HOURS` lets a recording go on until so many hours are recorded, through all
+//! - `bench-soak hours BAG HOURS` lets a recording go on until this many hours are recorded, through all
 //!   features into a bag, flushed as often as live, and its tidy files, and prints what the process
 //!   holds after each hour;
-//! - `bench-soak watched BAG HOURS SPEED` shows that on a dashboard, so many times as fast as it was recorded;
-//! - `bench-soak endpoints ROBOTS` lets so many robots come, leave and come again, and prints the processor
+//! - `bench-soak watched BAG HOURS SPEED` shows that on a dashboard, this many times as fast as it was recorded;
+//! - `bench-soak endpoints ROBOTS` lets this many robots come, leave and come again, and prints the processor
 //!   time for each of their endpoints;
-//! - `bench-soak topics COUNT` records a bag of so many topics and replays it, and prints the
+//! - `bench-soak topics COUNT` records a bag of this many topics and replays it, and prints the
 //!   processor time of both;
 //! - `bench-soak worker KIND SECS` runs a live session with a worker that is slow, fails or panics, and
 //!   prints how long readings took to a sink, and how many were received and recorded.

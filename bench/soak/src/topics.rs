@@ -17,7 +17,7 @@ use crate::{cpu_secs, session};
 /// How many messages each topic has.
 const MESSAGES: u32 = 3;
 
-/// Records so many topics, replays what was recorded, and prints what each took.
+/// Records this many topics, replays what was recorded, and prints what each took.
 pub async fn run(count: u32) -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let (recorded, replayed) = (folder.path().join("recorded"), folder.path().join("replayed"));

@@ -24,7 +24,7 @@ const PERIOD: Duration = Duration::from_millis(2);
 const AN_ITEM: Duration = Duration::from_secs(2);
 const NUMBERS: &str = "/bench/numbers";
 
-/// Runs a live session with a worker of a kind (`none`, `slow`, `failing`, `panicking`) for so many seconds;
+/// Runs a live session with a worker of a kind (`none`, `slow`, `failing`, `panicking`) for this many seconds;
 /// prints how long a reading took from its source to a sink, and how many were received and recorded.
 pub async fn run(kind: &str, secs: f64) -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;

@@ -10,12 +10,12 @@ use teampulse_timefilter::calibrate::{Calibration, Seen, calibrate};
 const FIRST_SEED: u64 = 10_000;
 /// So many recordings of each kind, each with a lag of its own.
 const RUNS: u64 = 200;
-/// A latency is found when it is this near [s], and that in so many of the recordings.
+/// A latency is found when it is this near [s], and that in this many of the recordings.
 const NEAR_SECS: f64 = 0.005;
 const NEAR_SHARE: f64 = 0.95;
-/// The stated 95 % interval holds the true lag in so many of the recordings.
+/// The stated 95 % interval holds the true lag in this many of the recordings.
 const HELD_SHARE: f64 = 0.93;
-/// The true lag lies between no and so many seconds, either way.
+/// The true lag lies between no and this many seconds, either way.
 const LAG_SECS: f64 = 0.4;
 
 /// Who sees an event.

@@ -222,7 +222,7 @@ impl Recorded {
         events.into_iter().filter(is_beat).map(|found| found.secs).collect()
     }
 
-    /// The least delay with which this machine sent frames of the H10's ECG, in the worst span [s].
+    /// The minimum delay with which this machine sent frames of the H10's ECG, in the worst span [s].
     ///
     /// The emulated H10 stamps a frame with the moment at which it is due, and this machine sends it when it gets to
     /// it. A clock that is only known from its packets can't be known better than by the least delayed one.

@@ -26,7 +26,7 @@ pub fn holds_alerts(stream: &Stream) -> bool {
 pub struct Alert {
     /// The robot or the person: one word; `team` and `session` for alerts about neither.
     pub who: String,
-    /// Why.
+    /// The reason.
     pub why: Why,
     /// The state of the alert.
     pub stage: Stage,
@@ -176,7 +176,7 @@ impl Alert {
         format!("{}{}{}", self.who, self.stage.words(self.tier), self.why)
     }
 
-    /// The alert of a label; `None` for any other text.
+    /// Parses the label of an alert; `None` for any other text.
     pub fn read(label: &str) -> Option<Alert> {
         let mut kinds = Stage::ALL.into_iter().flat_map(|stage| {
             let stated = Tier::ALL.into_iter().filter(move |&tier| stage.states(tier));

@@ -69,9 +69,9 @@ pub struct Session {
 /// How time passes in a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// By the session's clock: ticks go on during silence.
+    /// With the session's clock: ticks continue while no data arrive.
     Live,
-    /// By the times of a recording: as fast as it can be read.
+    /// With the times of a recording, as fast as it can be read.
     Recorded,
 }
 

@@ -33,7 +33,7 @@ const AGES_SECS: (f64, f64) = (60.0, 1.0);
 pub struct Refusal {
     /// Whether it was wrong in itself, or not allowed.
     pub cause: Cause,
-    /// Why.
+    /// The reason.
     pub reason: String,
     /// What the user can do; may be empty.
     pub hint: String,

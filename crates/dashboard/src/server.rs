@@ -74,7 +74,7 @@ pub struct NotBound {
     address: SocketAddr,
     /// The other ports.
     further: String,
-    /// Why.
+    /// The reason.
     error: io::Error,
 }
 

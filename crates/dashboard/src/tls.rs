@@ -24,7 +24,7 @@ pub enum TlsError {
         file: TlsFile,
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         error: std::io::Error,
     },
     /// A file is not PEM, or does not contain what it should.

@@ -26,7 +26,7 @@ pub enum TokensError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         error: std::io::Error,
     },
     /// A line of it is not a right and a token.

@@ -25,7 +25,7 @@ pub enum DecodeError {
     Truncated {
         /// What was decoded.
         what: &'static str,
-        /// The least number of bytes needed.
+        /// The minimum number of bytes needed.
         expected: usize,
         /// The number of bytes present.
         got: usize,

@@ -16,7 +16,7 @@ use teampulse_signal::ppg::{Pulse, PulseDetector, Quality, clean, find_pulses};
 
 const RATE_HZ: f64 = 64.0;
 
-/// When the pulses of a minute are, at so many a minute, a little uneven.
+/// When the pulses of a minute are, at this many a minute, a little uneven.
 fn times_secs(per_min: f64) -> Vec<f64> {
     let secs = |k: u32| (f64::from(k) + 0.05 * f64::from(k * k % 7) / 7.0 + 0.7) * 60.0 / per_min;
     (0..300).map(secs).take_while(|&secs| secs < 59.3).collect()

@@ -8,8 +8,8 @@ use teampulse_ros::graph::Endpoint;
 
 use crate::wearables::uses::Uses;
 
-/// What the sources of a session want, collected before any of them runs, so that the order of discovery or
-/// startup does not matter.
+/// The topics and devices that the sources of a session claim, collected before any source runs, so that the order of
+/// discovery or startup does not matter.
 #[derive(Clone, Default)]
 pub struct Claims {
     topics: Arc<Mutex<Vec<Claim>>>,

@@ -263,7 +263,7 @@ fn wave_errors(record: &Record, began: Time) -> Vec<f64> {
     samples.map(error).collect()
 }
 
-/// The least delay with which this machine sent waves, in the worst span [s].
+/// The minimum delay with which this machine sent waves, in the worst span [s].
 ///
 /// An emulated device stamps its data with the time at which they are due, and this machine sends them when it gets to
 /// it: a clock that is only known from its packets can't be known better than by the least delayed one.

@@ -231,7 +231,7 @@ struct Camera {
     /// The stream of its pictures with hidden faces.
     stream: StreamId,
     held: Held,
-    /// The least time between two processed frames [s].
+    /// The minimum time between two processed frames [s].
     period_secs: f64,
     last: Option<Time>,
     /// Why its last frame was left out: reported once, until a frame succeeds.

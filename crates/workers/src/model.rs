@@ -214,7 +214,7 @@ fn about(descriptor: &Descriptor) -> String {
 struct Camera {
     /// The streams of the models, in order.
     streams: Vec<StreamId>,
-    /// The least time between two processed frames [s].
+    /// The minimum time between two processed frames [s].
     period_secs: f64,
     last: Option<Time>,
     /// Why its last frame could not be decoded: reported once, until one can.

@@ -134,7 +134,7 @@ struct Outcome {
     trusted_wrong: u64,
 }
 
-/// Prints what became of so many belts of each kind; whether all bars were met.
+/// Prints what became of this many belts of each kind; whether all bars were met.
 pub fn belts(seeds: Seeds, count: u64) -> Result<bool, Box<dyn Error>> {
     let mut met = true;
     for (turn, (kind, make, bar)) in KINDS.into_iter().enumerate() {

@@ -57,7 +57,7 @@ struct Outcomes {
     ppg: Reliability,
 }
 
-/// Prints figures with their bars, of so many signals; whether all were met. `peers` is a folder with
+/// Prints figures with their bars, of this many signals; whether all were met. `peers` is a folder with
 /// the beats that other programs found, as `peers.py` writes them.
 pub fn measure(seeds: &str, count: &str, peers: Option<&Path>) -> Result<bool, Box<dyn Error>> {
     let (seeds, count): (Seeds, usize) = (seeds.parse()?, count.parse()?);

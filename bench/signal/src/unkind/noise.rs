@@ -27,7 +27,7 @@ pub fn white(random: &mut Random, count: usize) -> Vec<f64> {
     (0..count).map(|_| random.normal()).collect()
 }
 
-/// Noise of both kinds, with up to so much of the white one.
+/// Noise of both kinds, with up to this much of the white one.
 pub fn mixed(random: &mut Random, count: usize, most_white: f64) -> Vec<f64> {
     let mut noise = pink(random, count);
     let fast = white(random, count);

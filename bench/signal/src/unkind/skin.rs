@@ -33,7 +33,7 @@ struct Skin {
     peaks_secs: Vec<f64>,
 }
 
-/// Prints figures with their bars, of so many skins of each kind; whether all were met.
+/// Prints figures with their bars, of this many skins of each kind; whether all were met.
 pub fn skins(seeds: Seeds, count: u64) -> Result<bool, Box<dyn Error>> {
     let mut met = true;
     for how in [How::Whole, How::Causal] {

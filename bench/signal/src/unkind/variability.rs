@@ -63,7 +63,7 @@ struct Outcome {
     ratios: Vec<f64>,
 }
 
-/// Prints figures with their bars, of so many signals of each kind; whether all were met.
+/// Prints figures with their bars, of this many signals of each kind; whether all were met.
 pub fn measure(seeds: &str, count: &str) -> Result<bool, Box<dyn Error>> {
     let (seeds, count): (Seeds, usize) = (seeds.parse()?, count.parse()?);
     let mut outcomes: BTreeMap<(bool, &str), Outcome> = BTreeMap::new();

@@ -5,7 +5,7 @@ use super::packet_paths::{Network, PacketPath};
 use super::random::Random;
 use super::{Happened, Packet, Probe, Session, Stamped, Stamps, What, nanos};
 
-/// A computer that sends messages of so many samples each.
+/// A computer that sends messages of this many samples each.
 struct Computer {
     clock: Oscillator,
     messages_hz: f64,

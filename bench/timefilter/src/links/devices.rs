@@ -32,7 +32,7 @@ impl Device {
         Device { clock, rate_hz, batch, lazy, repeats, silences, numbers_losses }
     }
 
-    /// What arrives in so many seconds.
+    /// What arrives in this many seconds.
     pub(super) fn run(
         &self,
         way: &mut dyn PacketPath,

@@ -22,7 +22,7 @@ pub struct Kind {
     pub doc: &'static str,
     /// What must be reached.
     pub bars: Bars,
-    /// Makes a session of so many seconds.
+    /// Makes a session of this many seconds.
     pub make: fn(&mut random::Random, f64) -> Session,
 }
 
@@ -78,7 +78,7 @@ pub struct Session {
 pub enum Stamped {
     /// By a device's clock.
     Device,
-    /// By numbers, of nominally so many samples a second.
+    /// By numbers, of nominally this many samples a second.
     Number(f64),
     /// By another computer's clock.
     Computer,

@@ -16,7 +16,7 @@ fn host(random: &mut Random) -> f64 {
 }
 
 /// A Bluetooth Low Energy connection: packets wait for the next connection event; some fail and are
-/// sent again with the next one; so many fit into one event.
+/// sent again with the next one; this many fit into one event.
 #[derive(Clone, Debug)]
 pub struct Bluetooth {
     /// The connection interval by the host's clock [s].

@@ -4,7 +4,7 @@ use super::Session;
 
 /// How fast LSL forgets [s].
 const HALF_TIME_SECS: f64 = 90.0;
-/// A longer pause than this, and than so many samples, is a break for `pyxdf` [s].
+/// A longer pause than this, and than this many samples, is a break for `pyxdf` [s].
 const BREAK_SECS: f64 = 1.0;
 const BREAK_SAMPLES: f64 = 500.0;
 

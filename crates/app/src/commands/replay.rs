@@ -28,7 +28,7 @@ use crate::study::Study;
 
 /// The note of a bag whose times were computed by `retime`.
 pub const RETIMED: &str = "teampulse.times";
-/// The note of a bag that was imported: it is no session of ours, whose end is recorded.
+/// The note of a bag that was imported: it is not a session of ours, whose end would be recorded.
 pub const IMPORTED: &str = "teampulse.imported";
 
 /// Computes all derived streams of a bag again from its raw data, as fast as possible, into a new bag.

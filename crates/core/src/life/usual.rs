@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use crate::time::Time;
 
-/// The least number of samples for a learned rate, the shortest time that they cover [s], and the
+/// The minimum number of samples for a learned rate, the shortest time that they cover [s], and the
 /// time after the first sample in which it is learned [s].
 const LEARNED_FROM: u64 = 5;
 const LEARNED_FROM_SECS: f64 = 2.0;

@@ -71,7 +71,7 @@ impl Sources {
         self.running.is_empty()
     }
 
-    /// Abandons those that still run; returns their names.
+    /// Abandons the sources that are still running, and returns their names.
     pub(super) fn abandon(&mut self) -> Vec<String> {
         self.running.abort_all();
         std::mem::take(&mut self.names)

@@ -95,7 +95,7 @@ impl Queue {
 }
 
 impl Pictures {
-    /// Takes a picture of which at most so many a second are shown, 0 for all of them; returns how many were left out, as
+    /// Takes a picture of which at most this many a second are shown, 0 for all of them; returns how many were left out, as
     /// the client was too slow for them. Of video all frames are shown.
     pub fn put(&mut self, picture: Arc<Picture>, most_per_sec: f64) -> u64 {
         let stream = picture.stream;

@@ -60,7 +60,7 @@ impl Format {
         }
     }
 
-    /// Whether its values have fractions.
+    /// Whether its values are floating-point numbers.
     pub fn is_float(self) -> bool {
         matches!(self, Format::Float32 | Format::Double64)
     }

@@ -16,7 +16,7 @@ const UP_WIDTH_SECS: f64 = 0.07;
 /// The amplitude of a blink on the forehead [µV], and its variation.
 const HEIGHT_UV: f64 = 120.0;
 const HEIGHT_SIGMA: f64 = 0.15;
-/// The duration of a blink, before which no other follows [s].
+/// The duration of a blink [s]; the next one begins after it at the earliest.
 const LAST_SECS: f64 = 0.5;
 
 /// A blink of both eyes.

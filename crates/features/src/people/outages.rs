@@ -19,7 +19,7 @@ use crate::value::moment;
 const USUAL_INTERVALS: f64 = 3.0;
 /// Samples within this time are one arrival [s]: some devices send those of five seconds at once.
 const BURST_SECS: f64 = 0.02;
-/// Samples that follow each other that closely for this long are no burst but a fast stream [s].
+/// Samples that follow each other that closely for this long are not a burst but a fast stream [s].
 const LONGEST_BURST_SECS: f64 = 0.5;
 /// The longest assumed interval of a stream with a single sample so far [s].
 const SLOWEST_SECS: f64 = 60.0;

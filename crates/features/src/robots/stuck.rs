@@ -24,7 +24,7 @@ const STANDING_M_PER_SEC: f64 = 0.01;
 /// A run is too long if it is this many times as long as the second longest one before it.
 const USUAL_RUNS: i64 = 3;
 
-/// The least number of equal samples that counts as a fault.
+/// The minimum number of equal samples that counts as a fault.
 const LEAST_SAMPLES: u32 = 3;
 
 /// Sensors of a robot whose numbers do not change at all for too long, and when they change again.

@@ -37,7 +37,7 @@ pub(super) fn gaps(stamps_secs: &[f64], rate_hz: f64) -> Vec<usize> {
     found
 }
 
-/// The usual period [s], from stamps so many samples apart, most of which have no gap in between.
+/// The usual period [s], from stamps this many samples apart, most of which have no gap in between.
 fn period_secs(stamps_secs: &[f64], width: usize) -> Option<f64> {
     let lag = width.min(stamps_secs.len() / 4);
     if lag < FEWEST / 4 {
@@ -54,7 +54,7 @@ fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     (!numbers.is_empty()).then(|| *numbers.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// The least of each number and of those that follow it, so many in all.
+/// The smallest of each number and of those that follow it, this many in all.
 fn least_from_here(numbers: &[f64], width: usize) -> Vec<f64> {
     let mut least = Least::new(width);
     let backwards = numbers.iter().rev().map(|number| {

@@ -7,7 +7,7 @@ use super::clock::Fit;
 const RESET_SECS: f64 = 1.0;
 /// The drift of clocks that have nothing else in common: it moves an offset by this much of the time in between.
 const DRIFT: f64 = 1e-3;
-/// LSL measures every 5 s: a stamp that is so much later than the last measurement may be of another clock [s].
+/// LSL measures every 5 s: a stamp that is this much later than the last measurement may be of another clock [s].
 const MEASURED_SECS: f64 = 10.0;
 /// One that goes back by more than this is, if it is this near to the next clock's first measurement [s].
 const BACK_SECS: f64 = 0.5;
@@ -118,7 +118,7 @@ mod tests {
         (0..count).map(|place| span.0 + place as f64 / rate_hz - behind_secs).collect()
     }
 
-    /// The largest error of stamps that were sampled within two spans, by clocks that are behind by so much [s].
+    /// The largest error of stamps that were sampled within two spans, by clocks that are behind by this much [s].
     fn worst_secs(spans: [(f64, f64); 2], rate_hz: f64, behind_secs: [f64; 2]) -> (usize, f64) {
         let (mut found, mut truth, mut measured) = (Vec::new(), Vec::new(), Vec::new());
         for (span, behind_secs) in spans.into_iter().zip(behind_secs) {

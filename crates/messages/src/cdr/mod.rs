@@ -26,7 +26,7 @@ pub enum CdrError {
     /// A value, or a sequence of the stated length, extends beyond the end.
     #[error("read {needed} bytes at byte {at} of a message: {left} are left")]
     Short {
-        /// The least number of bytes needed.
+        /// The minimum number of bytes needed.
         needed: u64,
         /// The offset of its start after the header [bytes].
         at: usize,

@@ -4,7 +4,7 @@ use super::{CdrError, Reader, Writer};
 
 /// A value that can be serialised as CDR.
 pub trait Cdr: Sized {
-    /// The least number of bytes in its CDR form, excluding padding.
+    /// The minimum number of bytes in its CDR form, excluding padding.
     const LEAST_BYTES: usize = 1;
 
     /// Appends it to a message.

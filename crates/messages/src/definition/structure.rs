@@ -88,7 +88,7 @@ pub struct Constant {
 }
 
 impl Kind {
-    /// The least number of bytes of a value, excluding padding.
+    /// The minimum number of bytes of a value, excluding padding.
     pub fn least_bytes(&self) -> u64 {
         match self {
             Kind::Number(number) => number.bytes() as u64,
@@ -109,14 +109,14 @@ impl Struct {
         Struct { name, fields, constants, least_bytes, depth }
     }
 
-    /// The least number of bytes of a value, excluding padding.
+    /// The minimum number of bytes of a value, excluding padding.
     pub fn least_bytes(&self) -> u64 {
         self.least_bytes
     }
 }
 
 impl Field {
-    /// The least number of bytes of the field, excluding padding.
+    /// The minimum number of bytes of the field, excluding padding.
     pub fn least_bytes(&self) -> u64 {
         match self.count {
             Count::One => self.kind.least_bytes(),

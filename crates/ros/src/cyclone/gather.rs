@@ -18,8 +18,8 @@ use crate::receiving;
 
 /// The longest pause.
 const LONGEST_PAUSE: Duration = Duration::from_millis(1);
-/// The range of the largest batch: a tenth of the messages of 1 KiB that the receive buffers hold, from the
-/// default buffers of a Linux machine (208 KiB) up to a size beyond which hardly any work is saved.
+/// The limits of the maximum batch size, which is a tenth of the number of 1 KiB messages that a receive buffer holds:
+/// from that of the default buffer of a Linux machine (208 KiB) to a size beyond which hardly any work is saved.
 const GATHERED: RangeInclusive<u32> = 16..=64;
 /// The space that a packet of 1 KiB takes in a receive buffer [bytes]; the kernel makes the buffer twice as
 /// large as requested.

@@ -1,31 +1,32 @@
-//! Beats of two rhythms that know nothing of each other: of two hearts, or of a heart and something that clicks.
+//! Beats of two independent rhythms: of two hearts, or of a heart and clicks.
 
 use super::windows::WindowBeat;
 use crate::robust::median_in_place;
 
-/// Beats fall into two kinds where these are as far apart: the variance between kinds as a share of all.
+/// Beats are of two kinds if the variance between the kinds is at least this share of the total variance.
 const APART: f64 = 0.75;
-/// So many beats say something of their times.
+/// The fewest beats of a kind whose times are judged.
 const LEAST_BEATS: usize = 5;
-/// The rate is another one where it exceeds that of one rhythm by more than this; or where that has intervals as short as
-/// this [s], as those of two hearts together have, and the others are more than this share of all beats.
+/// The rate of all beats is wrong if it exceeds that of one rhythm by more than this factor, or if the median
+/// interval of that rhythm is shorter than this [s], like those of two hearts together, and the other beats are at least
+/// this share of all.
 const FASTER: f64 = 1.1;
 const FAST_SECS: f64 = 0.62;
 const LEAST_SHARE: f64 = 0.2;
-/// Beats of one rhythm are regular where their intervals deviate by less than this from the usual one or a multiple of it,
-/// up to the fourth [shares of it], in the mean, while intervals of all beats deviate by more than the second, and by this
-/// multiple.
+/// The mean relative deviation of intervals from the median interval: beats of one rhythm are regular below the first, if
+/// that of all beats exceeds the second and is this many times as large. Within one rhythm, deviations are from the
+/// nearest multiple of the median interval, up to this one.
 const REGULAR: f64 = 0.03;
 const IRREGULAR: f64 = 0.03;
 const TIMES_REGULAR: f64 = 2.5;
 const MOST_MULTIPLE: f64 = 4.0;
-/// The shortest usual interval of a heart [s].
+/// The shortest median interval of a heart [s].
 const LEAST_SECS: f64 = 0.27;
-/// Premature beats come at the same time after others, or the others after them: the mean of the directions of their
-/// phases is longer than this.
+/// Premature beats follow other beats, or are followed by them, at a constant delay: the mean resultant length of their
+/// phases exceeds this.
 const MOST_LOCKED: f64 = 0.9;
 
-/// Whether there are two rhythms among the beats of a span, which look different.
+/// Whether the beats of a span are those of two rhythms that differ in shape.
 pub(super) fn is_in_company(beats: &[WindowBeat]) -> bool {
     let first_ns = beats.first().map_or(0, |beat| beat.at_ns);
     let secs = |beat: &WindowBeat| (beat.at_ns - first_ns) as f64 / 1e9;
@@ -53,7 +54,7 @@ pub(super) fn is_in_company(beats: &[WindowBeat]) -> bool {
     })
 }
 
-/// The value between two kinds; `None` where there are none.
+/// The value that separates two kinds; `None` if there is only one.
 fn limit(mut values: Vec<f64>) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     let count = values.len() as f64;
@@ -73,7 +74,7 @@ fn limit(mut values: Vec<f64>) -> Option<f64> {
     limit
 }
 
-/// Whether beats at these times [s] are regular, and others come at any time.
+/// Whether beats at these times [s] are regular and those at the other times are independent of them.
 fn are_strangers(times: &[f64], others: &[f64], regular: f64) -> bool {
     let Some(usual) = usual(times).filter(|usual| *usual > LEAST_SECS) else { return false };
     others.len() >= LEAST_BEATS
@@ -95,7 +96,7 @@ fn usual(times: &[f64]) -> Option<f64> {
     median_in_place(&mut times.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>())
 }
 
-/// The mean deviation of intervals from the usual one, or a multiple of it [shares of it].
+/// The mean deviation of intervals from the nearest multiple of the median one, as a share of that multiple.
 fn irregularity(times: &[f64], most_multiple: f64) -> f64 {
     let Some(usual) = usual(times) else { return 0.0 };
     let off = |pair: &[f64]| {
@@ -105,7 +106,7 @@ fn irregularity(times: &[f64], most_multiple: f64) -> f64 {
     times.windows(2).map(off).sum::<f64>() / (times.len() - 1) as f64
 }
 
-/// How far the phases of others after these times agree: 0 for any, 1 for the same.
+/// The mean resultant length of the phases of `others` after these times: 0 if they are uniform, 1 if they are equal.
 fn locked(times: &[f64], others: &[f64], usual: f64) -> f64 {
     let (mut sine, mut cosine, mut count) = (0.0, 0.0, 0.0);
     for other in others {

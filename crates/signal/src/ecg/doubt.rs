@@ -102,7 +102,7 @@ const UNEVEN: f64 = 1.3;
 const UNEVEN_LIKE: f64 = 0.975;
 const UNEVEN_KURTOSIS: f64 = 9.5;
 const STEP_MS: f64 = 750.0;
-/// They are no steps if they are slower than this and have larger deflections between them, or are less similar, in
+/// They are not steps if they are slower than this and have larger deflections between them, or are less similar, in
 /// noise, than this, unless they are odd, very uneven or vary.
 const FAST_STEP_MS: f64 = 650.0;
 const STEP_RIVAL: f64 = 0.42;

@@ -114,7 +114,7 @@ pub(super) fn unrest(candidate: &Candidate, alike: f64) -> f64 {
     candidate.restlessness / if is_alike(alike) { RESTLESS_ALIKE } else { RESTLESS }
 }
 
-/// The same for a candidate so many cycles after the last beat, of which nothing is known yet that follows it.
+/// The same for a candidate this many cycles after the last beat, of which nothing is known yet that follows it.
 pub(super) fn stands_out_at_first(candidate: &Candidate, alike: f64, cycles: f64) -> bool {
     let on_time = quiet(cycles.ln().abs(), ON_TIME) * (1.0 - quiet(alike, ALIKE_ON_TIME));
     let most = RESTLESS_AT_FIRST + (RESTLESS_ALIKE - RESTLESS_AT_FIRST) * on_time;

@@ -14,7 +14,7 @@ const MEMORY_SECS: f64 = 5.0;
 /// The factor by which the other frequency must be louder to be chosen.
 const LOUDER: f64 = 1.5;
 
-/// A phase is computed anew after so many turns by one sample, so that errors do not add up.
+/// A phase is computed anew after this many turns by one sample, so that errors do not add up.
 const MOST_TURNS: u64 = 64;
 
 /// Detects the mains frequency sample by sample; 50 Hz until 60 Hz is louder.
@@ -79,7 +79,7 @@ impl Mains {
     }
 }
 
-/// The cosine and the sine after so many periods.
+/// The cosine and the sine after this many periods.
 fn phase(periods: f64) -> [f64; 2] {
     let (sine, cosine) = (periods.fract() * TAU).sin_cos();
     [cosine, sine]

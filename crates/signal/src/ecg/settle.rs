@@ -11,7 +11,7 @@ const OFTEN_ECHOED: f64 = 0.4;
 const RIGHT: f64 = 0.93;
 const OF_STEPS: f64 = 0.05;
 
-/// Of fewer intervals, little can be said.
+/// With fewer intervals, the rate can hardly be judged.
 const LEAST_INTERVALS: usize = 5;
 /// The mean rate exceeds that of the median interval by less than this share where no beat is false.
 const FEW_FALSE: std::ops::Range<f64> = 0.8..1.06;
@@ -27,8 +27,8 @@ const RARELY_AS_STEEP: f64 = 1.0;
 const FEW_FASTER: f64 = 1.02;
 /// Broad beats are not settled by a steep tenth where what lies between them is steeper than this.
 const BROAD_BETWEEN: f64 = 0.5;
-/// Beats are beside another rhythm where what lies between them is higher than this multiple of their height, or as steep
-/// as this beside broad ones.
+/// There is another rhythm if the signal between beats is higher than this multiple of their height, or, between broad
+/// beats, as steep as this.
 const HIGHER: f64 = 1.2;
 const STEEP_BETWEEN_BROAD: f64 = 0.6;
 /// Nine in ten are less steep than this, with next to nothing between some of them: steps.
@@ -50,15 +50,15 @@ const NO_TURN: f64 = 0.01;
 /// In recorded noise, more beats than this are at odd times and unlike others, and intervals vary by more than this.
 const FEW_ODD: f64 = 0.05;
 const REGULAR: f64 = 0.12;
-/// Beside another noise, and beside pauses, beats are more similar than this.
+/// In other noise, and next to pauses, beats are more similar than this.
 const OTHER_LIKE: f64 = 0.8;
 const QUIET_LIKE: f64 = 0.9;
-/// Beside noise without beats, a rhythm is steady below this variation, and not too short above this coverage; beside
+/// Next to noise without beats, a rhythm is steady below this variation, and long enough above this coverage; next to
 /// pauses, more must be covered.
 const STEADY: f64 = 0.17;
 const LEAST_COVERED: f64 = 0.07;
-/// Beats in noise of muscles are all steeper than this [heights/s]; so much must be covered by so many intervals, which
-/// vary by less than this.
+/// Beats in muscle noise are all steeper than this [heights/s]; this share must be covered, by this many intervals,
+/// which vary by less than this.
 const STEEP_IN_NOISE: f64 = 42.0;
 const COVERED_IN_NOISE: f64 = 0.35;
 const INTERVALS_IN_NOISE: usize = 12;
@@ -147,7 +147,7 @@ impl Slopes {
         are_steep && FEW_FALSE.contains(&doubt.rate_ratio)
     }
 
-    /// Whether what lies between beats may be another rhythm: higher and as steep, or steep beside broad beats.
+    /// Whether what lies between beats may be another rhythm: higher and as steep, or steep between broad beats.
     fn are_beside_others(&self, doubt: &Doubt) -> bool {
         doubt.rival > HIGHER && self.middle_between > STEEPEST_BETWEEN
             || self.middle < STEEP && self.high_between > STEEP_BETWEEN_BROAD

@@ -20,7 +20,7 @@ const LAG_SECS: f64 = 0.008;
 const SAME_NOISE: (f64, f64) = (0.4, 1.3);
 /// The longest pause of a heart that may be an interval [s].
 const LONGEST_INTERVAL_SECS: f64 = 15.0;
-/// The least share of its samples with which a stretch hides no beat.
+/// The minimum share of its samples with which a stretch hides no beat.
 const LEAST_COVERED: f64 = 0.98;
 
 /// The stretches of a span without beats.

@@ -1,5 +1,5 @@
-//! How steep beats are beside what lies between them: an electrode that swings with each step is slower than a QRS
-//! complex.
+//! How steep beats are compared with the signal between them: the swing of an electrode at each step is slower than a
+//! QRS complex.
 
 /// The time over which a slope is taken [s], and how far around a beat its own is searched for.
 const LAG_SECS: f64 = 0.008;

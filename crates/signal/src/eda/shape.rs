@@ -11,7 +11,7 @@ pub(super) const NEAR_SECS: f64 = 0.3;
 /// A fall like the rise. Of 1130 simulated responses that overlap every 1.6 to 3.5 s, 7 % have one of these shapes by
 /// chance, of 376 every 8 to 25 s none; of 800 waves of breathing 99 %, of 299 bumps 94 %, of 232 dips 81 %.
 const ALIKE: Range<f64> = 0.75..1.25;
-/// At most this share of the rise is no fall, after it or before it.
+/// A fall by at most this share of the rise does not count as one, after it or before it.
 const NONE_AFTER: f64 = 0.35;
 const NONE_BEFORE: f64 = 0.5;
 

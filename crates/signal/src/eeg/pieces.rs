@@ -133,7 +133,7 @@ impl Pieces {
         Spectrum { frequencies_hz: self.frequencies_hz.clone(), power: sum, segments }
     }
 
-    /// The least number of segments in a gap-free span, wherever they begin.
+    /// The minimum number of segments in a gap-free span, wherever they begin.
     fn expected(&self, span: Span) -> f64 {
         let samples = (span.secs() * self.rate_hz).round();
         ((samples - self.length - self.step + 1.0) / self.step).floor() + 1.0

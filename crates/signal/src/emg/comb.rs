@@ -7,7 +7,7 @@ const LEAST_LENGTH: usize = 40;
 const NEARLY_ALL: f64 = 0.9;
 /// The strongest harmonic is one of the first so many.
 const MOST_ORDER: u32 = 4;
-/// The least number of bins between harmonics.
+/// The minimum number of bins between harmonics.
 const LEAST_BINS: f64 = 8.0;
 
 /// How much of the power of a spectrum is that of one tone, or of one tone and its harmonics less what would be at these

@@ -6,7 +6,7 @@ use super::frequency::Periodogram;
 use crate::error::{SignalError, checked, checked_rate_hz};
 use crate::gaps::is_usable;
 
-/// The least and the largest number of samples in a frame.
+/// The smallest and the largest number of samples in a frame.
 const LENGTHS: (f64, f64) = (8.0, 1_000_000.0);
 
 /// The features of one frame of a signal in the [muscle's band](super::band()).

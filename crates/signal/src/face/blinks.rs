@@ -7,9 +7,9 @@ const OPEN: f64 = 0.8;
 /// They also count as open again above this share of their opening before: eyes that look down are already
 /// half closed.
 const OPEN_OF_BEFORE: f64 = 0.9;
-/// The least depth of a dip below open eyes, in standard deviations of the noise.
+/// The minimum depth of a dip below open eyes, in standard deviations of the noise.
 const SURE: f64 = 5.0;
-/// The least depth of a dip, averaged over neighbouring pictures, below the opening shortly before and
+/// The minimum depth of a dip, averaged over neighbouring pictures, below the opening shortly before and
 /// after it.
 const LEAST_DEPTH: f64 = 0.2;
 /// The longest blink, at half depth [s]; a longer closure is not a blink.

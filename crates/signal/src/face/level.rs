@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 
 /// How far back the level of open eyes is estimated from [ns].
 const OVER_NANOS: i64 = 60_000_000_000;
-/// The least time with data for an estimate [ns].
+/// The minimum time with data for an estimate [ns].
 const LEAST_NANOS: i64 = 2_000_000_000;
 /// The interval between estimates [ns].
 const ANEW_NANOS: i64 = 500_000_000;

@@ -13,7 +13,7 @@ const STANDS_NANOS: i64 = 500_000_000;
 const NOISE: (f64, f64) = (0.06, 0.16);
 /// The frame rates over which quality rises from 0 to 1 [Hz]: a blink takes 0.1 to 0.4 s.
 const PICTURES_HZ: (f64, f64) = (8.0, 14.0);
-/// The least quality for which blinks and closures are reported.
+/// The lowest quality for which blinks and closures are reported.
 const LEAST_QUALITY: f64 = 0.3;
 
 /// The values of windows.

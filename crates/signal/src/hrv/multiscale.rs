@@ -2,7 +2,7 @@ use super::entropy::sample_entropy;
 use super::series::present;
 use crate::moments::mean;
 
-/// The least number of beats at the coarsest scale of [`multiscale_index`].
+/// The minimum number of beats at the coarsest scale of [`multiscale_index`].
 const LEAST_BEATS: usize = 12;
 
 /// Sample entropy of means of 1, 2, … up to `most_scale` successive intervals [ms].

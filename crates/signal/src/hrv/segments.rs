@@ -2,7 +2,7 @@ use super::measure::Measure;
 use super::series::present;
 use crate::moments::{mean, sample_sd};
 
-/// The least share of a segment that its intervals must cover.
+/// The minimum share of a segment that its intervals must cover.
 const LEAST_SHARE: f64 = 0.5;
 
 /// Variability between segments of equal length, and within them.

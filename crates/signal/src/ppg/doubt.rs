@@ -13,7 +13,7 @@ const WRONG: f64 = 0.05;
 
 /// The largest flagged share of a span of which the rest is reported.
 pub(super) const MOST_FLAGGED: f64 = 0.5;
-/// Fewer pulses than this in a span as long as this [s] are no rhythm; in a shorter one they are only too few.
+/// Fewer pulses than this in a span as long as this [s] do not make a rhythm; in a shorter one they are merely too few.
 const LEAST_COUNT: usize = 5;
 const LONG_SECS: f64 = 10.0;
 /// With too few good cycles for a mean, pulses are noise where more than this share of intervals is odd; or fewer, in a

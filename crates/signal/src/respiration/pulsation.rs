@@ -19,7 +19,7 @@ const LONGEST_SHIFT_SECS: f64 = 0.25;
 const LARGEST_HEIGHT: f64 = 0.06;
 /// The largest share of the variance of durations that may be the heart's.
 const LARGEST_SHARE: f64 = 1.0 / 3.0;
-/// A smaller spread of durations is no error that matters [ms]: the steadiest breathing has as much.
+/// A smaller spread of durations is not an error that matters [ms]: the steadiest breathing has as much.
 const LEAST_SPREAD_MS: f64 = 50.0;
 
 /// What the heart does to breaths.

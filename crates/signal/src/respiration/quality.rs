@@ -24,10 +24,10 @@ const NO_RHYTHM: f64 = 0.5;
 /// The recurrence of breaths with and without a clear rhythm.
 const RECURRING: f64 = 0.85;
 const NOT_RECURRING: f64 = 0.45;
-/// The share of uncounted rises that is no doubt, and the one from which the rate may be another one: a tenth of it
-/// is its tolerance, and several breaths may hide in one rise.
+/// The share of uncounted rises up to which the rate is not in doubt, and the share from which the true rate may be
+/// another one: a rate is right within a tenth, and several breaths may hide in one rise.
 const UNCOUNTED: (f64, f64) = (0.03, 0.15);
-/// How much sharper troughs are than peaks without doubt, and where the signal is folded.
+/// How much sharper than peaks troughs may be without doubt, and how much sharper they are in a folded signal.
 const FOLDED: (f64, f64) = (0.45, 0.6);
 /// The highest quality without a rhythm.
 const MOST_WITHOUT_RHYTHM: f64 = 0.29;
@@ -41,17 +41,21 @@ const SHAPE_LENGTH: usize = 32;
 /// - similarity is the mean correlation of breaths with the median breath, each stretched to the same
 ///   length, and not below 0 (as in Charlton et al. 2021, doi:10.1016/j.bspc.2020.102339);
 /// - regularity is 1 / (1 + v²), with v = 1.4826 · MAD / median of the durations;
-/// - rhythm is the least of several values, as a random walk has breaths but no rhythm (below 0.29 the quality
-///   is as without rhythm). The first rises from 0 to 1 as the share of the power at 0.05–1 Hz that lies
-///   within 35 % of the mean rate of the breaths or twice that rises from 0.5 to 0.68; the second as the
-///   autocorrelation of the signal's slope (over 0.32 s) at the mean duration of a breath exceeds that at
-///   half of it by 0.45 to 0.85. Others fall where the spectrum has a second rhythm, as motion and the heart
-///   have beside the breath: as a slower line reaches 0.3 to 0.8 of the power of the counted rhythm (0.03 to
-///   0.1 where that is faster than 24 a minute, as steps are; 0.003 to 0.01 of a line with most of what is
-///   slower), as a faster one that is no harmonic reaches 0.15 to 0.45, and as the highest line lies 15 to 40 % from the counted rate. One falls
-///   where 3 to 15 % of all rises are smaller ones between the breaths that are counted, as shallow breaths
-///   after deep ones are, and speech; the last where troughs are sharper than peaks by 0.45 to 0.6, as in the
-///   signal of a belt that is stretched in both directions, which has two rises a breath;
+/// - rhythm is the smallest of several factors from 0 to 1, since a random walk has breaths but no rhythm
+///   (it lowers the quality to no less than 0.29):
+///   - it rises from 0 to 1 as the share of the power at 0.05–1 Hz that lies within 35 % of the mean breathing
+///     rate, or of twice that rate, rises from 0.5 to 0.68;
+///   - it rises from 0 to 1 as the autocorrelation of the signal's slope (over 0.32 s) at the mean duration of a
+///     breath exceeds that at half of this duration by 0.45 to 0.85;
+///   - it falls from 1 to 0 as a second rhythm in the spectrum, such as motion or the heart, becomes stronger: a
+///     slower line from 0.3 to 0.8 of the power of the counted rhythm (if more than 24 breaths a minute are counted,
+///     which may be steps, from 0.03 to 0.1, and from 0.003 to 0.01 for a line with most of the slower power), and a
+///     faster line that is not a harmonic from 0.15 to 0.45;
+///   - it falls from 1 to 0 as the rate of the strongest line differs from the counted rate by 15 to 40 %;
+///   - it falls from 1 to 0 as 3 to 15 % of all rises are smaller ones between the counted breaths, such as shallow
+///     breaths after deep ones, or speech;
+///   - it falls from 1 to 0 as troughs are sharper than peaks by 0.45 to 0.6: a belt that is stretched in both
+///     directions shows two rises per breath;
 /// - the covered share is the share of time in breaths with an amplitude between a quarter and four times
 ///   the median, without motion and sensor dropouts;
 /// - the living share is the share of samples that are usable, not flat (constant for more than 3 s) and
@@ -122,7 +126,7 @@ fn likeness(means: &[f64], breaths: &[&Breath]) -> f64 {
     mean(&correlations.collect::<Vec<f64>>())
 }
 
-/// The breath detrended by the line between its ends, at even points; missing values are 0.
+/// The breath detrended by the line between its ends, at evenly spaced points; missing values are 0.
 fn shape(means: &[f64], breath: &Breath) -> Vec<f64> {
     let at = |place: f64| {
         let (before, share) = (place.floor() as usize, place - place.floor());

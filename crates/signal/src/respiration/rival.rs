@@ -1,4 +1,4 @@
-//! Whether another rhythm than the counted one is in the belt.
+//! Whether the signal of a belt has a rhythm other than the counted one.
 
 use super::spectral::Spectral;
 
@@ -9,16 +9,16 @@ const OWN_WIDTH: f64 = 0.2;
 const HARMONIC_WIDTH: f64 = 0.1;
 /// The harmonics that the shape of breaths may have.
 const HARMONICS: [f64; 3] = [2.0, 3.0, 4.0];
-/// Below is drift [Hz].
+/// Drift lies below this frequency [Hz].
 const LEAST_HZ: f64 = 0.08;
 /// Steps, pedals and the heart are faster than this, and few breaths at rest [1/min].
 const FAST_PER_MIN: f64 = 24.0;
-/// The power of a slower rhythm, relative to the counted one, below which it is no rival, and from which it may be the
-/// breathing: blood pressure waves and sways beside slow breaths …
+/// The power of a slower rhythm, relative to the counted one, below which it is not a rival, and from which it may be the
+/// breathing: blood pressure waves and sway during slow breathing …
 const SLOWER: (f64, f64) = (0.3, 0.8);
 /// … and the breath beneath motion that is counted.
 const SLOWER_THAN_FAST: (f64, f64) = (0.03, 0.1);
-/// … where it is a clear line, with this share of all that is slower.
+/// … if it is a clear line, with more than this share of all slower power.
 const CLEAR_SLOWER_THAN_FAST: (f64, f64) = (0.003, 0.01);
 const CLEAR_SHARE: f64 = 0.7;
 /// The same of a faster rhythm.
@@ -26,7 +26,7 @@ const FASTER: (f64, f64) = (0.15, 0.45);
 /// The same of the relative difference between the counted rate and that of the highest line.
 const DIFFERENT: (f64, f64) = (0.15, 0.4);
 
-/// How far a counted rate is the only one that a spectrum has [0..1].
+/// How far the counted rate is the only one in a spectrum [0..1].
 pub(super) fn alone(spectral: &Spectral, rate_per_min: f64) -> f64 {
     let hz = rate_per_min / 60.0;
     let own: f64 = power(spectral, |at| (at - hz).abs() <= (OWN_WIDTH * hz).max(LINE_HZ));

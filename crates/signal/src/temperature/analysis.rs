@@ -1,9 +1,9 @@
 //! The values of windows of skin temperature.
 //!
 //! There are no events. Causal and whole analysis agree, as nothing is filtered. All values except the share
-//! off the body use readings on the body; quality is their share of all usable ones, and half of that where none is as
-//! warm as 28 °C: then they may as well be those of a room. Cold hands are rarer than thermometers that were never put on;
-//! whoever knows better reads the values, which are still reported.
+//! off the body use readings on the body; quality is their share of all usable ones, and half of that if none is as
+//! warm as 28 °C: then they may be those of a room. Cold hands are rarer than thermometers that were never put on; the
+//! values are still reported, for readers who know which it was.
 
 use super::on_body::{Limits, OnBody};
 use crate::analysis::{

@@ -17,9 +17,9 @@ const POWER: (f64, f64) = (0.25, 1.0);
 const AGREEMENT: (f64, f64) = (0.3, 0.9);
 /// The largest amplitude of a rhythm in the whole view, relative to what the skin alone would cause.
 const FLICKER: f64 = 3.0;
-/// The least quality at which a pulse is reported.
+/// The lowest quality at which a pulse is reported.
 const LEAST_QUALITY: f64 = 0.3;
-/// The least uncertainty of a rate [1/min]: drifts of the rate within a spectrum.
+/// The smallest uncertainty of a rate [1/min]: drifts of the rate within a spectrum.
 const LEAST_ERROR: f64 = 0.6;
 
 /// The values of windows.

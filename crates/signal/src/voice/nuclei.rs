@@ -1,6 +1,6 @@
 //! Syllable nuclei.
 
-/// The least depth of the dips beside a nucleus [dB].
+/// The minimum depth of the dips beside a nucleus [dB].
 const DIP_DB: f64 = 2.0;
 /// The largest distance of a nucleus below the loudest recent speech [dB].
 const BELOW_LOUDEST_DB: f64 = 25.0;
@@ -14,7 +14,7 @@ const SMOOTH: usize = 5;
 pub(super) struct Nuclei {
     recent: [f64; SMOOTH],
     loudest: f64,
-    /// The least level since the last nucleus [dBFS].
+    /// The lowest level since the last nucleus [dBFS].
     dip: f64,
     /// The maximum level since that dip, and whether it was voiced.
     peak: Option<(f64, bool)>,

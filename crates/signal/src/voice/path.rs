@@ -52,7 +52,7 @@ impl Path {
         self.count > DELAY
     }
 
-    /// The least cost of reaching a state, and the state of the previous frame on that path.
+    /// The lowest cost of reaching a state, and the state of the previous frame on that path.
     fn cheapest(&self, before: &Candidates, to: Option<&Candidate>) -> (f64, usize) {
         let cost = |state: usize| (self.costs[state] + change(pitch(before, state), to), state);
         let all = (0..=before.as_slice().len()).map(cost);

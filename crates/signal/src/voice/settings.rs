@@ -10,9 +10,9 @@ pub struct Settings {
     pub lowest_hz: f64,
     /// The highest pitch [Hz], up to 1500.
     pub highest_hz: f64,
-    /// The least periodicity of a voiced frame [0..1].
+    /// The minimum periodicity of a voiced frame [0..1].
     pub voiced: f64,
-    /// The least distance of speech above the noise floor [dB].
+    /// The minimum distance of speech above the noise floor [dB].
     pub above_floor_db: f64,
 }
 

@@ -6,11 +6,11 @@ use super::store::Store;
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Value};
 use crate::robust::median;
 
-/// The least amount of speech for values of speech [frames].
+/// The minimum amount of speech for values of speech [frames].
 const LEAST_SPEECH: usize = 50;
-/// The least amount of voiced speech for values of pitch [frames].
+/// The minimum amount of voiced speech for values of pitch [frames].
 const LEAST_VOICED: usize = 20;
-/// The least number of pairs of periods for jitter and shimmer.
+/// The minimum number of pairs of periods for jitter and shimmer.
 const LEAST_PAIRS: f64 = 30.0;
 /// A shorter gap is not a pause, but a closure or a hesitation [frames].
 const LEAST_PAUSE: usize = 25;
@@ -27,7 +27,7 @@ const STEADY: usize = 20;
 const LONGEST_STEADY: usize = 600;
 /// The share of steady frames that is left to a voice: that of a machine which speaks.
 const DOUBTFUL: f64 = 0.25;
-/// The least quality for values of the voice.
+/// The lowest quality for values of the voice.
 const LEAST_QUALITY: f64 = 0.2;
 
 /// The values of windows.

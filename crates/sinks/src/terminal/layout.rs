@@ -11,7 +11,7 @@ use super::view::View;
 const ROOMY_ROWS: usize = 20;
 /// The columns from which on the log is next to the team.
 const WIDE_COLUMNS: usize = 130;
-/// The least width of the team then, and the width that every row of a person has room in [columns].
+/// The minimum width of the team then, and the width that every row of a person has room in [columns].
 const TEAM_COLUMNS: (usize, usize) = (86, 100);
 
 /// What a screen shows.

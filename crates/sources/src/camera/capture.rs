@@ -97,7 +97,7 @@ struct Frames {
     stream: StreamId,
     label: String,
     format: Format,
-    /// The least size of a frame of raw pixels [bytes].
+    /// The minimum size of a frame of raw pixels [bytes].
     least_bytes: usize,
     size: (u32, u32),
     stride: usize,

@@ -17,7 +17,7 @@ pub struct Norm {
     pub type_name: &'static str,
     /// The name that drivers usually give the topic, below the robot's namespace.
     pub topic: &'static str,
-    /// The least rate [Hz].
+    /// The minimum rate [Hz].
     pub least_hz: f64,
     /// Which numbers are read, by field and unit.
     pub channels: &'static [(&'static str, &'static str)],

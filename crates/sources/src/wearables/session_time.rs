@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use teampulse_core::clock::Stopwatch;
 
-/// A wait that takes so much longer than intended means that teampulse itself stood still.
+/// A wait that takes this much longer than intended means that teampulse itself stood still.
 const STANDSTILL: Duration = Duration::from_secs(1);
 /// What the device sent during a standstill is received within this time.
 const CATCHING_UP: Duration = Duration::from_secs(1);

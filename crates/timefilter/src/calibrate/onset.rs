@@ -15,17 +15,17 @@ const STANDS_OUT: f64 = 7.0;
 const LEAST_RISE: f64 = 0.02;
 /// The height below which a sample is quiet, in scaled median absolute deviations.
 const IS_QUIET: f64 = 3.0;
-/// The least height of an event relative to the largest deviation …
+/// The minimum height of an event relative to the largest deviation …
 const LEAST_SHARE: f64 = 0.2;
 /// … and the least height of the peak that ends its rise, relative to the event's.
 const PEAK_SHARE: f64 = 0.3;
-/// The least quiet time before an onset [s]: anything sooner is the same event ringing on.
+/// The minimum quiet time before an onset [s]: anything sooner is the same event ringing on.
 const APART_SECS: f64 = 0.2;
 /// The longest rise [s], extended to two or three sampling periods where those are longer.
 const RISE_SECS: f64 = 0.06;
 /// The longest gap in a rise, in sampling periods: beyond it the time of the onset is unknown.
 const GAP_INTERVALS: f64 = 3.0;
-/// The least weight of the share in a short event's first sample: a compromise between sensors that average
+/// The minimum weight of the share in a short event's first sample: a compromise between sensors that average
 /// over their period and those that sample an instant.
 const LEAST_LASTS: f64 = 0.5;
 /// The most onsets used; the largest are kept.

@@ -9,7 +9,7 @@ use super::fit::Point;
 
 /// The number of arrivals in a window.
 const ARRIVALS: usize = 64;
-/// The least mean resultant length at which arrivals lie on a lattice.
+/// The minimum mean resultant length at which arrivals lie on a lattice.
 const ON_LATTICE: f64 = 0.8;
 /// How close to an integer fraction of the period a step of delays must be, relative to the step.
 const NEAR: f64 = 0.2;

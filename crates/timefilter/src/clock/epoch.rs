@@ -38,19 +38,19 @@ const FALLEN_BINS: usize = 3;
 
 /// The interval between fits once an epoch is no longer young [bins].
 const FIT_EVERY: i64 = 2;
-/// The additional uncertainty of a young epoch's line [s²], divided by its age: at most so much, and less where delays
+/// The additional uncertainty of a young epoch's line [s²], divided by its age: at most this much, and less if delays
 /// scatter little [s per s of their line's spread] and packets are many [per s of the spread of delays]: the smallest of
-/// `n` delays is above the shortest possible one by an `n`-th of their range.
+/// `n` delays exceeds the shortest possible one by an `n`-th of their range.
 const YOUNG_ERROR: f64 = 0.15;
 const YOUNG_SPREADS: f64 = 55.0;
 const YOUNG_DELAYS: f64 = 15.0;
-/// The number of bins from which on it is known how much delays scatter.
+/// The number of bins from which the scatter of delays is known.
 const YOUNG_BINS: usize = 8;
 /// The share of what scatter adds that is added anew after a silence.
 const YOUNG_AGAIN: f64 = 0.55;
 /// The slowest slew rate of the output, reached once the fit has settled: 0.5 ms per second.
 const SLOWEST_SLEW: f64 = 0.5e-3;
-/// The fastest slew rate.
+/// The fastest slew rate of the output, while the fit is new [s/s].
 const FASTEST_SLEW: f64 = 0.4;
 
 /// A packet: the unwrapped device time of its last sample, and its arrival [ns].

@@ -9,7 +9,7 @@ const WARM_UP_SECS: f64 = 350.0;
 const ABOVE: f64 = 0.35;
 /// The distance above the line beyond which weights fall, as a multiple of the mean distance.
 const FAR: f64 = 1.0;
-/// The least spread of delays: the resolution of a computer's own clock readings [s].
+/// The minimum spread of delays: the resolution of a computer's own clock readings [s].
 pub(super) const LEAST_SPREAD: f64 = 1e-6;
 /// The number of standard errors stated: twice those of a 95 % interval, as errors last for minutes and the
 /// statistics contain only as many of these as fit into the memory.
@@ -31,7 +31,7 @@ pub(super) struct Expected {
     pub skew: f64,
     /// The mean slope.
     pub slope: f64,
-    /// The least scatter of points [s].
+    /// The minimum scatter of points [s].
     pub scatter: f64,
 }
 

@@ -9,7 +9,7 @@ const WINDOW: usize = 64;
 const UNIT_SECS: f64 = 0.001_25;
 const SHORTEST_UNITS: usize = 6;
 const LONGEST_UNITS: usize = 80;
-/// The least mean resultant length of arrivals, taken modulo the interval, at which they lie on a lattice.
+/// The minimum mean resultant length of arrivals, taken modulo the interval, at which they lie on a lattice.
 const ON_LATTICE: f64 = 0.85;
 /// The margin by which a fraction of an interval must fit better to replace it.
 const BETTER: f64 = 0.03;

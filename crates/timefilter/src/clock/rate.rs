@@ -2,13 +2,13 @@
 
 /// The number of packets in the window.
 const POINTS: usize = 32;
-/// The least number of packets for an estimate.
+/// The minimum number of packets for an estimate.
 const ENOUGH: usize = 8;
-/// The least distance between packets in the window [ns], so that it covers eight seconds.
+/// The minimum distance between packets in the window [ns], so that it covers eight seconds.
 const APART_NANOS: i64 = 250_000_000;
-/// The least duration that packets must cover [ns].
+/// The minimum duration that packets must cover [ns].
 const LONG_NANOS: i64 = 4_000_000_000;
-/// The least deviation of a wrong rate [natural logarithm of the ratio].
+/// The minimum deviation of a wrong rate [natural logarithm of the ratio].
 const WRONG: f64 = 0.1;
 /// The largest deviation that is accepted [natural logarithm of the ratio].
 const ABSURD: f64 = 2.5;

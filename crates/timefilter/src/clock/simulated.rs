@@ -21,7 +21,7 @@ pub struct Device {
     pub index: u64,
     /// The sampling period [ns].
     pub period: i64,
-    /// The least delay of a packet [s].
+    /// The minimum delay of a packet [s].
     pub least_delay: f64,
     /// The mean additional delay of a packet [s].
     pub tail: f64,

@@ -12,7 +12,7 @@ use super::line::RobustLine;
 /// The window is no narrower than this, since stamps are rounded [s].
 const LEAST_WINDOW_SECS: f64 = 0.01;
 
-/// At most so many offsets within the largest one are expected at which the events agree as well as on the line, if
+/// At most this many offsets within the largest one are expected at which the events agree as well as on the line, if
 /// the recordings are unrelated. Both are in ascending order [s].
 pub(super) fn expected_by_chance(
     session: &[f64],

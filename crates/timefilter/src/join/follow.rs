@@ -4,7 +4,7 @@ use super::correlogram::Lag;
 
 /// The number of events matched at once.
 const BLOCK: usize = 32;
-/// The tolerance grows by this factor over a stretch without pairs.
+/// The rate at which the tolerance grows during a stretch without pairs [s/s].
 const DRIFT: f64 = 200e-6;
 /// The largest tolerance [s]: less than half of a fast heart's interval.
 const MOST_SECS: f64 = 0.15;

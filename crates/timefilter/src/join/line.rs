@@ -7,7 +7,7 @@ const OUTLIER_SECS: f64 = 0.004;
 const SIGMA_FROM_MAD: f64 = 1.4826;
 /// Pairs within this time have correlated errors [s].
 const BLOCK_SECS: f64 = 60.0;
-/// The least number of blocks from which the error of the line is estimated.
+/// The minimum number of blocks from which the error of the line is estimated.
 const LEAST_BLOCKS: usize = 4;
 /// The 97.5 % quantile of Student's t for 1, 2, 3, … degrees of freedom.
 const STUDENT_T: [f64; 10] = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23];

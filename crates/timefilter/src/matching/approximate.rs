@@ -25,7 +25,7 @@ pub struct ApproximateSettings {
 pub struct TopicSettings {
     /// The most messages that may be queued; 0 counts as 1, and a queue below 2 drops many.
     pub queue_size: usize,
-    /// The least time between consecutive stamps [ns], 0 in ROS. A known bound makes sets available sooner,
+    /// The minimum time between consecutive stamps [ns], 0 in ROS. A known bound makes sets available sooner,
     /// since no better one can follow; a wrong one may change the sets.
     pub lower_bound_nanos: i64,
 }

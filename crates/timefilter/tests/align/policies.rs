@@ -88,7 +88,7 @@ fn streams() -> impl Strategy<Value = Vec<(i64, f64)>> {
     })
 }
 
-/// The least lateness for which the second of two equal stamps is not late.
+/// The minimum lateness for which the second of two equal stamps is not late.
 fn with_equal_stamps(policy: Policy) -> SourceSettings {
     SourceSettings { lateness_nanos: 1, ..SourceSettings::new(policy) }
 }

@@ -2,7 +2,7 @@
 
 use super::Depth;
 
-/// The least part of a patch that has to have a distance.
+/// The minimum part of a patch that has to have a distance.
 const LEAST_FILLED: f64 = 0.25;
 /// The part of the distances of a patch that is left out at each end before their spread is taken.
 const TAIL: usize = 10;

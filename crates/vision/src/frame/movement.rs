@@ -4,7 +4,7 @@ use super::blocks::Blocks;
 
 /// The longest time between two frames that are compared [s].
 const PAUSE_SECS: f64 = 2.0;
-/// The least change of a block that counts as movement [0..1], and the same in standard deviations of the noise.
+/// The minimum change of a block that counts as movement [0..1], and the same in standard deviations of the noise.
 const LEAST_CHANGE: f64 = 0.008;
 const BEYOND: f64 = 5.0;
 /// The ratio of the standard deviation to the median absolute deviation of a normal distribution.

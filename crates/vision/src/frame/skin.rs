@@ -8,7 +8,7 @@ use super::blocks::Blocks;
 /// The range of Cb and of Cr of skin [0..255].
 const BLUE: std::ops::RangeInclusive<f64> = 77.0..=127.0;
 const RED: std::ops::RangeInclusive<f64> = 133.0..=173.0;
-/// The least luma at which colours are reliable [0..1].
+/// The minimum luma at which colours are reliable [0..1].
 const DARK: f64 = 0.08;
 
 /// The largest region of skin-coloured blocks.

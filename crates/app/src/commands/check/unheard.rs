@@ -6,7 +6,7 @@ use teampulse_core::stream::{About, Stream};
 use teampulse_sources::robots::{Robots, unheard};
 use teampulse_sources::topics::{Topics, unpublished};
 
-/// The topics that the study names for robots that are present, and that none of them has.
+/// A note on each topic that the study names for robots and that none of the robots present has.
 pub fn notes<'a>(
     wanted: &[Robots],
     streams: impl Iterator<Item = &'a Stream> + Clone,
@@ -26,7 +26,7 @@ pub fn notes<'a>(
     notes.collect()
 }
 
-/// The topics that the study names in full, of nobody in particular, and that were not received.
+/// The topics that sources of `topics` name in full and that nothing publishes.
 pub fn unpublished_topics<'a>(
     wanted: &[Topics],
     streams: impl Iterator<Item = &'a Stream>,

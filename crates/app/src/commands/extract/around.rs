@@ -20,7 +20,7 @@ use crate::failure::Failure;
 
 /// A longer interval is a hole between beats, over which nothing is corrected [s].
 const LONGEST_INTERVAL_SECS: f64 = 2.5;
-/// The least share of the span around an event that must have data; with less, its values are missing.
+/// The minimum share of the span around an event that must have data; with less, its values are missing.
 const LEAST_COVERAGE: f64 = 0.95;
 
 /// Around which events values are computed, and over which spans.
@@ -48,7 +48,7 @@ pub struct Around {
     pub events: Vec<(f64, Measured)>,
     /// The label of each event; empty where it has none.
     pub labels: Vec<String>,
-    /// Why events have no values: those without a time, or all that are outside of the recording.
+    /// Notes on events without values: those without a time, or all of them if none is within the recording.
     pub notes: Vec<String>,
 }
 

@@ -4,7 +4,7 @@ use teampulse_core::stream::Signal;
 use teampulse_features::analyses::{Analysis, Chosen};
 use teampulse_signal::analysis::{Reason, Recording, Span, Whole};
 
-/// The least quality of the inverted signal at which a signal whose own quality is too poor counts as upside down:
+/// The lowest quality of the inverted signal at which a signal whose own quality is too poor counts as upside down:
 /// pulses reach it, noise does not.
 const LEAST_QUALITY: f64 = 0.7;
 

@@ -2,7 +2,7 @@
 
 use teampulse_signal::analysis::Span;
 
-/// Windows of one length that begin at even distances from the start of a recording.
+/// Windows of equal length that begin at regular intervals from the start of a recording.
 pub struct Windows {
     begin_ns: i64,
     /// `None` for a single window.

@@ -1,4 +1,4 @@
-/// The least width of a block: whether a single bit is signed is not documented.
+/// The minimum width of a block: whether a single bit is signed is not documented.
 const LEAST_BITS: u32 = 2;
 
 /// Compressed samples: the first one whole, in this many bytes per channel, then one block of differences.

@@ -8,7 +8,7 @@ use teampulse_signal::statistics::effective_count;
 
 use crate::value::{Value, defined};
 
-/// The least number of windows for a spread.
+/// The minimum number of windows for a spread.
 const LEAST_WINDOWS: usize = 3;
 /// The windows of a baseline must span nearly two of their lengths: otherwise no two of them are independent.
 const LEAST_LENGTHS: f64 = 0.9;

@@ -13,11 +13,11 @@ const DISCHARGING: f64 = 2.0;
 /// A smaller current counts as having no direction [A].
 const LEAST_CURRENT_A: f64 = 0.01;
 
-/// The least number of readings with a direction, and the share of them that must agree.
+/// The minimum number of readings with a direction, and the share of them that must agree.
 const LEAST_READINGS: usize = 3;
 const AGREEING_SHARE: f64 = 0.9;
 
-/// The least distance of a trend from zero [standard uncertainties].
+/// The minimum distance of a trend from zero [standard uncertainties].
 const CLEAR_TREND: f64 = 3.0;
 
 /// The sign of a discharge current, as far as it is known.

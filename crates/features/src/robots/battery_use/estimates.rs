@@ -18,10 +18,10 @@ const SECS_PER_HOUR: f64 = 3600.0;
 /// Converts a fraction per second to percent per minute.
 const PERCENT_PER_MIN: f64 = 100.0 * 60.0;
 
-/// The least loss that predicts when the battery is empty [standard uncertainties].
+/// The minimum loss that predicts when the battery is empty [standard uncertainties].
 const CLEAR_LOSS: f64 = 2.0;
 
-/// The least share of a window's readings that represents the window.
+/// The minimum share of a window's readings that represents the window.
 const LEAST_SHARE: f64 = 0.5;
 
 /// The use of a battery within a window.

@@ -25,7 +25,7 @@ pub(super) struct Concern {
     pub(super) topic: Topic,
     /// The subject.
     pub(super) subject: Subject,
-    /// Why.
+    /// The reason.
     pub(super) why: Why,
     /// How urgent it is, if the study states it.
     pub(super) tier: Option<Tier>,

@@ -11,7 +11,7 @@ use crate::robots::{deployment, stuck};
 
 /// The hysteresis of a limit, as a share of it.
 const CLEARLY: f64 = 0.1;
-/// The least level of diagnostics that is an error.
+/// The lowest level of diagnostics that is an error.
 const ERROR_LEVEL: f64 = 2.0;
 
 /// The limits beyond which a robot needs someone.

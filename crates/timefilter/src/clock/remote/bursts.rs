@@ -21,7 +21,7 @@ const ELSEWHERE_NANOS: f64 = 2_000_000.0;
 const SKEW_BURSTS: usize = 4;
 /// The assumed drift of a clock while its skew is unknown [1].
 const SKEWED: f64 = 5e-4;
-/// The least uncertainty of a probe [ns].
+/// The smallest uncertainty of a probe [ns].
 const FINEST: f64 = 1_000.0;
 
 /// The last bursts of probes.

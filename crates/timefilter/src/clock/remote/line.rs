@@ -2,7 +2,7 @@
 
 /// The typical rate difference between the clocks of computers [ns/s].
 const USUAL_SKEW: f64 = 1e5;
-/// The least noise of points [ns].
+/// The minimum noise of points [ns].
 const FINEST: f64 = 50_000.0;
 /// The number of reweighting rounds; weights converge sooner.
 const ROUNDS: usize = 12;

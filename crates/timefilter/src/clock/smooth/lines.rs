@@ -76,7 +76,7 @@ struct Under<'a> {
     /// The size of residuals of two-second bins that would make lines as sure as those of these points, as a multiple
     /// of the points' own.
     noise: f64,
-    /// The least spread of points in the long run [s].
+    /// The minimum spread of points in the long run [s].
     spread: f64,
 }
 
@@ -94,7 +94,7 @@ impl FittedLines {
         lines
     }
 
-    /// Lines under points that are the lowest of so many bins each.
+    /// Lines under points that are the lowest of this many bins each.
     fn around(moments: &[f64], points: &[Point], bins: usize, skew: f64) -> FittedLines {
         let under = Under { points, skew, noise: (bins as f64).sqrt(), spread: 0.0 };
         // A few points may lie on a line by chance, or on one edge of a saw-tooth, so none is surer than is

@@ -15,7 +15,7 @@ const RECENT: usize = 64;
 const REPEATS: u32 = 4;
 /// The largest deviation that is never a clock step [s].
 const STEP_SECS: f64 = 0.04;
-/// The least clock step, as a multiple of the usual deviation.
+/// The minimum clock step, as a multiple of the usual deviation.
 const STEP_ROUGHS: f64 = 8.0;
 /// The number of packets after which their regularity is known.
 pub(super) const KNOWN: u32 = 16;

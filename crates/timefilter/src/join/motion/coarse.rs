@@ -15,7 +15,7 @@ const MOST_PARTS: usize = 12;
 const MOST_PRODUCTS: f64 = 4e9;
 /// Changes of an envelope slower than this are removed, such as alternating sitting and walking \[steps\].
 const TREND: usize = 600;
-/// The least correlation, and the largest height of the next peak relative to it.
+/// The minimum correlation, and the largest height of the next peak relative to it.
 const LEAST: f64 = 0.15;
 const AMBIGUOUS_SHARE: f64 = 0.75;
 /// Offsets this close belong to one peak [s].

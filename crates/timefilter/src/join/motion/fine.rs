@@ -10,7 +10,7 @@ const STRETCH: usize = 1_500;
 const AROUND_SECS: f64 = 0.3;
 const DRIFT: f64 = 200e-6;
 const MOST_AROUND_SECS: f64 = 1.0;
-/// The least correlation of a segment with similar motion.
+/// The minimum correlation of a segment with similar motion.
 const LEAST: f64 = 0.3;
 
 /// The result for all segments.

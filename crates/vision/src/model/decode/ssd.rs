@@ -23,7 +23,7 @@ pub struct Ssd {
     /// What it finds for later models: a `face`, with six points, or a `hand`, with the seven points of its palm.
     #[serde(default = "face")]
     pub finds: Subject,
-    /// The least confidence, 0 to 1.
+    /// The minimum confidence, 0 to 1.
     #[serde(default = "least_score")]
     pub least_score: f32,
     /// The largest overlap of two of them (intersection over union).
@@ -91,7 +91,7 @@ impl Decode for Ssd {
 }
 
 impl Ssd {
-    /// The names of the points of what it finds.
+    /// The names of the keypoints of a detection.
     fn points(&self) -> &'static [&'static str] {
         match self.finds {
             Subject::Hand => &OF_PALM,

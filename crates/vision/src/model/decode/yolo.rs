@@ -18,7 +18,7 @@ pub struct Yolo {
     /// The index of that class, from 0; with COCO, persons are class 0.
     #[serde(default)]
     pub class: usize,
-    /// The least confidence of a detection, 0 to 1.
+    /// The minimum confidence of a detection, 0 to 1.
     #[serde(default = "least_score")]
     pub least_score: f32,
     /// The largest overlap of two detections (intersection over union).

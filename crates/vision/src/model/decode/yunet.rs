@@ -17,7 +17,7 @@ const POINTS: [&str; 5] =
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Yunet {
-    /// The least confidence of a face, 0 to 1.
+    /// The minimum confidence of a face, 0 to 1.
     #[serde(default = "least_score")]
     pub least_score: f32,
     /// The largest overlap of two faces (intersection over union).

@@ -19,7 +19,7 @@ pub enum TableError {
     Read {
         /// From 1.
         line: usize,
-        /// Why.
+        /// The reason.
         error: io::Error,
     },
     /// There are no lines.
