@@ -1,4 +1,5 @@
-//! Any bytes as the descriptor of a model, and any numbers as what comes out of one: a reading or an error, never a panic.
+//! Any bytes as the descriptor of a model, and any numbers as what comes out of one: a reading or an error, never a
+//! panic.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,5 @@
-//! Any bytes as a picture, a depth picture or a frame of video, alone and in messages: a picture or an error, never a panic.
+//! Any bytes as a picture, a depth picture or a frame of video, alone and in messages: a picture or an error, never a
+//! panic.
 #![no_main]
 
 use bytes::Bytes;

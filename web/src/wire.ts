@@ -277,7 +277,8 @@ method: string,
 doc: string, };
 
 /**
- * A stream of the session, as programs get it, and as a page has it once it is [declared](super::Declared) and described.
+ * A stream of the session, as programs get it, and as a page has it once it is [declared](super::Declared) and
+ * described.
  */
 export type Stream = { 
 /**

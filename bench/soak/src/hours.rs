@@ -29,8 +29,8 @@ pub async fn run(bag: &Path, hours: f64) -> Result<(), Box<dyn Error>> {
     end(session).await
 }
 
-/// Lets a recording go on, this many times as fast as it was recorded, on a dashboard alone; prints its address, and a line
-/// for each hour.
+/// Lets a recording go on, this many times as fast as it was recorded, on a dashboard alone; prints its address, and a
+/// line for each hour.
 pub async fn watched(bag: &Path, hours: f64, speed: f64) -> Result<(), Box<dyn Error>> {
     let bag = Arc::new(Bag::open(bag)?);
     let (began, _) = bag.bounds().ok_or("the bag is empty")?;

@@ -1,5 +1,5 @@
-//! Recordings of another clock that join a session afterwards: how near they are placed, and how often the interval that
-//! is stated holds the truth.
+//! Recordings of another clock that join a session afterwards: how near they are placed, and how often the interval
+//! that is stated holds the truth.
 
 use std::fmt;
 use std::ops::Range;

@@ -1,5 +1,5 @@
-//! `teampulse` with one more sink, which measures the delay from the arrival of a wearable's reading to its place in the
-//! queue of a sink. The bag's queue is filled at the same moment.
+//! `teampulse` with one more sink, which measures the delay from the arrival of a wearable's reading to its place in
+//! the queue of a sink. The bag's queue is filled at the same moment.
 
 use std::io;
 use std::path::PathBuf;

@@ -91,7 +91,8 @@ impl Pump {
         }
     }
 
-    /// A pump over a recording, whose readings keep their log times: equal ones, which other recorders write, stay equal.
+    /// A pump over a recording, whose readings keep their log times: equal ones, which other recorders write, stay
+    /// equal.
     #[must_use]
     pub fn over_recording(self) -> Pump {
         Pump { step_nanos: 0, ..self }

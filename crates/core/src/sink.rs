@@ -24,8 +24,8 @@ pub trait Sink: Send {
         Wants::Everything
     }
 
-    /// Whether it may receive streams that are [shown live](crate::stream::Audience::Live) only, such as those of cameras
-    /// that the study does not record: a sink that shows them and keeps nothing of them.
+    /// Whether it may receive streams that are [shown live](crate::stream::Audience::Live) only, such as those of
+    /// cameras that the study does not record: a sink that shows them and keeps nothing of them.
     fn shows_live(&self) -> bool {
         false
     }

@@ -281,7 +281,8 @@ impl fmt::Display for Window {
 /// Who receives a stream, besides features and workers. In order: who is let in later is let in by all before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Audience {
-    /// Nobody else: what is worked on before anything of it is seen, such as pictures whose faces are still to be hidden.
+    /// Nobody else: what is worked on before anything of it is seen, such as pictures whose faces are still to be
+    /// hidden.
     Workers,
     /// What [shows it live](crate::sink::Sink::shows_live), too: it is neither recorded nor published.
     Live,

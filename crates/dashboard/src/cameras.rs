@@ -1,5 +1,6 @@
-//! What is known of each camera: its newest picture or why none can be shown, of video all frames that the newest needs,
-//! and the last two seconds where something looks at them, as points come later than the picture that they are of.
+//! What is known of each camera: its newest picture or why none can be shown, of video all frames that the newest
+//! needs, and the last two seconds where something looks at them, as points come later than the picture that they are
+//! of.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -11,8 +12,8 @@ const RUN_BYTES: usize = 16 << 20;
 /// How long a picture is kept for its points [s], and the memory of those of a camera [bytes].
 const KEPT_SECS: f64 = 2.0;
 const KEPT_BYTES: usize = 16 << 20;
-/// With no points for this time beyond that from one to the next, pictures no longer wait for theirs [s]; and at most for
-/// this time.
+/// With no points for this time beyond that from one to the next, pictures no longer wait for theirs [s]; and at most
+/// for this time.
 const AWAITED_SECS: f64 = 2.0;
 const LONGEST_SECS: f64 = 5.0;
 /// Half the period of a camera of which only one picture is known [s].
@@ -79,7 +80,8 @@ impl Cameras {
         self.0.get_mut(&id)?.look(t)
     }
 
-    /// The pictures for one who begins to look at a camera, and draws points or not: of video all that the newest needs.
+    /// The pictures for one who begins to look at a camera, and draws points or not: of video all that the newest
+    /// needs.
     pub fn start(&self, id: u32, with_points: bool) -> Vec<Arc<Picture>> {
         let Some(camera) = self.0.get(&id) else { return Vec::new() };
         let Some(newest) = &camera.newest else { return Vec::new() };

@@ -8,8 +8,8 @@ use tokio::time::{Instant, Sleep, sleep};
 
 /// The time for a handshake and the head of the first request, however slowly its bytes come.
 const HEAD: Duration = Duration::from_secs(10);
-/// The time for the next answer, or the next message, after that: pages ask for the time every few seconds, and a client
-/// that only sends gets none.
+/// The time for the next answer, or the next message, after that: pages ask for the time every few seconds, and a
+/// client that only sends gets none.
 const IDLE: Duration = Duration::from_secs(90);
 
 /// The deadline of one connection.

@@ -431,7 +431,8 @@ fn camera_of(stream: &Stream, known: &Known) -> Option<u32> {
     known.streams.get(camera).is_some_and(|it| has_pictures(it)).then_some(*camera)
 }
 
-/// Whether the dashboard has a use for a stream: messages of which neither a number nor a picture is read are left to others.
+/// Whether the dashboard has a use for a stream: messages of which neither a number nor a picture is read are left to
+/// others.
 pub fn is_wanted(stream: &Stream) -> bool {
     has_pictures(stream) || has_numbers(stream)
 }

@@ -34,7 +34,8 @@ const LOOK: Duration = Duration::from_millis(15);
 const BEFORE: Duration = Duration::from_secs(120);
 /// How far back to look for pictures: the newest one is shown.
 const BEFORE_PICTURES: Duration = Duration::from_secs(2);
-/// How much before a moment a frame of video is looked for that needs none before: the nearest first, then further away.
+/// How much before a moment a frame of video is looked for that needs none before: the nearest first, then further
+/// away.
 const BEFORE_VIDEO: [Duration; 3] =
     [Duration::from_secs(2), Duration::from_secs(10), Duration::from_secs(40)];
 /// The most records that are handed on at once.

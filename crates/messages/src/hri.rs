@@ -1,5 +1,5 @@
-//! What other programs see of people, in messages of `hri_msgs` (REP-155), as numbers under the names and in the units of
-//! those that models of our own give.
+//! What other programs see of people, in messages of `hri_msgs` (REP-155), as numbers under the names and in the units
+//! of those that models of our own give.
 //!
 //! | message | numbers |
 //! |---|---|
@@ -9,8 +9,8 @@
 //! | `Gaze` | whether the robot is looked at |
 //! | `EngagementLevel` | the level |
 //!
-//! What a message leaves at zero is unknown, not zero: a point without place and score, a unit without intensity and score,
-//! valence and arousal that are both 0, an expression without confidence.
+//! What a message leaves at zero is unknown, not zero: a point without place and score, a unit without intensity and
+//! score, valence and arousal that are both 0, an expression without confidence.
 
 use teampulse_core::text::label;
 use teampulse_core::time::Time;
@@ -127,8 +127,8 @@ impl Kind {
         }
     }
 
-    /// The names and units of its numbers. A skeleton states no size of its frame: without one its places are parts of the
-    /// width and the height.
+    /// The names and units of its numbers. A skeleton states no size of its frame: without one its places are parts of
+    /// the width and the height.
     pub fn channels(self, frame: Option<Frame>) -> Vec<(String, &'static str)> {
         let named = |name: &str, unit| vec![(name.to_owned(), unit)];
         match self {

@@ -66,8 +66,8 @@ impl VideoFrame {
         codec.contains("264") || codec.starts_with("avc")
     }
 
-    /// What it needs to be decoded; `None` of bytes that are no picture of H.264 in Annex B, with a start code before each
-    /// unit.
+    /// What it needs to be decoded; `None` of bytes that are no picture of H.264 in Annex B, with a start code before
+    /// each unit.
     pub fn needs(&self) -> Option<Needs> {
         let is_started =
             self.bytes.starts_with(&[0, 0, 1]) || self.bytes.starts_with(&[0, 0, 0, 1]);

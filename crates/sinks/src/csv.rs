@@ -54,8 +54,8 @@ pub fn tables_beside(bag: &Path) -> PathBuf {
 }
 
 impl Csv {
-    /// A sink that writes its tables into this folder, which it creates. At its end `undecoded` is the number of messages that
-    /// could not be decoded.
+    /// A sink that writes its tables into this folder, which it creates. At its end `undecoded` is the number of
+    /// messages that could not be decoded.
     pub fn into_folder(folder: PathBuf, undecoded: &Arc<AtomicU64>) -> Box<dyn Sink> {
         Box::new(Tables { undecoded: Arc::clone(undecoded), ..Tables::new(folder) })
     }

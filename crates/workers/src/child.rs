@@ -212,7 +212,8 @@ fn write_all(mut to: impl Write, pieces: &Receiver<Vec<u8>>) {
     }
 }
 
-/// Passes on each line of a pipe until the pipe closes or `take` returns `false`; of a line that is too long, each part.
+/// Passes on each line of a pipe until the pipe closes or `take` returns `false`; of a line that is too long, each
+/// part.
 fn each_line(from: impl Read, mut take: impl FnMut(Written) -> bool) {
     let mut from = BufReader::new(from);
     loop {

@@ -44,10 +44,10 @@ const MOST_SPREAD_M: f64 = 10.0;
 /// depth, each with the median distance around it, in metres in the camera's optical frame (x to the right, y down, z
 /// forward).
 ///
-/// The depth picture has to show the same view (`aligned_depth_to_color` of a `RealSense`, `depth_registered` of others),
-/// and its `sensor_msgs/CameraInfo` has to be read by a source, too. A point at which there is no distance, or at an edge,
-/// where it would be that of something else, is NaN and has the score 0; `holes` and `edges` count these. A frame without
-/// a depth picture of its time is skipped and counted as lost.
+/// The depth picture has to show the same view (`aligned_depth_to_color` of a `RealSense`, `depth_registered` of
+/// others), and its `sensor_msgs/CameraInfo` has to be read by a source, too. A point at which there is no distance, or
+/// at an edge, where it would be that of something else, is NaN and has the score 0; `holes` and `edges` count these. A
+/// frame without a depth picture of its time is skipped and counted as lost.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pose3d {
@@ -65,8 +65,8 @@ pub struct Pose3d {
     /// The side of the square of pixels around a point whose distances are taken [px].
     #[serde(default = "patch_px")]
     pub patch_px: u32,
-    /// The largest spread of the distances in that square, of which the nearest and the farthest tenth do not count; beyond
-    /// it the point is at an edge [m].
+    /// The largest spread of the distances in that square, of which the nearest and the farthest tenth do not count;
+    /// beyond it the point is at an edge [m].
     #[serde(default = "most_spread_m")]
     pub most_spread_m: f64,
 }

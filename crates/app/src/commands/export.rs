@@ -37,7 +37,8 @@ use crate::recorded::read_through;
 ///
 /// The validity is `fresh` (as the policy asks for), `held` (the last value, not too old), `stale` (the
 /// last value, too old or of a silent stream), `gap` (samples too far apart), `missing` (no sample yet, or
-/// none near), or `late` (it arrived more than a minute after its row). Rows wait for a silent stream as long as its policy reaches back, at least a minute.
+/// none near), or `late` (it arrived more than a minute after its row). Rows wait for a silent stream as long as its
+/// policy reaches back, at least a minute.
 #[derive(Debug, Args)]
 pub struct Export {
     /// The bag's folder, or one of its .mcap files

@@ -98,8 +98,8 @@ pub struct Extract {
     #[arg(long, value_name = "WHAT")]
     artefacts: Option<analyses::Artefacts>,
     /// A table of true events to score the detected ones against: column `sample`, or `time_secs` or `onset` on the
-    /// time axis of the table. Of beats and pulses within 150 and 50 ms, of skin responses the onsets within 1 s, of breaths the
-    /// onsets within 0.5 s
+    /// time axis of the table. Of beats and pulses within 150 and 50 ms, of skin responses the onsets within 1 s, of
+    /// breaths the onsets within 0.5 s
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     #[command(flatten)]
@@ -240,8 +240,8 @@ impl Extract {
         Ok(())
     }
 
-    /// The next row and its time [ns]; fails where the clock of an evenly sampled signal was set back. Intervals that end
-    /// earlier are left out one by one.
+    /// The next row and its time [ns]; fails where the clock of an evenly sampled signal was set back. Intervals that
+    /// end earlier are left out one by one.
     fn next(&self, rows: &mut Rows) -> Result<Option<(i64, Row)>, Failure> {
         let next = rows.next()?;
         if let Some((_, row)) = next.as_ref().filter(|_| self.signal.is_even()) {

@@ -21,9 +21,9 @@ use crate::tidied::{SUMMARY, write_tidy_files};
 /// Monitors and records a real team.
 ///
 /// While it runs: a letter or digit sets a marker, the space bar one named `mark`; `q`, then `y`, ends the session
-/// (`q` alone where nothing is recorded); Ctrl-N begins the next phase, Ctrl-R repeats a phase, Ctrl-X aborts it; Ctrl-P
-/// stops or starts the recording, and Ctrl-K keeps the last seconds before one began; the arrow keys scroll the team,
-/// Page Up and Page Down the log.
+/// (`q` alone where nothing is recorded); Ctrl-N begins the next phase, Ctrl-R repeats a phase, Ctrl-X aborts it;
+/// Ctrl-P stops or starts the recording, and Ctrl-K keeps the last seconds before one began; the arrow keys scroll the
+/// team, Page Up and Page Down the log.
 #[derive(Debug, Args)]
 pub struct Run {
     /// The study: which sources to record, which features to compute, which sinks to write

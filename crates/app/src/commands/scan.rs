@@ -52,8 +52,8 @@ pub struct Scan {
     /// The ROS domains to scan; by default that of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     domains: Vec<BusId>,
-    /// Prints one JSON array: of each domain, and of Bluetooth, serial ports, cameras, microphones, input devices and LSL where
-    /// some are found there
+    /// Prints one JSON array: of each domain, and of Bluetooth, serial ports, cameras, microphones, input devices and
+    /// LSL where some are found there
     #[arg(long)]
     json: bool,
 }

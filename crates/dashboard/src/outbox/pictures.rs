@@ -1,9 +1,9 @@
-//! The pictures that wait for one client: of each stream the newest, of video each frame up to the newest, and no more on
-//! their way than it shows.
+//! The pictures that wait for one client: of each stream the newest, of video each frame up to the newest, and no more
+//! on their way than it shows.
 //!
 //! A picture is large, and whatever is on its way holds up the marker behind it: in the kernel, in the network, in the
-//! browser. So the next one leaves only when the client has shown those before. A frame of video is of no use without those
-//! before it: a client that is too slow for them goes on with the next frame that needs none.
+//! browser. So the next one leaves only when the client has shown those before. A frame of video is of no use without
+//! those before it: a client that is too slow for them goes on with the next frame that needs none.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound::{Excluded, Unbounded};
@@ -21,8 +21,8 @@ const BOUNDS_BYTES: (f64, f64) = ((16 << 10) as f64, (1 << 20) as f64);
 const AIM_SECS: f64 = 0.1;
 /// The factor by which a single picture changes the amount in flight.
 const STEP: f64 = 1.1;
-/// How many of one stream are on their way at most, so that one is drawn while the next one comes; of video, whose frames
-/// are small and of which each is needed, more.
+/// How many of one stream are on their way at most, so that one is drawn while the next one comes; of video, whose
+/// frames are small and of which each is needed, more.
 const MOST_EACH: usize = 2;
 const MOST_FRAMES: usize = 16;
 /// Frames of video that waited for so long [s] are left out, up to the next that needs none before.
@@ -95,8 +95,8 @@ impl Queue {
 }
 
 impl Pictures {
-    /// Takes a picture of which at most this many a second are shown, 0 for all of them; returns how many were left out, as
-    /// the client was too slow for them. Of video all frames are shown.
+    /// Takes a picture of which at most this many a second are shown, 0 for all of them; returns how many were left
+    /// out, as the client was too slow for them. Of video all frames are shown.
     pub fn put(&mut self, picture: Arc<Picture>, most_per_sec: f64) -> u64 {
         let stream = picture.stream;
         if picture.place != Place::Alone {

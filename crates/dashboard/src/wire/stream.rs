@@ -3,7 +3,8 @@
 use serde::Serialize;
 use teampulse_core::stream::{Audience, Origin, Shape, Stream as Declared, StreamId, Window};
 
-/// A stream of the session, as programs get it, and as a page has it once it is [declared](super::Declared) and described.
+/// A stream of the session, as programs get it, and as a page has it once it is [declared](super::Declared) and
+/// described.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Stream {

@@ -1,4 +1,5 @@
-/// The minimum number of times for which a mean is given: the mean of fewer would be close to the time of a single press.
+/// The minimum number of times for which a mean is given: the mean of fewer would be close to the time of a single
+/// press.
 pub const LEAST_GROUP: u32 = 5;
 
 /// The number, mean and standard deviation of times.

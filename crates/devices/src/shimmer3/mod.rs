@@ -38,7 +38,8 @@
 //!   any other request.
 //! - Settings are refused while it streams: they are made before, and read back.
 //! - The range switches automatically: the raw value contains which resistor was active. Before the first value of the
-//!   new range the firmware repeats the last one of the old range for 80 ms, so that `eda` is late by up to as much there.
+//!   new range the firmware repeats the last one of the old range for 80 ms, so that `eda` is late by up to as much
+//!   there.
 
 pub mod crc;
 mod session;

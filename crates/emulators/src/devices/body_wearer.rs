@@ -18,8 +18,8 @@ const LIGHT_OF_PULSE: f64 = 0.15;
 /// A simulated person with devices on the body; clones share the body.
 ///
 /// The body is simulated up to the latest time that any device asked for. A device that asks for an earlier time within
-/// the last ten seconds gets the values of that time. The ECG is interpolated between its samples; the value of any other
-/// sensor is its last sample. One microvolt of a muscle is one step of an armband.
+/// the last ten seconds gets the values of that time. The ECG is interpolated between its samples; the value of any
+/// other sensor is its last sample. One microvolt of a muscle is one step of an armband.
 #[derive(Clone, Debug)]
 pub struct BodyWearer {
     body: Arc<Mutex<WornBody>>,

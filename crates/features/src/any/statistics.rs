@@ -27,8 +27,8 @@ const PATIENCE_NS: i64 = 10_000_000_000;
 /// baseline.
 ///
 /// - Measures: for each channel of every raw stream of a person or a robot that has numbers (plain ones, or fields read
-///   from messages), and of the distances of `proximity`: mean, standard deviation, median, median absolute deviation, minimum, maximum and slope; and the
-///   difference of each from its value in the baseline phase.
+///   from messages), and of the distances of `proximity`: mean, standard deviation, median, median absolute deviation,
+///   minimum, maximum and slope; and the difference of each from its value in the baseline phase.
 /// - Formula: numpy's `mean`, `std(ddof=1)`, `median`, `min` and `max`; SciPy's `median_abs_deviation`, not
 ///   scaled; the slope of the least-squares line; all exact, over every usable sample. A difference is the value minus
 ///   that of the newest finished phase named `baseline`; so that of `sd` is the standard deviation of the task minus

@@ -36,7 +36,7 @@ const CHANNELS: [(&str, &str); 3] = [("distance", "m"), ("within", "1"), ("appro
 
 /// Distances between people and robots.
 ///
-/// - Measures: for each person and each robot with positions in the same frame: the least distance in the last
+/// - Measures: for each person and each robot with positions in the same frame: the shortest distance in the last
 ///   second, the share of that second within `within_m`, and the speed of approach (negative when they move apart);
 ///   for each person, the same for the nearest robot, and the number of robots with a known distance.
 /// - Formula: horizontal distance (x and y) of the newest positions, ten times a second; the speed of approach is the

@@ -128,8 +128,8 @@ fn boundary() -> Vec<u8> {
     chunk(5, &fixed)
 }
 
-/// Four chunks of ten samples at 4 Hz, which begin this far apart [s] and have one stamp each, with a boundary after each;
-/// returns the offset of each chunk, too.
+/// Four chunks of ten samples at 4 Hz, which begin this far apart [s] and have one stamp each, with a boundary after
+/// each; returns the offset of each chunk, too.
 pub fn xdf_with_boundaries(step_secs: f64) -> (Vec<u8>, Vec<usize>) {
     let mut file = [b"XDF:".to_vec(), header(1, "EDA", "int16", 4.0)].concat();
     let mut starts = Vec::new();

@@ -23,8 +23,8 @@ const LATENCY_SECS: f64 = 0.213;
 const REFRACTORY_SECS: f64 = 0.16;
 /// Of two candidates closer than this [s], the first was a P wave if the second is higher.
 const P_WAVE_SECS: f64 = 0.25;
-/// A beat is missing after this many cycles, in a regular rhythm after fewer; it is searched among candidates after this
-/// share of a cycle (as Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532, do after 1.66 cycles).
+/// A beat is missing after this many cycles, in a regular rhythm after fewer; it is searched among candidates after
+/// this share of a cycle (as Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532, do after 1.66 cycles).
 const MISSED_CYCLES: f64 = 1.45;
 const MISSED_CYCLES_IF_REGULAR: f64 = 1.3;
 const EARLIEST_CYCLES: f64 = 0.35;

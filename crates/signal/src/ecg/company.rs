@@ -8,13 +8,13 @@ const APART: f64 = 0.75;
 /// The fewest beats of a kind whose times are judged.
 const LEAST_BEATS: usize = 5;
 /// The rate of all beats is wrong if it exceeds that of one rhythm by more than this factor, or if the median
-/// interval of that rhythm is shorter than this [s], like those of two hearts together, and the other beats are at least
-/// this share of all.
+/// interval of that rhythm is shorter than this [s], like those of two hearts together, and the other beats are at
+/// least this share of all.
 const FASTER: f64 = 1.1;
 const FAST_SECS: f64 = 0.62;
 const LEAST_SHARE: f64 = 0.2;
-/// The mean relative deviation of intervals from the median interval: beats of one rhythm are regular below the first, if
-/// that of all beats exceeds the second and is this many times as large. Within one rhythm, deviations are from the
+/// The mean relative deviation of intervals from the median interval: beats of one rhythm are regular below the first,
+/// if that of all beats exceeds the second and is this many times as large. Within one rhythm, deviations are from the
 /// nearest multiple of the median interval, up to this one.
 const REGULAR: f64 = 0.03;
 const IRREGULAR: f64 = 0.03;

@@ -47,8 +47,8 @@ const EQUAL_RIVAL: f64 = 0.9;
 const NOISY_QUALITY: f64 = 0.6;
 const NOISY_UNEXPLAINED: f64 = 0.4;
 const NOISY_RIVAL: f64 = 0.35;
-/// Where mean and median agree, up to two signs leave the rate right, but not with as many odd intervals of unlike beats
-/// and as much variation as noise has, nor with fewer intervals than this, in which both agree by chance.
+/// Where mean and median agree, up to two signs leave the rate right, but not with as many odd intervals of unlike
+/// beats and as much variation as noise has, nor with fewer intervals than this, in which both agree by chance.
 const NOISE_ODD_UNLIKE: f64 = 0.1;
 const IRREGULAR: f64 = 0.12;
 const LEAST_INTERVALS: usize = 15;

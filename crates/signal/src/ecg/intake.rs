@@ -9,8 +9,8 @@ const WORKING_RATE_HZ: f64 = 250.0;
 /// After a gap longer than this the signal may have moved to another level [s].
 const SHORT_GAP_SECS: f64 = 0.02;
 
-/// At a gap the signal fades within this time [s] to its mean over a period of the mains [s]: a hum that breaks off looks
-/// like a beat.
+/// At a gap the signal fades within this time [s] to its mean over a period of the mains [s]: a hum that breaks off
+/// looks like a beat.
 const FADING_SECS: f64 = 0.04;
 const PERIOD_SECS: f64 = 0.02;
 

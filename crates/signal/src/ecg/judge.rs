@@ -14,9 +14,9 @@ const RESTLESS: f64 = 0.4;
 const RESTLESS_AT_FIRST: f64 = 0.27;
 /// The same for candidates similar to beats: at high rates there is little quiet between beats.
 const RESTLESS_ALIKE: f64 = 0.6;
-/// Before it is known what follows, that also applies to a candidate which is on time: in full up to the first deviation
-/// from the usual interval [log cycles], and not at all from the second; none below the first similarity to beats, in full
-/// above the second.
+/// Before it is known what follows, that also applies to a candidate which is on time: in full up to the first
+/// deviation from the usual interval [log cycles], and not at all from the second; none below the first similarity to
+/// beats, in full above the second.
 const ON_TIME: (f64, f64) = (0.15, 0.3);
 const ALIKE_ON_TIME: (f64, f64) = (0.7, 0.78);
 /// A T wave follows its beat within this time [s] (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532), and is

@@ -1,5 +1,5 @@
-//! Stretches of a span without beats: those of a heart that pauses are as quiet as its rests, those of an electrode that is
-//! off have another noise, or none.
+//! Stretches of a span without beats: those of a heart that pauses are as quiet as its rests, those of an electrode
+//! that is off have another noise, or none.
 
 use super::windows::{LONGEST_PAUSE_SECS, LONGEST_SECS, WindowBeat};
 use crate::analysis::{Span, Track};
@@ -48,9 +48,9 @@ struct Stretch {
 }
 
 impl Silence {
-    /// Judges the stretches between the beats of a span, and from its ends to them; `outside_ns` are the beats before and
-    /// after it, if there are any. A long one becomes the interval of the beat at its end if it is quiet and not too long,
-    /// and is none otherwise.
+    /// Judges the stretches between the beats of a span, and from its ends to them; `outside_ns` are the beats before
+    /// and after it, if there are any. A long one becomes the interval of the beat at its end if it is quiet and not
+    /// too long, and is none otherwise.
     pub(super) fn judge(
         track: &Track,
         beats: &mut [WindowBeat],
@@ -154,8 +154,8 @@ mod tests {
     const RATE_HZ: f64 = 100.0;
     const SPAN: Span = Span { begin_ns: 0, end_ns: 30_000_000_000 };
 
-    /// A signal of 30 s that changes by ±1 from sample to sample, and by ±`noise` from 10 s to `until_secs`, in which there is
-    /// no beat; else there is one each second. The beats have the intervals that the detector gives them.
+    /// A signal of 30 s that changes by ±1 from sample to sample, and by ±`noise` from 10 s to `until_secs`, in which
+    /// there is no beat; else there is one each second. The beats have the intervals that the detector gives them.
     fn span(noise: f64, until_secs: usize) -> (Track, Vec<WindowBeat>) {
         let mut track = Track::new(RATE_HZ);
         for k in 0..3000 {

@@ -10,8 +10,8 @@ const MOST_ORDER: u32 = 4;
 /// The minimum number of bins between harmonics.
 const LEAST_BINS: f64 = 8.0;
 
-/// How much of the power of a spectrum is that of one tone, or of one tone and its harmonics less what would be at these
-/// frequencies by chance, whichever is more [0..1]; NaN without power.
+/// How much of the power of a spectrum is that of one tone, or of one tone and its harmonics less what would be at
+/// these frequencies by chance, whichever is more [0..1]; NaN without power.
 pub(super) fn tone(power: &[f64], total: f64) -> f64 {
     let (mut most, mut strongest) = (0.0, 0);
     for (place, line) in power.windows(LINE_BINS).enumerate() {

@@ -41,8 +41,8 @@ pub struct Faults {
     pub all: f64,
     /// Sum of squares of frames [unit²].
     pub framed: f64,
-    /// The part of it that is concentrated: in the strongest frequency of each frame, with or without harmonics, or in one
-    /// instant [unit²].
+    /// The part of it that is concentrated: in the strongest frequency of each frame, with or without harmonics, or in
+    /// one instant [unit²].
     pub concentrated: f64,
 }
 

@@ -34,8 +34,8 @@ pub struct Features {
     /// varies.
     pub mdf_hz: f64,
     /// The share of the power in three successive bins of the periodogram, where it is largest, or in those at all
-    /// multiples of a frequency, less what is there by chance [0..1]: all of a tone's with or without harmonics, a fifth
-    /// of a muscle's; NaN where nothing varies.
+    /// multiples of a frequency, less what is there by chance [0..1]: all of a tone's with or without harmonics, a
+    /// fifth of a muscle's; NaN where nothing varies.
     pub tone: f64,
 }
 

@@ -50,7 +50,8 @@ impl Periodogram {
         }
     }
 
-    /// The mean and median frequency and the strongest line of a frame; NaN if it is constant. Expects the planned length.
+    /// The mean and median frequency and the strongest line of a frame; NaN if it is constant. Expects the planned
+    /// length.
     pub(super) fn middle(&mut self, frame: &[f64]) -> Middle {
         let none = Middle { mean_hz: f64::NAN, median_hz: f64::NAN, tone: f64::NAN };
         if self.transform(frame).is_none() {

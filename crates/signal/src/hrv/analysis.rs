@@ -48,11 +48,11 @@ impl Default for Settings {
 ///
 /// An interval ends with a beat (event `beat`, detail `interval_ms`), and the next begins there. Host times
 /// only place the first one, and reveal lost intervals by differing from the sum of the intervals since by
-/// more than [`Settings::most_astray_secs`]. Where the sum is ahead by more, one interval is left out and the next begins
-/// at the host's time. An interval that is NaN, not positive or over a minute also
-/// leaves a hole. Sixteen or more equal intervals in a row are those of a device that repeats one: the quality of a span
-/// is less by their share, and above a tenth its variability is withheld, but not its means. The rate is ignored; there
-/// are no errors. Limits: a single lost interval that is not reported as lost remains undetected.
+/// more than [`Settings::most_astray_secs`]. Where the sum is ahead by more, one interval is left out and the next
+/// begins at the host's time. An interval that is NaN, not positive or over a minute also leaves a hole. Sixteen or
+/// more equal intervals in a row are those of a device that repeats one: the quality of a span is less by their share,
+/// and above a tenth its variability is withheld, but not its means. The rate is ignored; there are no errors. Limits:
+/// a single lost interval that is not reported as lost remains undetected.
 pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     let heart = HeartWindows::causal().only(&settings.domains).treated(settings.treatment);
     Ok(Box::new(Intervals {

@@ -29,7 +29,8 @@ const NO_FUNDAMENTAL: f64 = 10.0;
 /// Where the harmonics are larger than this multiple of the fundamental, each cycle may hold two pulses.
 const TWO_PULSES: f64 = 2.0;
 
-/// The latest diastolic wave [s]; a later crest is a missed weak pulse. So may be one this late, where pulses were lost.
+/// The latest diastolic wave [s]; a later crest is a missed weak pulse. So may be one this late, where pulses were
+/// lost.
 const LATEST_CREST_SECS: f64 = 0.46;
 const CREST_HEIGHT: f64 = 0.08;
 const LATE_CREST_SECS: f64 = 0.32;

@@ -9,8 +9,8 @@ const OVER: f64 = 0.06;
 /// The number of steps of a breath at which its steepest slope is searched for.
 const STEPS: usize = 40;
 
-/// How much sharper troughs are than peaks: the slope on both sides of a turning point as a share of the steepest of the
-/// breath, that of the median trough less that of the median peak [−1..1].
+/// How much sharper troughs are than peaks: the slope on both sides of a turning point as a share of the steepest of
+/// the breath, that of the median trough less that of the median peak [−1..1].
 ///
 /// Chests turn slowly: 0.3 for a sine less as much, and no more where a pause precedes the breath, which is flat on one
 /// side. A signal that is folded, such as the distance from a middle, is steepest where it is folded.

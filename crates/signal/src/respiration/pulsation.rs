@@ -32,8 +32,8 @@ pub(super) struct Pulsation {
 }
 
 impl Pulsation {
-    /// The pulsation beside a pattern: of sines with the power of the heart's band and of the breathing, and of a turning
-    /// point where a raised cosine of the inhalation has the slope of the pulsation.
+    /// The pulsation beside a pattern: of sines with the power of the heart's band and of the breathing, and of a
+    /// turning point where a raised cosine of the inhalation has the slope of the pulsation.
     pub(super) fn of(spectral: &Spectral, pattern: &Pattern) -> Pulsation {
         let is_slow = pattern.rate_mean_per_min <= FASTEST_PER_MIN;
         let height = if is_slow { spectral.heart_to_breath.sqrt() / 2.0 } else { 0.0 };

@@ -13,8 +13,8 @@ const HARMONICS: [f64; 3] = [2.0, 3.0, 4.0];
 const LEAST_HZ: f64 = 0.08;
 /// Steps, pedals and the heart are faster than this, and few breaths at rest [1/min].
 const FAST_PER_MIN: f64 = 24.0;
-/// The power of a slower rhythm, relative to the counted one, below which it is not a rival, and from which it may be the
-/// breathing: blood pressure waves and sway during slow breathing …
+/// The power of a slower rhythm, relative to the counted one, below which it is not a rival, and from which it may be
+/// the breathing: blood pressure waves and sway during slow breathing …
 const SLOWER: (f64, f64) = (0.3, 0.8);
 /// … and the breath beneath motion that is counted.
 const SLOWER_THAN_FAST: (f64, f64) = (0.03, 0.1);

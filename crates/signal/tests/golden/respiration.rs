@@ -45,7 +45,8 @@ pub const BEATS: [u32; 167] = [
     14463, 14548,
 ];
 
-/// `RMSSD`, `MeanBB`, `SDBB`, `SDSD`, `CVBB`, `CVSD`, `MedianBB`, `MadBB`, `MCVBB`, `SD1`, `SD2` and `SD2SD1` of `rsp_rrv`.
+/// `RMSSD`, `MeanBB`, `SDBB`, `SDSD`, `CVBB`, `CVSD`, `MedianBB`, `MadBB`, `MCVBB`, `SD1`, `SD2` and `SD2SD1` of
+/// `rsp_rrv`.
 pub const VARIABILITY: [f64; 12] = [
     1.346699669563e+03,
     4.799333333333e+03,

@@ -41,8 +41,8 @@ impl Layout {
         self.names.len()
     }
 
-    /// The place in a row of a value that follows the one at `before`; a new column if its name is new, and `None` where
-    /// the table has too many.
+    /// The place in a row of a value that follows the one at `before`; a new column if its name is new, and `None`
+    /// where the table has too many.
     pub(super) fn place(&mut self, name: &str, before: Option<usize>) -> Option<usize> {
         let next = before.map_or(0, |before| before + 1);
         // Usually the same values come in the same order.

@@ -89,8 +89,8 @@ impl Table {
         self.file.take().map_or(Ok(()), |mut file| file.flush())
     }
 
-    /// Finishes the table: waiting records are written as far as their columns are known, and every row gets the columns
-    /// that were found after its header.
+    /// Finishes the table: waiting records are written as far as their columns are known, and every row gets the
+    /// columns that were found after its header.
     pub(super) fn finish(&mut self) -> io::Result<()> {
         self.conclude()?;
         for lack in self.lacks() {

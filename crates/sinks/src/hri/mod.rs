@@ -41,16 +41,16 @@ const NAMESPACE: &str = "/humans";
 /// How many messages are kept for those who are slow.
 const DEPTH: u32 = 10;
 
-/// Publishes what models see of people as `hri_msgs` under the names of REP-155, for nodes with libhri or pyhri: points and
-/// regions of faces, expressions, action units, gaze, skeletons, and the lists of who is in view.
+/// Publishes what models see of people as `hri_msgs` under the names of REP-155, for nodes with libhri or pyhri: points
+/// and regions of faces, expressions, action units, gaze, skeletons, and the lists of who is in view.
 ///
-/// Everyone on that ROS domain can read it: only what is listed is published. A face and a body have the id of their person:
-/// `/humans/faces/p001/landmarks`; those that a second camera sees, `p001_2`.
+/// Everyone on that ROS domain can read it: only what is listed is published. A face and a body have the id of their
+/// person: `/humans/faces/p001/landmarks`; those that a second camera sees, `p001_2`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hri {
-    /// The topics of the streams, which begin with a token without a star: `["/humans/persons/p001/*/yunet"]`. Others than
-    /// those of people's faces, bodies, expressions, action units and gaze are left out.
+    /// The topics of the streams, which begin with a token without a star: `["/humans/persons/p001/*/yunet"]`. Others
+    /// than those of people's faces, bodies, expressions, action units and gaze are left out.
     pub streams: Vec<String>,
     /// Width and height of the frames [px], for streams that do not say it: those of workers of your own.
     #[serde(default)]

@@ -122,8 +122,8 @@ impl View {
         Some(View { part, id, person, shows: shows?, frame, size, has_reported: false })
     }
 
-    /// The messages of the numbers of a picture; none where nothing was found. The error, which follows the stream's name, is
-    /// given once.
+    /// The messages of the numbers of a picture; none where nothing was found. The error, which follows the stream's
+    /// name, is given once.
     pub fn messages(&mut self, at: Time, numbers: &[f64]) -> Result<Vec<Message>, &'static str> {
         let header = Header::at(at);
         let number = |place: usize| numbers.get(place).copied().unwrap_or(f64::NAN);

@@ -46,7 +46,8 @@ pub(super) const COLUMNS: [(&str, Column); 11] = [
         Column::of("`phase` where the window is a whole phase; empty where it is a part of one."),
     ),
 ];
-/// Windows end each second by the clock of their device: with this tolerance [ns], as many fit into a phase as it is long.
+/// Windows end each second by the clock of their device: with this tolerance [ns], as many fit into a phase as it is
+/// long.
 const TOLERANCE_NS: i64 = 500_000_000;
 
 /// A row for each value of a window, and for the window's coverage and quality: for windows that do not overlap, each

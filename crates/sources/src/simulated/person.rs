@@ -39,7 +39,8 @@ impl SimulatedPerson {
         SimulatedPerson::wearing(team, &[], None)
     }
 
-    /// The same people, without the sensors of the wearables that they also wear, which measure the same body at the same time.
+    /// The same people, without the sensors of the wearables that they also wear, which measure the same body at the
+    /// same time.
     pub fn wearing(
         team: &SimulatedTeam,
         wearables: &[EmulatedWearable],

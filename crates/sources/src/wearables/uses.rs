@@ -23,8 +23,8 @@ pub(crate) struct Use {
 }
 
 impl Uses {
-    /// The use of something, and of all that is below it, as `127.0.0.1:28000/9ff167` is below `127.0.0.1:28000`; `None`
-    /// if a part of it is in use.
+    /// The use of something, and of all that is below it, as `127.0.0.1:28000/9ff167` is below `127.0.0.1:28000`;
+    /// `None` if a part of it is in use.
     pub(crate) fn begin(&self, what: impl Into<String>) -> Option<Use> {
         let what = what.into();
         let mut used = self.0.lock().unwrap_or_else(PoisonError::into_inner);

@@ -39,8 +39,8 @@ const FALLEN_BINS: usize = 3;
 /// The interval between fits once an epoch is no longer young [bins].
 const FIT_EVERY: i64 = 2;
 /// The additional uncertainty of a young epoch's line [s²], divided by its age: at most this much, and less if delays
-/// scatter little [s per s of their line's spread] and packets are many [per s of the spread of delays]: the smallest of
-/// `n` delays exceeds the shortest possible one by an `n`-th of their range.
+/// scatter little [s per s of their line's spread] and packets are many [per s of the spread of delays]: the smallest
+/// of `n` delays exceeds the shortest possible one by an `n`-th of their range.
 const YOUNG_ERROR: f64 = 0.15;
 const YOUNG_SPREADS: f64 = 55.0;
 const YOUNG_DELAYS: f64 = 15.0;

@@ -54,7 +54,8 @@ struct Bin {
 }
 
 impl History {
-    /// Takes the length of the current run of raised bins, and by how much more uncertain the line is for it [s]. A run that falls back to the line was delayed; one that lasts was not.
+    /// Takes the length of the current run of raised bins, and by how much more uncertain the line is for it [s]. A run
+    /// that falls back to the line was delayed; one that lasts was not.
     fn raised(&mut self, (run, unclear): (usize, f64)) {
         let closed = self.bins.len();
         // A run whose count restarts continues: its link is too slow.

@@ -89,8 +89,8 @@ impl Intrinsics {
         })
     }
 
-    /// What is seen at a place of a picture at a distance along the optical axis [m], in the camera's optical frame: x to
-    /// the right, y down, z forward [m].
+    /// What is seen at a place of a picture at a distance along the optical axis [m], in the camera's optical frame: x
+    /// to the right, y down, z forward [m].
     pub fn in_space(&self, place: [f64; 2], distance_m: f64) -> [f64; 3] {
         let [x, y] =
             [0, 1].map(|axis| (place[axis] - self.centre[axis]) / self.focal[axis] * distance_m);

@@ -1,5 +1,5 @@
-//! A chain of models that process each picture in turn: detectors of faces, persons or hands first, then the models that
-//! process these.
+//! A chain of models that process each picture in turn: detectors of faces, persons or hands first, then the models
+//! that process these.
 
 use super::decode::{Detection, Found};
 use super::descriptor::{Descriptor, Source, Subject};

@@ -75,8 +75,8 @@ pub struct Input {
     #[serde(default)]
     pub fill: f32,
     /// The part of the picture that it processes: the whole `frame`, the `face`, the `person` or the `hand` found by an
-    /// earlier model, or a face `aligned` by its five points. A hand whose palm has points is rotated so that its fingers
-    /// point up.
+    /// earlier model, or a face `aligned` by its five points. A hand whose palm has points is rotated so that its
+    /// fingers point up.
     #[serde(default)]
     pub source: Source,
     /// How much the part is enlarged on each side: 0.25 adds a quarter to each.

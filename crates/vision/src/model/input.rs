@@ -48,8 +48,8 @@ impl Placement {
         is_area.then(|| Placement::of_rectangle(input, corner, grown))
     }
 
-    /// A face aligned by its five points (the least squares of Umeyama 1991, doi:10.1109/34.88573); `None` with fewer than
-    /// five points, or if they coincide.
+    /// A face aligned by its five points (the least squares of Umeyama 1991, doi:10.1109/34.88573); `None` with fewer
+    /// than five points, or if they coincide.
     pub fn aligned(input: &Input, points: &[[f32; 2]]) -> Option<Placement> {
         let found: &[[f32; 2]; 5] = points.first_chunk()?;
         let found = found.map(|point| point.map(f64::from));
@@ -76,8 +76,8 @@ impl Placement {
     }
 
     /// A hand, as a square around the points of its palm, grown by the margin and turned so that the way from the wrist
-    /// (the first point) to the root of the middle finger (the third) is up. A hand without points is placed as any other
-    /// part. `None` where the points have no extent.
+    /// (the first point) to the root of the middle finger (the third) is up. A hand without points is placed as any
+    /// other part. `None` where the points have no extent.
     pub fn of_hand(input: &Input, part: &Detection) -> Option<Placement> {
         let &[wrist, _, middle, ..] = part.points.as_slice() else {
             return Placement::of_part(input, part);

@@ -50,8 +50,8 @@ impl Layout {
         self.points.iter().flat_map(each).chain(counts).collect()
     }
 
-    /// The points of a frame in space, and how many were left out. Fails with the size of a frame that the depth picture
-    /// can't show [px].
+    /// The points of a frame in space, and how many were left out. Fails with the size of a frame that the depth
+    /// picture can't show [px].
     pub(super) fn in_space(
         &self,
         values: &[f64],

@@ -63,8 +63,8 @@ impl Pairs {
         (self.frames.len() > MOST_FRAMES).then(|| self.frames.pop_front()).flatten()
     }
 
-    /// The frames that wait no longer: those with a depth picture of their time or later, and at this time the old ones.
-    /// Without the calibration all wait for as long as they may.
+    /// The frames that wait no longer: those with a depth picture of their time or later, and at this time the old
+    /// ones. Without the calibration all wait for as long as they may.
     pub(super) fn settled(&mut self, now: Time, has_calibration: bool) -> Vec<Frame> {
         let patience = PATIENCE_SECS + self.within_secs;
         let newest = self.newest.filter(|_| has_calibration);

@@ -26,8 +26,8 @@ const LEAST_COVERAGE: f64 = 0.95;
 /// Around which events values are computed, and over which spans.
 #[derive(Debug, Args)]
 pub struct AroundArgs {
-    /// A table of events (column `time_secs`, in seconds on the time axis of the table or as dates, or `sample`; also an
-    /// `events.tsv`, or the events of an export): the heart rate around each, of an ECG, a PPG or intervals, or the
+    /// A table of events (column `time_secs`, in seconds on the time axis of the table or as dates, or `sample`; also
+    /// an `events.tsv`, or the events of an export): the heart rate around each, of an ECG, a PPG or intervals, or the
     /// response of the skin to each
     #[arg(long, value_name = "FILE")]
     around: Option<std::path::PathBuf>,

@@ -111,9 +111,9 @@ pub struct Events {
 }
 
 impl Events {
-    /// Reads the times of events from a table's column `time_secs`, `onset` or `measured_secs`, in seconds or as dates, or
-    /// `sample` where samples have times; and their labels from `trial_type` or `label`. Where none of these times is
-    /// within the recording, but dates in `time` are, as in an `events.tsv`, those are read.
+    /// Reads the times of events from a table's column `time_secs`, `onset` or `measured_secs`, in seconds or as dates,
+    /// or `sample` where samples have times; and their labels from `trial_type` or `label`. Where none of these times
+    /// is within the recording, but dates in `time` are, as in an `events.tsv`, those are read.
     pub fn read(path: &Path, axis: &Axis<'_>) -> Result<Events, TableError> {
         let (secs, note) = match (times(path)?, axis.of_sample) {
             (Some(times), _) => times,

@@ -80,7 +80,8 @@ pub fn signal_of(path: &Path) -> Option<&'static Analysis> {
     ANALYSES.iter().find(is_of)
 }
 
-/// Whether a file of this name is one that an E4 writes beside its samples: a mean heart rate, or presses of its button.
+/// Whether a file of this name is one that an E4 writes beside its samples: a mean heart rate, or presses of its
+/// button.
 pub fn is_extra_of_e4(path: &Path) -> bool {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().to_ascii_lowercase());
     stem.is_some_and(|stem| ["hr", "tags"].contains(&&*stem))

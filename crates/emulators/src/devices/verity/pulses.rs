@@ -9,7 +9,8 @@ const FIRST_SECS: f64 = 25.0;
 const ARRIVAL_SECS: f64 = 0.2;
 /// The longest interval between pulses \[s\].
 const LONGEST_SECS: f64 = 2.5;
-/// The error estimate reported with an interval, at rest and while the arm moves \[ms\]: issue 311 shows 4 to 10 at rest.
+/// The error estimate reported with an interval, at rest and while the arm moves \[ms\]: issue 311 shows 4 to 10 at
+/// rest.
 const ERROR_MS: u16 = 6;
 const MOVING_ERROR_MS: u16 = 200;
 /// Flags: the arm moves; the sensor touches the skin; contact is detected.

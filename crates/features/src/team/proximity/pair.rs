@@ -23,7 +23,7 @@ pub(super) struct Pair {
 /// The result of a second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Second {
-    /// The minimum distance [m].
+    /// The shortest distance [m].
     pub distance: Result<f64, Reason>,
     /// The share of the time within the limit.
     within: Result<f64, Reason>,

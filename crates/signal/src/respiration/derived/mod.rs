@@ -60,11 +60,10 @@ pub struct Derived {
 /// - *Reference*: fusion of modulations after Karlen et al. (2013), doi:10.1109/TBME.2013.2246160;
 ///   segments and limits of the method: Charlton et al. (2016), doi:10.1088/0967-3334/37/4/610.
 /// - *Limits*: breaths faster than about half the heart rate look slower by as much as they are above it: a segment
-///   does not count where breaths of less than 34 a minute would look the same (22 a minute at a heart rate of 50 may be
-///   28); pauses count as breaths; a rate
-///   that changes within 30 s is represented by its most frequent value. Without any rhythm, one in six
-///   segments of 30 s shows one by chance, and one in a hundred windows of 60 s. Premature beats are left
-///   out, but with bigeminy the method fails.
+///   does not count where breaths of less than 34 a minute would look the same (22 a minute at a heart rate of 50 may
+///   be 28); pauses count as breaths; a rate that changes within 30 s is represented by its most frequent value.
+///   Without any rhythm, one in six segments of 30 s shows one by chance, and one in a hundred windows of 60 s.
+///   Premature beats are left out, but with bigeminy the method fails.
 ///
 /// Times that are out of order are left out; missing amplitudes are NaN. The reason is `Short` for a short
 /// window, `Missing` without amplitudes, `Gap` when beats cover less than half of the window, and `Quality`

@@ -31,8 +31,8 @@ const OFF_BINS: f64 = 30.0;
 const FINE_SECS: f64 = 0.03e-3;
 const BIN_SECS: f64 = 1.0;
 /// The standard error in value is less where delays change steadily between knots: it is this multiple of how far bins
-/// are off a steady change, but no smaller than a share of the above. That in time is no smaller than if the knot may be
-/// anywhere in a bin of two seconds.
+/// are off a steady change, but no smaller than a share of the above. That in time is no smaller than if the knot may
+/// be anywhere in a bin of two seconds.
 const ROUGHNESSES: f64 = 3.0;
 const STEADIEST: f64 = 0.2;
 const LEAST_BIN: f64 = 0.58;

@@ -1,4 +1,5 @@
-//! The even times of samples behind the uneven stamps of their rows; even stamps are kept, also where their rate changes.
+//! The even times of samples behind the uneven stamps of their rows; even stamps are kept, also where their rate
+//! changes.
 
 use super::sampling::Sampling;
 
@@ -166,8 +167,8 @@ impl Grid {
         ASTRAY + 0.5 * self.coarse()
     }
 
-    /// The range that the stamps of even times are rounded over [periods]: their unit, unless even times are multiples of
-    /// it.
+    /// The range that the stamps of even times are rounded over [periods]: their unit, unless even times are multiples
+    /// of it.
     fn coarse(&self) -> f64 {
         let Sampling { shared, unit, jitter, .. } = self.sampling;
         // Numbers that are spread evenly over a range deviate by its length divided by the root of 12.

@@ -36,8 +36,8 @@ const SEARCHED: usize = 4096;
 const BLOCK: usize = 256;
 /// The coherence of stamps with a period, from 0 to 1, from which it is believed.
 const COHERENT: f64 = 0.25;
-/// Stamps are even where at most this share of steps is further from a period than this share of it, and so they are at a
-/// rate that differs by less than this share.
+/// Stamps are even where at most this share of steps is further from a period than this share of it, and so they are at
+/// a rate that differs by less than this share.
 const UNEVEN: f64 = 0.01;
 const EVEN_STEP: f64 = 0.5;
 const SAME_RATE: f64 = 0.05;
@@ -68,8 +68,8 @@ impl Sampling {
         Some(Sampling { is_even: sampling.shared <= 1.0 && stamps.are_even(sampling), ..sampling })
     }
 
-    /// Whether rows that share stamps come steadily: there are several times of them, and none is further from its stamp
-    /// than the next.
+    /// Whether rows that share stamps come steadily: there are several times of them, and none is further from its
+    /// stamp than the next.
     pub fn is_steady(&self, rows: usize) -> bool {
         let times = rows as f64 / self.shared;
         self.jitter < STEADY * self.shared && times > FEWEST_TIMES
@@ -174,7 +174,8 @@ impl Stamps<'_> {
         self.with_missing(sampling, missing)
     }
 
-    /// The mean of the spans close to the median one [ns]: up to the next unit of the stamps, but without a missing row.
+    /// The mean of the spans close to the median one [ns]: up to the next unit of the stamps, but without a missing
+    /// row.
     fn usual_span_ns(&self, spans_ns: &[f64], steps: usize) -> f64 {
         let median_ns = spans_ns.get(spans_ns.len() / 2).copied().unwrap_or(0.0);
         let unit_ns = if self.shared > 0.0 { 1.01 * self.usual_step_ns } else { 0.0 };
