@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A feature of one's own as a ROS node: how restless the skin is, once a second [uS]."""
+"""Your own feature as a ROS node: how restless the skin is, once a second [uS]."""
 
 from statistics import fmean
 

@@ -15,7 +15,7 @@ pub enum Exit {
     /// The command finished, but data was lost inside teampulse: in a queue or on the disk. Losses on the
     /// way to teampulse are reported in the summary and do not change the code.
     DataLost = 3,
-    /// The study is wrong.
+    /// The study is invalid.
     BadStudy = 4,
     /// A device, robot or person of the study is missing, or was during the whole session.
     DeviceMissing = 5,

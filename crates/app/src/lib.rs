@@ -31,7 +31,7 @@ use tracing_subscriber::prelude::*;
 /// Watches the people and the robots of a human-robot team on one clock.
 ///
 /// Exit codes: 0 fine · 1 failed · 2 bad arguments · 3 finished, but data was lost inside teampulse, or
-/// a feature or a worker failed for good · 4 the study is wrong · 5 a device, robot, person or LSL stream of the
+/// a feature or a worker failed for good · 4 the study is invalid · 5 a device, robot, person or LSL stream of the
 /// study is missing.
 #[derive(Debug, Parser)]
 #[command(name = "teampulse", version, about, long_about, max_term_width = 100)]
