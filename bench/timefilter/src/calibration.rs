@@ -8,7 +8,7 @@ use teampulse_timefilter::calibrate::{Calibration, Seen, calibrate};
 
 /// Nothing was fitted to recordings from this seed on.
 const FIRST_SEED: u64 = 10_000;
-/// So many recordings of each kind, each with a lag of its own.
+/// This many recordings of each kind, each with a lag of its own.
 const RUNS: u64 = 200;
 /// A latency is found when it is this near [s], and that in this many of the recordings.
 const NEAR_SECS: f64 = 0.005;

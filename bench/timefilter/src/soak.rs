@@ -27,7 +27,7 @@ const PERIOD: i64 = SECOND / 10;
 const PROBED: i64 = 5 * SECOND;
 /// How many times the memory after the first hour may be in use after the last.
 const FLAT_BAR: f64 = 1.01;
-/// So many rows more or less than the grid has in that time are the first and the last second.
+/// This many rows more or less than the grid has in that time are the first and the last second.
 const ROWS_APART: u64 = 10;
 
 /// Lets eight hours pass; an error where a bar is missed.

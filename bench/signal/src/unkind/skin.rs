@@ -16,7 +16,7 @@ const HIDDEN_SECS: f64 = 0.5;
 /// Of responses at 8 a minute.
 const LEAST_SENSITIVITY: f64 = 0.9;
 const LEAST_PRECISION: f64 = 0.95;
-/// So much of what is found at 4 a minute may be of 6 glitches a minute.
+/// This much of what is found at 4 a minute may be of 6 glitches a minute.
 const MOST_OF_GLITCHES: f64 = 0.02;
 /// An electrode that hardly touches has less quality.
 const MOST_QUALITY: f64 = 0.4;

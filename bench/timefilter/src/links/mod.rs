@@ -49,9 +49,9 @@ pub struct Bars {
 /// What the 95th percentile of errors may be.
 #[derive(Clone, Copy)]
 pub enum P95 {
-    /// So much [ms].
+    /// This much [ms].
     Millis(f64),
-    /// So much of what `pyxdf` reaches.
+    /// This much of what `pyxdf` reaches.
     OfPyxdf(f64),
     /// There is no bar.
     Any,

@@ -16,9 +16,9 @@ use crate::analysis::{
 use crate::error::SignalError;
 use crate::gaps::is_usable;
 
-/// The smallest quality for which values are reported.
+/// The lowest quality for which values are reported.
 const LEAST_QUALITY: f64 = 0.5;
-/// Sweat glands respond at most so often, and surely not as often as this [1/min].
+/// The highest rate of responses that is certainly possible, and the lowest that is certainly not [1/min].
 const PLAUSIBLE_PER_MIN: (f64, f64) = (25.0, 45.0);
 /// The share of responses with a shape that sweat glands do not have: up to the lower one overlapping responses have
 /// it by chance, from the higher one on most are motion, breathing or lifted electrodes.

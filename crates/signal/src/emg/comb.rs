@@ -5,7 +5,7 @@ const LINE_BINS: usize = 3;
 /// Shorter spectra have few harmonics [bins].
 const LEAST_LENGTH: usize = 40;
 const NEARLY_ALL: f64 = 0.9;
-/// The strongest harmonic is one of the first so many.
+/// The highest order that the strongest harmonic may have.
 const MOST_ORDER: u32 = 4;
 /// The minimum number of bins between harmonics.
 const LEAST_BINS: f64 = 8.0;

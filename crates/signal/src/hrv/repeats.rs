@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use crate::analysis::Span;
 
-/// So many equal intervals in a row are those of a device that repeats its last one, or counts too coarsely to tell
-/// them apart. Of hearts that vary by 3 ms, a device that counts in steps of 1 ms reports no four in a row.
+/// This many equal intervals in a row are those of a device that repeats its last one, or counts too coarsely to
+/// distinguish them. Of hearts that vary by 3 ms, a device that counts in steps of 1 ms reports no four in a row.
 const LEAST_EQUAL: usize = 16;
 
 /// Stretches of equal intervals.
