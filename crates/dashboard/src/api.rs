@@ -45,7 +45,7 @@ async fn index(State(shared): State<Shared>) -> Json<Value> {
             {\"scale\": \"isa\", \"value\": 3, \"subject\": \"p001\"} reports, on any scale, of which only isa (1 to 5) \
             counts in estimates; each with \"at\" [s] or \"unix\" [s] if it was not now",
         "GET /metrics": "for Prometheus",
-        "WebSocket /ws": "all of it live, as sent to the pages",
+        "WebSocket /ws": "the same data live, as sent to the pages",
     }))
 }
 

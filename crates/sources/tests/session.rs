@@ -133,8 +133,7 @@ async fn the_end_of_another_session_ends_nothing_here() {
     .await;
     let labels: Vec<(EventKind, &str)> =
         events.iter().map(|event| (event.kind, event.label.as_str())).collect();
-    let refused =
-        "/session/events: failed to take `end` of another session's clock; the event is ignored";
+    let refused = "/session/events: failed to use `end`, an event of another session's clock; the event is ignored";
     let expected = [
         (EventKind::Phase, "baseline"),
         (EventKind::Fault, refused),
@@ -300,7 +299,7 @@ async fn an_event_of_somebody_else_commands_nothing() {
     })
     .await;
     assert!(events.iter().all(|event| event.kind != EventKind::Command), "{events:?}");
-    let refused = "/session/events: failed to take `keys stop` as a command";
+    let refused = "/session/events: failed to use `keys stop` as a command";
     assert!(events.iter().any(|event| event.label.starts_with(refused)), "{events:?}");
 }
 

@@ -17,7 +17,7 @@ pub(super) const ACTIVITY: Analysis = Analysis {
             clicks and wheel; for a gamepad presses and deflection; for each the share of idle time.",
         windows: "",
         reference: "Epp, Lippold & Mandryk (2011), doi:10.1145/1978942.1979046.",
-        limits: "holds and intervals become known in groups of five, up to 10 s later; the content \
+        limits: "holds and intervals are reported in groups of five, up to 10 s later; the content \
             typed is unknown, so games and texts look alike.",
     }),
     events: &[],
@@ -49,7 +49,7 @@ pub(super) const VIDEO: Analysis = Analysis {
     }),
     events: &[],
     table: Tabled {
-        help: "Measures of camera frames, as from the worker `frames`",
+        help: "Measures of camera frames, such as those of the worker `frames`",
         columns: &view::CHANNELS,
         files: &["frames"],
         channels: None,
@@ -72,7 +72,7 @@ pub(super) const FACE: Analysis = Analysis {
         windows: "",
         reference: "Soukupová & Čech (2016), Proc. 21st CVWW; Dinges & Grace (1998), FHWA-MCRT-98-006.",
         limits: "blinks need the six landmarks of an eye in `hri_msgs/FacialLandmarks`, in 10 pictures a second or more, \
-            and are known once the eyes are open again; eye centres are enough for the head. Eyes are compared with \
+            and are reported once the eyes are open again; eye centres are enough for the head. Eyes are compared with \
             themselves in the last minute.",
     }),
     events: &[Happening {
@@ -83,7 +83,7 @@ pub(super) const FACE: Analysis = Analysis {
         duration: "duration_secs",
     }],
     table: Tabled {
-        help: "Face landmarks [px], as from the worker `model`",
+        help: "Face landmarks [px], such as those of the worker `model`",
         columns: &["right_eye", "left_eye"],
         files: &["landmarks"],
         channels: None,
@@ -109,7 +109,7 @@ pub(super) const BODY: Analysis = Analysis {
     }),
     events: &[],
     table: Tabled {
-        help: "Body keypoints [px], as from the worker `model`",
+        help: "Body keypoints [px], such as those of the worker `model`",
         columns: &["right_shoulder", "left_shoulder"],
         files: &["pose"],
         channels: None,
@@ -135,7 +135,7 @@ pub(super) const EXPRESSION: Analysis = Analysis {
     }),
     events: &[],
     table: Tabled {
-        help: "Expression estimates, one column each, as from the worker `model`",
+        help: "Expression estimates, one column each, such as those of the worker `model`",
         columns: &["happy", "happiness", "valence"],
         files: &["expression"],
         channels: None,

@@ -13,10 +13,11 @@ pub(super) const EDA: Analysis = Analysis {
         doc: "Level and responses of skin conductance, and its quality.",
         summary: "Level and responses of skin conductance.",
         measures: "each response (as an event with its amplitude [µS]), and for each window the level, its \
-            slope, how many responses there were and how large, and the quality.",
+            slope, the number and amplitude of responses, and the quality.",
         windows: "",
         reference: "Boucsein et al. (2012), doi:10.1111/j.1469-8986.2012.01384.x.",
-        limits: "a response is known 1.1 s after its peak; split causally, while `extract` offers cvxEDA.",
+        limits: "a response is reported 1.1 s after its peak; the signal is decomposed causally, whereas `extract` \
+            also offers cvxEDA.",
     }),
     events: &[Happening {
         kind: "response",
@@ -40,9 +41,9 @@ pub(super) const EMG: Analysis = Analysis {
     signal: Signal::Emg,
     feature: Some(Documented {
         name: "muscle",
-        doc: "Loudness, frequencies and bursts of each channel of an EMG, and its quality.",
+        doc: "Amplitude, frequencies and bursts of each channel of an EMG, and its quality.",
         summary: "Activity of muscles, from an EMG of any number of channels.",
-        measures: "each burst (as an event), and for each channel and window its loudness, frequencies, \
+        measures: "each burst (as an event), and for each channel and window its amplitude, frequencies, \
             bursts and quality.",
         windows: "",
         reference: "Phinyomark et al. (2012), doi:10.1016/j.eswa.2012.01.102.",
@@ -107,7 +108,7 @@ pub(super) const RESPIRATION: Analysis = Analysis {
             times of inhalation and exhalation, their variability, and the quality.",
         windows: "",
         reference: "Khodadad et al. (2018), doi:10.1088/1361-6579/aad7e6.",
-        limits: "a breath is known when the next one begins; depth is in the unit of the belt.",
+        limits: "a breath is reported when the next one begins; depth is in the unit of the belt.",
     }),
     events: &[Happening {
         kind: "breath",

@@ -17,12 +17,12 @@ pub(super) const ECG: Analysis = Analysis {
         name: "heart",
         doc: "Heart rate, its variability, and the quality of the ECG.",
         summary: "Heartbeats, their rate and its variability, from an ECG.",
-        measures: "each beat (as an event with its interval [ms]), and for each window the heart rate, the \
-            variability of corrected intervals in time, frequency and geometry, breathing as it shows in \
-            the heart, and the quality of the ECG.",
+        measures: "each beat (as an event with its interval [ms]), and for each window the heart rate, \
+            time-domain, frequency-domain, geometric and nonlinear variability of corrected intervals, breathing \
+            derived from the ECG, and its quality.",
         windows: SLOW,
         reference: OF_VARIABILITY,
-        limits: "a beat is known a quarter of a second after it; LF needs 120 s, HF 60 s.",
+        limits: "a beat is reported a quarter of a second after it; LF needs 120 s, HF 60 s.",
     }),
     events: &[Happening {
         kind: "beat",
@@ -48,11 +48,11 @@ pub(super) const PPG: Analysis = Analysis {
         name: "pulse",
         doc: "Pulse rate, its variability, the shape of pulse waves, and the quality of the PPG.",
         summary: "Pulse waves, their rate, shape and variability, from a PPG.",
-        measures: "each pulse (as an event with its interval [ms]), and for each window the pulse rate, its \
-            variability, amplitude, rise time and width of the waves, and the quality of the PPG.",
+        measures: "each pulse (as an event with its interval [ms]), and for each window the pulse rate and its \
+            variability, the amplitude, rise time and width of pulse waves, and the quality of the PPG.",
         windows: SLOW,
         reference: "Elgendi et al. (2013), doi:10.1371/journal.pone.0076585.",
-        limits: "a pulse is known about half a second after it; motion lowers the quality of windows.",
+        limits: "a pulse is reported about half a second after it; motion lowers the quality of windows.",
     }),
     events: &[Happening {
         kind: "pulse",
@@ -78,8 +78,8 @@ pub(super) const INTERVAL: Analysis = Analysis {
         name: "intervals",
         doc: "Heart rate variability of intervals.",
         summary: "Variability of heartbeat intervals that a strap reports.",
-        measures: "each beat (as an event with its interval [ms]), and for each window the variability of \
-            corrected intervals in time, frequency and geometry.",
+        measures: "each beat (as an event with its interval [ms]), and for each window time-domain, \
+            frequency-domain, geometric and nonlinear variability of corrected intervals.",
         windows: SLOW,
         reference: OF_VARIABILITY,
         limits: "a single lost interval that is not reported as lost remains undetected.",

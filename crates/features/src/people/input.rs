@@ -1,4 +1,4 @@
-//! The activity of a person at keys, mice and controls.
+//! How often a person uses keyboard, mouse and other controls.
 
 mod activity;
 
@@ -21,7 +21,7 @@ use activity::Activity;
 /// A phase is reported this long after its end [ns]: input at its end may arrive late.
 const SETTLED_NS: i64 = 1_000_000_000;
 
-/// How much a person does at keys, mice and controls.
+/// How often a person uses keyboard, mouse and other controls, and the reaction times.
 ///
 /// - Measures: the events of all streams of a person whose signal is `input`, and the reaction time
 ///   if the numbers of the events are in seconds.

@@ -23,7 +23,7 @@ const MOST_ENTRIES: usize = 64;
 
 /// The worst level of a robot's diagnostics, and its changes.
 ///
-/// - Measures: the greatest level of all statuses in all messages of the window.
+/// - Measures: the highest level of all statuses in all messages of the window.
 /// - Formula: maximum of `status[*].level`.
 /// - Unit: 1; 0 ok, 1 warning, 2 error, 3 stale.
 /// - Window: `window_secs`, once a second, as each part of a robot publishes its own messages.
@@ -174,7 +174,7 @@ fn state_stream(input: &Stream, secs: f64) -> Stream {
         signal: Signal::Diagnostics,
         device: input.device.clone(),
         rate_hz: 1.0,
-        method: format!("greatest level of all statuses in {secs} s"),
+        method: format!("highest level of all statuses in {secs} s"),
         doc: format!("The worst level of {}: 0 ok, 1 warning, 2 error, 3 stale.", input.name),
         ..Stream::derived(input, "level", Shape::Feature)
             .over(Window::of_secs(secs))
@@ -186,7 +186,7 @@ fn events_stream(input: &Stream, secs: f64) -> Stream {
     Stream {
         signal: Signal::Event,
         device: input.device.clone(),
-        method: format!("changes of the greatest level of all statuses in {secs} s"),
+        method: format!("changes of the highest level of all statuses in {secs} s"),
         doc: format!("When the worst level of {} changes.", input.name),
         ..Stream::derived(input, "level", Shape::Event).below("events")
     }

@@ -46,7 +46,7 @@ const TABLE: [(&str, &str, &str); 14] = [
         "probability that the rate is within 10 %: 0.98 unless there is evidence against it (0.79), such as broad waves that may be footsteps, a residual beside the mean cycle, slow pulses of which every second one may be missed, odd intervals; strong evidence (0.275), such as a late second crest; or no pulse at all (0.05) (ppg/doubt.rs)",
     ),
     ("PPG_Flagged", "1", "share of the span without a cycle of quality 0.8 or more"),
-    ("PPG_Flat", "1", "share of samples that are missing or stay the same for more than 0.2 s"),
+    ("PPG_Flat", "1", "share of samples that are missing or constant for more than 0.2 s"),
     (
         "PPG_Skewness",
         "1",

@@ -235,7 +235,7 @@ impl HriSink {
         if view.is_none() {
             let name = &stream.name;
             inbox.report(format!(
-                "hri: {name} is not published: it is no face, body, expression, action unit or gaze of a person"
+                "hri: {name} is not published: it is not a face, body, expression, action unit or gaze of a person"
             ));
         }
         view

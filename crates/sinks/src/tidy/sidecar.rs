@@ -112,7 +112,7 @@ fn meaning(kind: EventKind) -> &'static str {
              value: the number sent with it, for a press the reaction time [s]"
         }
         EventKind::Report => {
-            "a person reported; isa: value is the workload from 1 (idle) to 5 (too much)"
+            "a self-report of a person; value, for isa: the workload from 1 (idle) to 5 (too much)"
         }
         EventKind::Beat => "the heartbeat; value: interval since the previous beat [ms]",
         EventKind::Response => "the skin responded; value: its height [uS]",

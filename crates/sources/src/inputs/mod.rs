@@ -195,11 +195,13 @@ impl InputReader {
                     }
                     readers.spawn(display.read(shown, activity.clone()));
                 }
-                Err(why) if readers.is_empty() => return Err(nodes.lacking(&why)),
+                Err(why) if readers.is_empty() => {
+                    return Err(nodes.lacking(&format!("failed to {why}")));
+                }
                 Err(why) => activity.warn(&format!("no keyboard and no mouse: failed to {why}")),
             }
         }
-        if readers.is_empty() { Err(nodes.lacking("look at X11, as `via` says")) } else { Ok(()) }
+        if readers.is_empty() { Err(nodes.lacking("X11 is not read")) } else { Ok(()) }
     }
 }
 

@@ -69,20 +69,20 @@ impl Nodes {
         self.open.remove(Path::new(name));
     }
 
-    /// The error if there is nothing to read: `display` states what else failed.
+    /// The error if there is nothing to read: `display` states why X11 is not read either.
     pub(super) fn lacking(&self, display: &str) -> SourceError {
         match self.closed.len() {
             0 => SourceError::Gone {
                 message: format!(
-                    "read inputs: /dev/input has none of the requested devices, and failed to {display}"
+                    "read inputs: /dev/input has none of the requested devices, and {display}"
                 ),
-                hint: "plug a keyboard, mouse or gamepad in, or set `display`, such as \":0\"; `teampulse scan` lists \
+                hint: "plug in a keyboard, mouse or gamepad, or set `display`, such as \":0\"; `teampulse scan` lists \
                        the devices"
                     .into(),
             },
             denied => SourceError::Gone {
                 message: format!(
-                    "read inputs: {} in /dev/input may not be read, and failed to {display}",
+                    "read inputs: {} in /dev/input may not be read, and {display}",
                     counted(denied, "device", "devices")
                 ),
                 hint: "run `sudo usermod -aG input $USER`, then log out and in again".into(),

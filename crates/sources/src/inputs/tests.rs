@@ -3,7 +3,8 @@ use super::*;
 #[test]
 fn without_a_device_and_a_display_the_error_says_what_to_do() {
     let nodes = Nodes::new(vec![Kind::Keyboard], Vec::new());
-    let SourceError::Gone { message, hint } = nodes.lacking("open the X11 display :9: refused")
+    let SourceError::Gone { message, hint } =
+        nodes.lacking("failed to open the X11 display :9: refused")
     else {
         panic!("it may come back")
     };

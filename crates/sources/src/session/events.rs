@@ -138,10 +138,10 @@ fn event(cdr: &[u8]) -> Result<(Option<Time>, Event), String> {
         return Err(DecodeError::Type(EVENT.into()).to_string());
     };
     if event.kind == EventKind::Clock {
-        return Err(format!("take `{}` of another session's clock", event.label));
+        return Err(format!("use `{}`, an event of another session's clock", event.label));
     }
     if event.kind == EventKind::Command {
-        return Err(format!("take `{}` as a command: those are sent to {COMMANDS}", event.label));
+        return Err(format!("use `{}` as a command: commands are sent to {COMMANDS}", event.label));
     }
     let stamp = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
     Ok((stamp, Event::clone(&event)))

@@ -88,8 +88,7 @@ impl Worn {
         let begins_well = person.starts_with(|first: char| first.is_ascii_alphabetic());
         if !begins_well || !person.chars().all(is_plain) {
             let error = SettingsError::new(format!("`{person}` can't be the id of a person"));
-            let hint =
-                "give a pseudonym of a-z, A-Z, 0-9 and `_`, a letter first, such as \"p001\"";
+            let hint = "give a pseudonym of a-z, A-Z, 0-9 and `_` that begins with a letter, such as \"p001\"";
             return Err(error.at("person").with_hint(hint));
         }
         Ok(())

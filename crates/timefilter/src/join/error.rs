@@ -52,7 +52,7 @@ impl JoinError {
                 "the events are too regular or too few: join by a tap or a marker, or allow only a smaller offset"
             }
             JoinError::Still { .. } => {
-                "choose sensors that move together for some minutes, or join by a tap or a marker"
+                "choose sensors that move together for a few minutes, or join by a tap or a marker"
             }
             JoinError::Chance { .. } => {
                 "name the events that both recorded, or allow only a smaller offset; four or more at uneven intervals are safe"

@@ -26,7 +26,7 @@ pub struct Movement {
 }
 
 /// Joins by the motion that two accelerometers on one person recorded, each in order of time. The sampling
-/// rate must be 20 Hz or more, and the person must move for at least some minutes.
+/// rate must be 20 Hz or more, and the person must move for at least a few minutes.
 ///
 /// The envelopes of both motions show where the recording belongs. From there, half-minute segments are
 /// followed: each with similar motion gives the offset to within a few milliseconds, and a robust line is

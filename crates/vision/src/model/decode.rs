@@ -93,7 +93,7 @@ pub struct Detection {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum DecodeError {
     /// Fewer outputs than needed.
-    #[error("it has {is} outputs; its kind has {expected}")]
+    #[error("it has {is} outputs; its kind needs {expected}")]
     Count {
         /// The number of outputs.
         is: usize,

@@ -95,7 +95,7 @@ fn absent_people(people: &[RosPeople], left: &[&Topic]) -> Vec<String> {
 fn unseen(left: &[&Topic]) -> Option<String> {
     let (topic, _) = left.iter().find(|(topic, type_name)| hri::sees(topic, type_name))?;
     Some(format!(
-        "people are seen ({topic}), but the study does not receive that: add [[sources]] with type = \"hri\""
+        "people are detected ({topic}), but the study does not read that topic: add [[sources]] with type = \"hri\""
     ))
 }
 

@@ -56,7 +56,7 @@ pub struct Asked {
 /// The id of a person, as in a study: a letter, then letters, digits and `_`.
 fn person(text: &str) -> Result<String, String> {
     token(&text.to_ascii_lowercase()).map(|_| text.to_owned()).map_err(|_error| {
-        "expected a-z, A-Z, 0-9 and _, a letter first, and at most 64 of them".into()
+        "expected at most 64 characters of a-z, A-Z, 0-9 and _, beginning with a letter".into()
     })
 }
 
@@ -68,7 +68,7 @@ fn token(text: &str) -> Result<String, String> {
     if is_token {
         Ok(text.to_owned())
     } else {
-        Err("expected a-z, 0-9 and _, a letter first".into())
+        Err("expected at most 64 characters of a-z, 0-9 and _, beginning with a letter".into())
     }
 }
 

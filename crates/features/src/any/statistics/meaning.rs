@@ -23,7 +23,7 @@ pub(super) fn caution(stream: &Stream) -> Option<&'static str> {
         }
         Signal::Odometry => {
             "The mean of an orientation means nothing where angles wrap or quaternions are averaged field \
-             by field, and that of a position is no place where the robot need have been."
+             by field, and that of a position need not be a place where the robot was."
         }
         Signal::Battery | Signal::Diagnostics => {
             "The mean of a number that encodes a state, such as a status or a level, means nothing."

@@ -151,7 +151,10 @@ impl Activity {
                 "{over}; input_rate: events over length, 0 in silence; reaction_time: \
                  mean of the finite numbers of events that are in s"
             ),
-            doc: format!("The activity of {} at keys, mice and controls.", stream.id),
+            doc: format!(
+                "How often {} uses keyboard, mouse and other controls, with reaction times.",
+                stream.id
+            ),
             ..output.with_channels(&[("input_rate", "1/min"), ("reaction_time", "s")])
         }
     }

@@ -35,7 +35,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
     ("EMG_SQI", "Quality of a muscle's signal, from 0 to 1."),
     ("EMG_Mains", "Share of the mains in a muscle's signal."),
     ("EMG_Outside", "Share of power outside of the band of muscles."),
-    ("EMG_Flat", "Share of a muscle's signal that stays the same."),
+    ("EMG_Flat", "Share of a muscle's signal that is constant."),
     ("EMG_Clipped", "Share of a muscle's signal that is cut off at an end of its range."),
     ("EEG_Delta", "Power of brain waves at 1 to 4 Hz."),
     ("EEG_Theta", "Power of brain waves at 4 to 8 Hz."),
@@ -95,6 +95,6 @@ pub(super) const MEANINGS: &[Meaning] = &[
     ("ACC_Motion", "Motion without gravity."),
     ("ACC_Artefact", "Share of the window with motion that spoils other signals."),
     ("ACC_Saturated", "Share of acceleration at an end of its range."),
-    ("ACC_Flat", "Share of acceleration that stays the same."),
+    ("ACC_Flat", "Share of acceleration that is constant."),
     ("ACC_Implausible", "Share of acceleration that is implausible."),
 ];

@@ -46,7 +46,7 @@ impl Oddities {
             (
                 short,
                 ["row has fewer cells than the others", "rows have fewer cells than the others"],
-                "cells that are not there count as missing",
+                "absent cells count as missing",
             ),
             (
                 other,
@@ -55,7 +55,7 @@ impl Oddities {
             ),
             (
                 missing,
-                ["cell holds no number", "cells hold no number"],
+                ["cell is not a number", "cells are not numbers"],
                 "counted as missing samples",
             ),
         ]

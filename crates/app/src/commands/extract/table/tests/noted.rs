@@ -25,7 +25,7 @@ fn an_empty_line_is_a_missing_sample_only_where_lines_hold_one_sample() {
     let found = filled(&values("empty_alone", Signal::Ecg, &alone));
     assert_eq!(found, [true, true, false, false, true]);
     let note = &notes(Signal::Ecg, &alone, None)[0];
-    assert!(note.starts_with("2 cells hold no number, the first in line 7"), "{note}");
+    assert!(note.starts_with("2 cells are not numbers, the first in line 7"), "{note}");
     let after = format!("{head}{}\n{}", "1\n".repeat(40), "2\n".repeat(40));
     assert_eq!(values("empty_late", Signal::Ecg, &after).len(), 81);
     // Elsewhere it is no sample: in tables of several columns, in lists of intervals, and where it is spacing.
@@ -88,11 +88,11 @@ fn odd_rows_are_counted_with_the_first_line_of_each_kind() {
     assert_eq!(
         noted,
         [
-            "1 row has fewer cells than the others, in line 21: cells that are not there count as missing \
+            "1 row has fewer cells than the others, in line 21: absent cells count as missing \
              (of all 30 rows)",
             "2 rows have more cells than the others, the first in line 27: all cells of such a row count as missing \
              (of all 30 rows)",
-            "2 cells hold no number, the first in line 24: counted as missing samples (of all 30 rows)",
+            "2 cells are not numbers, the first in line 24: counted as missing samples (of all 30 rows)",
         ]
     );
 }
@@ -116,7 +116,7 @@ fn a_separator_at_the_end_of_the_names_does_not_begin_a_column() {
     let text = "Phone timestamp;HR [bpm];HRV [ms];\n2026-04-24T14:10:15.270;72;;\n2026-04-24T14:10:16.270;73;;\n";
     let (table, ..) = reported("psl_hr.txt", &of(Signal::Other), text);
     assert_eq!(table.names(), ["HR [bpm]", "HRV [ms]"]);
-    assert!(table.oddities().all(|note| note.contains("2 cells hold no number")));
+    assert!(table.oddities().all(|note| note.contains("2 cells are not numbers")));
 }
 
 #[test]
