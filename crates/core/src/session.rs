@@ -5,6 +5,7 @@
 
 mod sources;
 mod pumping;
+mod gathering;
 mod sinks;
 mod workers;
 

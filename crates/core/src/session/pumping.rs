@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use tokio::sync::oneshot;
 
+use super::gathering::Gathering;
 use super::sinks::{self, Route};
 use super::{LOOK, Once, Outcome, Pace};
 use crate::clock::{Clock, Stopwatch};
@@ -21,11 +22,7 @@ use crate::time::Time;
 use crate::worker::FeedPost;
 
 /// How long the pump waits for readings before it looks at the clock.
-const PATIENCE: Duration = Duration::from_millis(20);
-/// The shortest time between two wake-ups of a live pump, while readings gather: it wakes, and wakes
-/// its sinks, at most 60 times a second at any rate of messages. Waking up is most of what a few hundred
-/// readings a second cost. The first reading after a pause is taken at once.
-const GATHER: Duration = Duration::from_millis(16);
+const PATIENCE: Duration = Duration::from_millis(30);
 /// How long a live pump computes before it hands over the results so far: the features of one sensor don't wait for
 /// those of all others.
 const PROMPT: Duration = Duration::from_millis(1);
@@ -193,13 +190,15 @@ impl Pipeline {
     /// Runs until the queue has ended and is empty.
     fn run(&mut self) -> Pumped {
         let mut items = VecDeque::new();
+        let mut gathering = Gathering::begin();
         loop {
             let ended = self.queue.has_ended();
             let now = self.clock.now();
             let waits = Stopwatch::start();
             self.queue.take(&mut items, PATIENCE);
             self.note_standstill(now, waits.elapsed());
-            let (silent, few) = (items.is_empty(), items.len() < FEW);
+            let taken = items.len();
+            let (silent, few) = (taken == 0, taken < FEW);
             let woken = Stopwatch::start();
             let mut handed = woken;
             for item in items.drain(..) {
@@ -219,7 +218,7 @@ impl Pipeline {
                 }
                 self.deliver();
                 let (now, waits) = (self.clock.now(), Stopwatch::start());
-                std::thread::sleep(GATHER.saturating_sub(woken.elapsed()));
+                std::thread::sleep(gathering.after(taken).saturating_sub(woken.elapsed()));
                 self.note_standstill(now, waits.elapsed());
             } else if few {
                 self.deliver();
