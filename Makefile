@@ -11,7 +11,7 @@ nextest := $(shell command -v cargo-nextest 2>/dev/null)
 tested := --workspace --exclude 'bench-*'
 fuzz_secs ?= 60
 # Most end-to-end tests wait for a session: several run side by side, each process on a network of its own.
-processes ?= 8
+processes ?= 6
 # They run the binary with which the crates are tested, its assertions included, so that libraries are compiled once;
 # `binary=release` tests the one for sessions.
 binary ?= debug
