@@ -4,6 +4,7 @@ mod random_walk;
 mod teeth;
 
 pub(super) use self::teeth::Teeth;
+use super::comb::Comb;
 use super::epoch::Packet;
 use super::fit::Point;
 
@@ -41,6 +42,8 @@ const NEAR_WHOLE: f64 = 0.15;
 const STEADIEST: usize = ARRIVALS * 2 / 5;
 const STEADY: f64 = 0.02;
 const STEADY_SECS: f64 = 0.0003;
+/// The number of windows between two searches for a comb.
+const COMB_EVERY: usize = 16;
 /// The regularity above which packets with a period of at most this [s] may come from polling, which beats.
 const POLLED: f64 = 0.99;
 const POLLED_SECS: f64 = 0.02;
@@ -69,6 +72,7 @@ pub(super) struct Beat {
     suspected: f64,
     /// The lowest point of the last bin.
     lowest: Option<Point>,
+    comb: Comb,
 }
 
 impl Default for Beat {
@@ -84,6 +88,7 @@ impl Default for Beat {
             steps: 0,
             suspected: 0.0,
             lowest: None,
+            comb: Comb::NONE,
         }
     }
 }
@@ -104,6 +109,11 @@ impl Beat {
             let may_be_polled = (0.0..POLLED_SECS).contains(&period) && period > 0.0;
             let is_regular = may_be_polled && self.direction(period) > POLLED;
             self.suspected = if is_regular { period } else { 0.0 };
+            let windows = self.count / ARRIVALS;
+            if windows.is_power_of_two() || windows.is_multiple_of(COMB_EVERY) {
+                let is_lattice = |interval| self.direction(interval) > ON_LATTICE;
+                self.comb = Comb::of(period, is_lattice).unwrap_or(self.comb);
+            }
         }
         if self.known.is_some_and(|(_, at)| arrival.saturating_sub(at) > BEATS_NANOS) {
             self.known = None;
@@ -137,6 +147,11 @@ impl Beat {
             let now = self.arrivals[(self.count - 1) % ARRIVALS];
             self.known = Some((interval, now));
         }
+    }
+
+    /// The comb on which the waits of packets lie.
+    pub fn comb(&self) -> Comb {
+        self.comb
     }
 
     /// The interval between events [s]; 0 if none is known.

@@ -124,6 +124,18 @@ impl Envelope {
         self.bins.iter().copied()
     }
 
+    /// Whether the skew of such clocks is that of quartz.
+    pub fn is_of_quartz(&self) -> bool {
+        self.usual_skew <= USUAL_SKEW
+    }
+
+    /// The lowest points of the bins that a line depends on most.
+    pub fn remembered(&self, line: &Fit) -> impl Iterator<Item = Point> {
+        let since = line.device - memory_secs(line.spread);
+        let from = self.bins.partition_point(|bin| bin.device < since);
+        self.bins.iter().skip(from).copied()
+    }
+
     /// The number of bins.
     pub fn len(&self) -> usize {
         self.bins.len()

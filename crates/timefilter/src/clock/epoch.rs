@@ -4,6 +4,7 @@ mod raised;
 
 use self::raised::{RAISED_BINS, Raised};
 use super::beat::{Beat, Teeth};
+use super::comb::Comb;
 use super::envelope::{BIN_NANOS, Envelope};
 use super::fit::{Fit, Point};
 use super::line::OffsetMap;
@@ -170,6 +171,11 @@ impl Epoch {
     /// The interval between the link events that packets beat with [s]; 0 if there are none.
     pub fn beat_interval(&self) -> f64 {
         self.beat.interval()
+    }
+
+    /// The comb on which the waits of packets lie. Of numbered samples the period is not known well enough for one.
+    pub fn comb(&self) -> Comb {
+        if self.envelope.is_of_quartz() { self.beat.comb() } else { Comb::NONE }
     }
 
     /// The packet with which the epoch began.
@@ -359,7 +365,8 @@ impl Epoch {
         // The more packets in a bin, the closer its minimum is to the shortest possible delay.
         let in_bin = self.taken as f64 / (self.envelope.len() + 1) as f64;
         let scatter = self.delays.rms() / in_bin.max(1.0);
-        self.fit = self.envelope.fit(open, self.fit, scatter);
+        let fit = self.envelope.fit(open, self.fit, scatter);
+        self.fit = fit.off_by(self.comb().off_level(self.envelope.remembered(&fit), &fit));
     }
 }
 

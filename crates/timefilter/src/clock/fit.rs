@@ -63,6 +63,8 @@ pub(super) struct Fit {
     bend: f64,
     /// The number of stretches with independent residuals that would make the delay at `device` as sure.
     pub stretches: f64,
+    /// How far the line may be from its usual level, for all that residuals show [s].
+    off_level: f64,
 }
 
 impl Fit {
@@ -78,6 +80,7 @@ impl Fit {
             independent: 0.0,
             bend: 0.0,
             stretches: 1.0,
+            off_level: 0.0,
         }
     }
 
@@ -114,7 +117,8 @@ impl Fit {
         let drift = STATED_DRIFT + WARM_UP_DRIFT * (-age / WARM_UP_SECS).exp();
         let beyond = (device - self.device).abs();
         let bend = self.bend + beyond * beyond / 2.0 + beyond * (2.0 * self.bend).sqrt();
-        ERRORS * self.error.hypot(self.slope_error * beyond) + drift * bend
+        let error = ERRORS * self.error.hypot(self.slope_error * beyond);
+        error.max(self.off_level) + drift * bend
     }
 
     /// The size of independent residuals that would give the line its standard error [s].
@@ -125,6 +129,11 @@ impl Fit {
     /// The same line with the standard error of residuals of at least `residual` [s].
     pub fn no_surer_than_by(self, residual: f64) -> Fit {
         self.no_surer(residual * self.independent)
+    }
+
+    /// The same line, which may be off its usual level by `off_level` [s].
+    pub fn off_by(self, off_level: f64) -> Fit {
+        Fit { off_level, ..self }
     }
 
     /// The same line with a wider standard error if that was found from fewer than `many` independent stretches.
@@ -214,6 +223,7 @@ pub(super) fn line_under<I: Iterator<Item = Point>>(
         independent: square.sqrt(),
         bend: bend.abs() / 2.0,
         stretches,
+        off_level: 0.0,
     }
 }
 

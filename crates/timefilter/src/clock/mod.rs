@@ -12,6 +12,7 @@ mod straight;
 mod envelope;
 mod line;
 mod trains;
+mod comb;
 mod beat;
 mod epoch;
 mod one_way;

@@ -4,8 +4,9 @@ mod held;
 mod lines;
 
 use self::held::Held;
-use self::lines::{FittedLines, Stretches, stated};
+use self::lines::{FittedLines, Prior, Stretches, stated};
 use super::beat::Teeth;
+use super::comb::Comb;
 use super::envelope::{BIN_NANOS, POOR_SKEW};
 use super::epoch::{Packet, RAISED_LONG};
 use super::fit::{Fit, Point};
@@ -43,6 +44,7 @@ struct History {
     packets: u64,
     /// Whether the skew was outside the usual range.
     is_poor: bool,
+    comb: Comb,
 }
 
 /// The lowest point of a bin.
@@ -86,9 +88,10 @@ impl History {
         self.bins.iter().filter(|bin| !bin.is_raised).map(|bin| bin.point).collect()
     }
 
-    /// The standard deviation of the skew of such clocks, usually `usual_skew`.
-    fn skew(&self, usual_skew: f64) -> f64 {
-        if self.is_poor { usual_skew.max(POOR_SKEW) } else { usual_skew }
+    /// What is known of a clock whose skew usually has the standard deviation `usual_skew`.
+    fn prior(&self, usual_skew: f64) -> Prior {
+        let skew = if self.is_poor { usual_skew.max(POOR_SKEW) } else { usual_skew };
+        Prior { skew, comb: self.comb }
     }
 
     /// The stretches with which lines are surest. If many bins are left out as all of their packets were delayed,
@@ -96,7 +99,7 @@ impl History {
     fn stretches(&self, usual_skew: f64) -> Stretches {
         let free = self.free();
         let are_whole = free.len() as f64 >= WHOLE * self.bins.len() as f64;
-        if are_whole { Stretches::surest(&free, self.skew(usual_skew)) } else { Stretches::SINGLE }
+        if are_whole { Stretches::surest(&free, self.prior(usual_skew)) } else { Stretches::SINGLE }
     }
 
     /// The interval between the link events that packets beat with [s]; 0 if there are none.
@@ -157,6 +160,7 @@ impl Smoother {
         let new = Bin { point, is_raised: open.is_some_and(|open| open.is_raised) };
         history.bins.extend(if goes_on && lower { Some(new) } else { open });
         history.is_poor |= epoch.is_poor();
+        history.comb = epoch.comb();
         history.beats(epoch.beat_interval());
     }
 
@@ -307,7 +311,7 @@ impl Map {
         if let Some(nodes) = through_steps(&free, history.beat_interval()) {
             return Map { nodes, last: None };
         }
-        let lines = FittedLines::under(&free, stretches, history.skew(usual_skew));
+        let lines = FittedLines::under(&free, stretches, history.prior(usual_skew));
         let mut nodes: Vec<Node> = Vec::with_capacity(lines.len() + 1);
         for (device, fit) in lines.iter() {
             let node = Node::of(fit, device);

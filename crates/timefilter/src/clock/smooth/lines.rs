@@ -1,6 +1,7 @@
 //! Lines under the lowest delays around many moments of a history.
 
 use super::NODE_SECS;
+use crate::clock::comb::Comb;
 use crate::clock::envelope::{BIN_NANOS, INCREDIBLE, memory_secs};
 use crate::clock::fit::{Fit, Point, line_around};
 use crate::clock::straight::Straight;
@@ -42,12 +43,12 @@ impl Stretches {
     pub const SINGLE: Stretches = Stretches { bins: 1, level: 0.0 };
 
     /// The stretches with which lines are surest.
-    pub fn surest(bins: &[Point], skew: f64) -> Stretches {
-        let single = FittedLines::under(bins, Stretches::SINGLE, skew);
+    pub fn surest(bins: &[Point], prior: Prior) -> Stretches {
+        let single = FittedLines::under(bins, Stretches::SINGLE, prior);
         let (mut surest, mut least) = (Stretches::SINGLE, single.stated());
         for count in BINS.into_iter().filter(|count| bins.len() / count >= STRETCHES) {
             let stretches = Stretches { bins: count, level: 0.0 };
-            let lines = FittedLines::under(bins, stretches, skew);
+            let lines = FittedLines::under(bins, stretches, prior);
             if lines.stated() < SURER * least {
                 let level = quantile(0.5, single.heights_above(&lines));
                 (surest, least) = (Stretches { level, ..stretches }, lines.stated());
@@ -55,6 +56,15 @@ impl Stretches {
         }
         surest
     }
+}
+
+/// What is known of a clock and its link beforehand.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prior {
+    /// The standard deviation of the skew of such clocks.
+    pub skew: f64,
+    /// The comb on which the waits of packets lie.
+    pub comb: Comb,
 }
 
 /// A line around each of many moments [s].
@@ -71,8 +81,7 @@ pub(super) struct FittedLines {
 #[derive(Clone, Copy, Debug)]
 struct Under<'a> {
     points: &'a [Point],
-    /// The standard deviation of the skew of such clocks.
-    skew: f64,
+    prior: Prior,
     /// The size of residuals of two-second bins that would make lines as sure as those of these points, as a multiple
     /// of the points' own.
     noise: f64,
@@ -83,20 +92,20 @@ struct Under<'a> {
 impl FittedLines {
     /// Lines under the lowest points of stretches, at the level of those under single bins, for which fixed latencies
     /// are known.
-    pub fn under(bins: &[Point], stretches: Stretches, skew: f64) -> FittedLines {
+    pub fn under(bins: &[Point], stretches: Stretches, prior: Prior) -> FittedLines {
         let moments = moments(bins);
         if stretches.bins == 1 {
-            return FittedLines::around(&moments, bins, 1, skew);
+            return FittedLines::around(&moments, bins, 1, prior);
         }
         let points = lowest(bins, stretches.bins);
-        let mut lines = FittedLines::around(&moments, &points, stretches.bins, skew);
+        let mut lines = FittedLines::around(&moments, &points, stretches.bins, prior);
         lines.lines.iter_mut().for_each(|(_, fit)| fit.delay += stretches.level);
         lines
     }
 
     /// Lines under points that are the lowest of this many bins each.
-    fn around(moments: &[f64], points: &[Point], bins: usize, skew: f64) -> FittedLines {
-        let under = Under { points, skew, noise: (bins as f64).sqrt(), spread: 0.0 };
+    fn around(moments: &[f64], points: &[Point], bins: usize, prior: Prior) -> FittedLines {
+        let under = Under { points, prior, noise: (bins as f64).sqrt(), spread: 0.0 };
         // A few points may lie on a line by chance, or on one edge of a saw-tooth, so none is surer than is
         // usual in this course.
         let spread = quantile(0.5, under.around(moments).map(|(_, fit)| fit.spread));
@@ -150,7 +159,7 @@ impl Under<'_> {
 
     /// Fits a line around a device time to sufficiently many points.
     fn line(self, device: f64, guess: Fit) -> Fit {
-        let Under { points, skew, .. } = self;
+        let Under { points, prior: Prior { skew, comb }, .. } = self;
         let within = |secs: f64| {
             let from = points.partition_point(|point| point.device < device - secs);
             let to = points.partition_point(|point| point.device <= device + secs);
@@ -166,7 +175,8 @@ impl Under<'_> {
             let fastest = points.iter().min_by(|a, b| a.delay.total_cmp(&b.delay));
             return fastest.map_or(guess, |point| Fit::level(*point));
         }
-        line_around(points, device, memory, skew, guess)
+        let fit = line_around(points, device, memory, skew, guess);
+        fit.off_by(comb.off_level(within(memory).iter().copied(), &fit))
     }
 }
 
@@ -206,6 +216,8 @@ mod tests {
     use super::*;
     use crate::clock::simulated::Device;
 
+    const QUARTZ: Prior = Prior { skew: 50e-6, comb: Comb::NONE };
+
     /// The lowest points of bins with these delays [ms].
     fn bins(delay_ms: impl FnMut(i32) -> f64) -> Vec<Point> {
         let delays = (0..1200).map(delay_ms).enumerate();
@@ -216,8 +228,8 @@ mod tests {
     fn under_a_sawtooth_that_passes_within_stretches_lines_are_surer() {
         let mut device = Device::new(1.0);
         let bins = bins(|bin| f64::from(bin % 7 * 7) + device.uniform());
-        let (single, stretches) = (Stretches::SINGLE, Stretches::surest(&bins, 50e-6));
-        let [single, longer] = [single, stretches].map(|of| FittedLines::under(&bins, of, 50e-6));
+        let (single, stretches) = (Stretches::SINGLE, Stretches::surest(&bins, QUARTZ));
+        let [single, longer] = [single, stretches].map(|of| FittedLines::under(&bins, of, QUARTZ));
         assert!(stretches.bins >= 8, "{stretches:?}");
         assert!(3.0 * longer.stated() < single.stated(), "{} {}", longer.stated(), single.stated());
         let height = quantile(0.5, single.heights_above(&longer));
@@ -232,7 +244,7 @@ mod tests {
         let gaps: Vec<Point> =
             whole.iter().copied().filter(|point| point.device % 360.0 < 60.0).collect();
         let fits = |bins: &[Point]| {
-            let lines = FittedLines::under(bins, Stretches::SINGLE, 50e-6);
+            let lines = FittedLines::under(bins, Stretches::SINGLE, QUARTZ);
             lines.lines.iter().map(|(_, fit)| *fit).collect::<Vec<Fit>>()
         };
         let wider = |fit: &Fit| {
@@ -249,6 +261,6 @@ mod tests {
     fn where_longer_stretches_are_no_surer_each_bin_counts() {
         let mut device = Device::new(1.0);
         let bins = bins(|_| (0..12).map(|_| device.uniform()).sum());
-        assert_eq!(Stretches::surest(&bins, 50e-6).bins, 1);
+        assert_eq!(Stretches::surest(&bins, QUARTZ).bins, 1);
     }
 }

@@ -1,0 +1,122 @@
+//! Packets of which a few periods are a whole number of a link's events.
+//!
+//! At 52 Hz over an interval of 25 ms, thirteen packets take ten events: each of the thirteen always waits about as long
+//! as before, the waits are 1.9 ms apart, and the shortest one is anywhere between zero and that. Only the difference
+//! between the clocks of device and link changes this, over minutes, so that the lowest delays follow a sawtooth which
+//! is as high as the waits are apart. A line under one edge of a tooth is wrong by up to its height, and its residuals
+//! do not show that.
+
+use std::f64::consts::TAU;
+
+use super::fit::{Fit, Point};
+
+/// The connection intervals searched for [units of Bluetooth], and the unit [s].
+const UNITS: std::ops::RangeInclusive<usize> = 6..=40;
+const UNIT_SECS: f64 = 0.001_25;
+/// The most packets in a turn of the comb.
+const MOST_PACKETS: usize = 16;
+/// How close the duration of a turn is to a whole number of intervals [fraction].
+const WHOLE: f64 = 3e-4;
+/// The number of turns in a stretch: in fewer, each of the packets with the shortest wait may have been retransmitted.
+const TURNS: f64 = 5.0;
+/// The multiple of the mean resultant length of delays, modulo the height of a tooth, that is stated.
+const PART: f64 = 2.0;
+/// The shortest stretch [s].
+const LEAST_SECS: f64 = 10.0;
+
+/// The distance between the waits of packets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Comb {
+    /// The distance [s]; 0 if there is no comb.
+    apart: f64,
+    /// The duration of a stretch in which a packet with the shortest wait has certainly arrived in time [s].
+    stretch: f64,
+}
+
+impl Default for Comb {
+    fn default() -> Comb {
+        Comb::NONE
+    }
+}
+
+impl Comb {
+    /// No comb.
+    pub const NONE: Comb = Comb { apart: 0.0, stretch: 0.0 };
+
+    /// The comb of packets sent every `period` [s], on the longest interval on whose lattice they arrive.
+    pub fn of(period: f64, is_lattice: impl Fn(f64) -> bool) -> Option<Comb> {
+        UNITS.rev().find_map(|units| {
+            let interval = units as f64 * UNIT_SECS;
+            let is_whole = |packets: &usize| {
+                let events = *packets as f64 * period / interval;
+                (events - events.round()).abs() < WHOLE * events
+            };
+            // Regular arrivals lie on the lattice of their own period, whatever the link.
+            let packets = (1..=MOST_PACKETS).find(is_whole).filter(|packets| *packets > 1)?;
+            let comb = Comb {
+                apart: interval / packets as f64,
+                stretch: (TURNS * packets as f64 * period).max(LEAST_SECS),
+            };
+            is_lattice(interval).then_some(comb)
+        })
+    }
+
+    /// How far a line under points may be from its usual level, in the middle of the teeth, for all that their lowest
+    /// delays show [s]: these waited for at least nothing, and for at most the height of a tooth.
+    pub fn off_level(&self, points: impl Iterator<Item = Point>, line: &Fit) -> f64 {
+        if self.apart <= 0.0 {
+            return 0.0;
+        }
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut lowest, mut until) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut x, mut y, mut count) = (0.0, 0.0, 0.0);
+        for point in points {
+            let above = point.delay - line.at(point.device);
+            let (sin, cos) = (TAU * above / self.apart).sin_cos();
+            (x, y, count) = (x + cos, y + sin, count + 1.0);
+            if point.device >= until {
+                if lowest.is_finite() {
+                    (least, most) = (least.min(lowest), most.max(lowest));
+                }
+                (lowest, until) = (f64::INFINITY, point.device + self.stretch);
+            }
+            lowest = lowest.min(above);
+        }
+        let middle = self.apart / 2.0;
+        if least > most {
+            return middle;
+        }
+        let unseen = (self.apart - (most - least)).max(0.0);
+        let off = (-least - middle).abs().max((unseen - least - middle).abs());
+        // Whichever packet of a turn is the lowest one, its wait shows what part of a tooth was seen.
+        let direction = f64::hypot(x, y) / count;
+        off.min(middle) * (PART * direction).min(1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_under_one_edge_of_a_tooth_may_be_half_a_tooth_off_and_one_under_many_is_not() {
+        let comb =
+            Comb::of(1.0 / 52.0, |interval| (interval - 0.025).abs() < 1e-9).unwrap_or(Comb::NONE);
+        assert!((comb.apart - 0.025 / 13.0).abs() < 1e-9, "{comb:?}");
+        let off = |tooth_secs: f64| {
+            let point = |bin: i32| {
+                let device = 2.0 * f64::from(bin);
+                Point { device, delay: comb.apart * (device / tooth_secs).fract() }
+            };
+            let line = Fit::level(Point { device: 0.0, delay: comb.apart * 0.05 });
+            comb.off_level((0..100).map(point), &line)
+        };
+        assert!(off(4000.0) > 0.4 * comb.apart, "{}", off(4000.0));
+        assert!(off(41.0) < 0.1 * comb.apart, "{}", off(41.0));
+    }
+
+    #[test]
+    fn regular_arrivals_alone_are_no_comb() {
+        assert!(Comb::of(0.02, |interval| (interval - 0.02).abs() < 1e-9).is_none());
+    }
+}
