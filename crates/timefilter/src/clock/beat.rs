@@ -42,8 +42,9 @@ const NEAR_WHOLE: f64 = 0.15;
 const STEADIEST: usize = ARRIVALS * 2 / 5;
 const STEADY: f64 = 0.02;
 const STEADY_SECS: f64 = 0.0003;
-/// The number of windows between two searches for a comb.
+/// The number of windows between two searches for a comb, and the minimum number of events in a window that shows one.
 const COMB_EVERY: usize = 16;
+const EVENTS: usize = 12;
 /// The regularity above which packets with a period of at most this [s] may come from polling, which beats.
 const POLLED: f64 = 0.99;
 const POLLED_SECS: f64 = 0.02;
@@ -72,6 +73,7 @@ pub(super) struct Beat {
     suspected: f64,
     /// The lowest point of the last bin.
     lowest: Option<Point>,
+    /// The comb found last; kept while later windows show none.
     comb: Comb,
 }
 
@@ -111,7 +113,7 @@ impl Beat {
             self.suspected = if is_regular { period } else { 0.0 };
             let windows = self.count / ARRIVALS;
             if windows.is_power_of_two() || windows.is_multiple_of(COMB_EVERY) {
-                let is_lattice = |interval| self.direction(interval) > ON_LATTICE;
+                let is_lattice = |interval| self.direction_of_events(interval) > ON_LATTICE;
                 self.comb = Comb::of(period, is_lattice).unwrap_or(self.comb);
             }
         }
@@ -214,14 +216,33 @@ impl Beat {
 
     /// The mean resultant length of arrivals modulo this interval [0..1].
     fn direction(&self, interval: f64) -> f64 {
-        let (mut x, mut y) = (0.0, 0.0);
-        for arrival in self.arrivals {
-            let since = arrival.saturating_sub(self.arrivals[0]) as f64 / 1e9;
-            let (sin, cos) = (std::f64::consts::TAU * since / interval).sin_cos();
-            (x, y) = (x + cos, y + sin);
-        }
-        f64::hypot(x, y) / ARRIVALS as f64
+        resultant(self.arrivals.into_iter(), interval)
     }
+
+    /// The same for the first packet of each event; 0 for too few events. Packets that were held up and delivered at
+    /// once would lie on the lattice of any interval.
+    fn direction_of_events(&self, interval: f64) -> f64 {
+        let is_first =
+            |place: &usize| *place == 0 || self.secs_after_previous(*place) > SHORTEST_SECS / 2.0;
+        let firsts = (0..ARRIVALS).filter(is_first).map(|place| self.arrivals[place]);
+        if firsts.clone().count() < EVENTS { 0.0 } else { resultant(firsts, interval) }
+    }
+
+    fn secs_after_previous(&self, place: usize) -> f64 {
+        self.arrivals[place].saturating_sub(self.arrivals[place - 1]) as f64 / 1e9
+    }
+}
+
+/// The mean resultant length of times [ns] modulo an interval [s] [0..1].
+fn resultant(times: impl Iterator<Item = i64> + Clone, interval: f64) -> f64 {
+    let Some(begin) = times.clone().next() else { return 0.0 };
+    let (mut x, mut y, mut count) = (0.0, 0.0, 0.0);
+    for time in times {
+        let since = time.saturating_sub(begin) as f64 / 1e9;
+        let (sin, cos) = (std::f64::consts::TAU * since / interval).sin_cos();
+        (x, y, count) = (x + cos, y + sin, count + 1.0);
+    }
+    f64::hypot(x, y) / count
 }
 
 #[cfg(test)]

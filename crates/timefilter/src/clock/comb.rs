@@ -9,10 +9,10 @@
 use std::f64::consts::TAU;
 
 use super::fit::{Fit, Point};
+use super::interval::{SHORTEST_UNITS, UNIT_SECS};
 
-/// The connection intervals searched for [units of Bluetooth], and the unit [s].
-const UNITS: std::ops::RangeInclusive<usize> = 6..=40;
-const UNIT_SECS: f64 = 0.001_25;
+/// The longest connection interval searched for [units]: 50 ms.
+const LONGEST_UNITS: usize = 40;
 /// The most packets in a turn of the comb.
 const MOST_PACKETS: usize = 16;
 /// How close the duration of a turn is to a whole number of intervals [fraction].
@@ -25,18 +25,12 @@ const PART: f64 = 2.0;
 const LEAST_SECS: f64 = 10.0;
 
 /// The distance between the waits of packets.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Comb {
     /// The distance [s]; 0 if there is no comb.
     apart: f64,
     /// The duration of a stretch in which a packet with the shortest wait has certainly arrived in time [s].
     stretch: f64,
-}
-
-impl Default for Comb {
-    fn default() -> Comb {
-        Comb::NONE
-    }
 }
 
 impl Comb {
@@ -45,7 +39,7 @@ impl Comb {
 
     /// The comb of packets sent every `period` [s], on the longest interval on whose lattice they arrive.
     pub fn of(period: f64, is_lattice: impl Fn(f64) -> bool) -> Option<Comb> {
-        UNITS.rev().find_map(|units| {
+        (SHORTEST_UNITS..=LONGEST_UNITS).rev().find_map(|units| {
             let interval = units as f64 * UNIT_SECS;
             let is_whole = |packets: &usize| {
                 let events = *packets as f64 * period / interval;

@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 const WINDOW: usize = 64;
 /// The unit of connection intervals [s], and the shortest and longest interval searched for in units: 7.5
 /// to 100 ms (Bluetooth Core Specification 5.4, volume 6, part B, 4.5.1).
-const UNIT_SECS: f64 = 0.001_25;
-const SHORTEST_UNITS: usize = 6;
+pub(super) const UNIT_SECS: f64 = 0.001_25;
+pub(super) const SHORTEST_UNITS: usize = 6;
 const LONGEST_UNITS: usize = 80;
 /// The minimum mean resultant length of arrivals, taken modulo the interval, at which they lie on a lattice.
 const ON_LATTICE: f64 = 0.85;

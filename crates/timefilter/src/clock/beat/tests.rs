@@ -53,6 +53,23 @@ fn behind_the_second_step_of_a_saw_tooth_the_truth_is_known() {
 }
 
 #[test]
+fn packets_held_up_and_delivered_at_once_lie_on_no_lattice() {
+    let held_up = 190..256;
+    let packet = |number: i64| {
+        let truth = 1_700_000_000 * SECOND + number * SECOND / 50;
+        let sent =
+            if held_up.contains(&number) { truth + (256 - number) * SECOND / 50 } else { truth };
+        let device = Some(truth + 5 * SECOND);
+        let arrival = sent + (number * 7919) % 200_000;
+        (Stamps { device, index: number as u64, ..Stamps::arrived(arrival) }, truth)
+    };
+    let packets: Vec<_> = (0..50 * 600).map(packet).collect();
+    for (error, stated) in &errors(&mut OneWay::new(settings()), &packets)[50 * 300..] {
+        assert!(error.abs() <= *stated && *stated < 1.0, "{error} ms, {stated} ms stated");
+    }
+}
+
+#[test]
 fn the_more_even_the_steps_the_less_is_stated() {
     let packets = beating(SECOND / 125, SECOND / 125, 1200);
     let errors = errors(&mut OneWay::new(settings()), &packets);
