@@ -7,7 +7,9 @@ use std::ops::Range;
 /// Indices before the first value hold copies of it.
 #[derive(Clone, Debug)]
 pub(crate) struct History {
+    /// Twice `length` places, of which those from `end` on are unused.
     values: Vec<f64>,
+    end: usize,
     length: usize,
     /// The number of values so far.
     pub(crate) count: i64,
@@ -16,31 +18,45 @@ pub(crate) struct History {
 impl History {
     pub(crate) fn new(length: usize) -> History {
         let length = length.max(1);
-        History { values: Vec::with_capacity(2 * length), length, count: 0 }
+        History { values: vec![0.0; 2 * length], end: 2 * length, length, count: 0 }
     }
 
+    #[inline]
     pub(crate) fn push(&mut self, value: f64) {
-        if self.count == 0 {
-            self.values.resize(self.length, value);
+        if self.end == self.values.len() {
+            self.make_room(value);
         }
-        if self.values.len() == 2 * self.length {
-            self.values.copy_within(self.length.., 0);
-            self.values.truncate(self.length);
-        }
-        self.values.push(value);
+        self.values[self.end] = value;
+        self.end += 1;
         self.count += 1;
+    }
+
+    #[cold]
+    fn make_room(&mut self, value: f64) {
+        if self.count == 0 {
+            self.values[..self.length].fill(value);
+        } else {
+            self.values.copy_within(self.length.., 0);
+        }
+        self.end = self.length;
+    }
+
+    fn held(&self) -> &[f64] {
+        if self.count == 0 { &[] } else { &self.values[..self.end] }
     }
 
     /// The values at these indices, as far as they are held.
     pub(crate) fn at(&self, places: Range<i64>) -> &[f64] {
-        let origin = self.count - self.values.len() as i64;
-        let index = |place: i64| (place - origin).clamp(0, self.values.len() as i64) as usize;
+        let held = self.held();
+        let origin = self.count - held.len() as i64;
+        let index = |place: i64| (place - origin).clamp(0, held.len() as i64) as usize;
         let (begin, end) = (index(places.start), index(places.end));
-        &self.values[begin..end.max(begin)]
+        &held[begin..end.max(begin)]
     }
 
     pub(crate) fn newest(&self, length: usize) -> &[f64] {
-        &self.values[self.values.len().saturating_sub(length)..]
+        let held = self.held();
+        &held[held.len().saturating_sub(length)..]
     }
 }
 

@@ -24,7 +24,11 @@ impl Recording<'_> {
 
     /// The time of a (fractional) sample position [ns].
     pub fn time_ns(&self, sample: f64) -> i64 {
-        self.begin_ns.saturating_add((sample / self.rate_hz * 1e9).round() as i64)
+        let ns = sample / self.rate_hz * 1e9;
+        // Rounded without `f64::round`, which is a function call where the processor may lack SSE4.1.
+        let (whole_ns, rest) = (ns as i64, ns - (ns as i64) as f64);
+        let carry = i64::from(rest >= 0.5) - i64::from(rest <= -0.5);
+        self.begin_ns.saturating_add(whole_ns.saturating_add(carry))
     }
 
     /// The whole recording.

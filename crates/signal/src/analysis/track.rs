@@ -28,11 +28,12 @@ impl Track {
     /// A track of values at the sample times of a recording.
     pub fn of(recording: &Recording<'_>, values: Vec<f64>) -> Track {
         let at_ns = (0..values.len()).map(|sample| recording.time_ns(sample as f64)).collect();
-        let up_to = |count: &mut u32, value: &f64| {
-            *count = one_more(*count, *value);
-            Some(*count)
+        let mut count = 0;
+        let up_to = |value: &f64| {
+            count = one_more(count, *value);
+            count
         };
-        let usable = values.iter().scan(0, up_to).collect();
+        let usable = values.iter().map(up_to).collect();
         Track { rate_hz: recording.rate_hz, first: 0, at_ns, values: values.into(), usable }
     }
 

@@ -3,14 +3,13 @@
 use std::f64::consts::TAU;
 
 /// The number of products accumulated in parallel.
-const LANES: usize = 8;
+const LANES: usize = 4;
 
 /// A derivative of a Gaussian as weights of the samples from `-half` to `half`, with gain 1 at its peak
 /// frequency.
 #[derive(Clone, Debug)]
 pub(super) struct Kernel {
     half: usize,
-    /// The weights, preceded by zeros that fill up the lanes.
     weights: Vec<f64>,
 }
 
@@ -48,16 +47,16 @@ impl Kernel {
         self.weights.len()
     }
 
-    /// The output at the centre.
+    /// The output at the centre of an even kernel.
     pub(super) fn apply(&self, samples: &[f64]) -> f64 {
-        let mut sums = [0.0; LANES];
-        let weights = self.weights.chunks_exact(LANES);
-        for (samples, weights) in samples.chunks_exact(LANES).zip(weights) {
-            for lane in 0..LANES {
-                sums[lane] += samples[lane] * weights[lane];
-            }
-        }
-        sums.iter().sum()
+        let (before, after) = (&samples[..self.half], &samples[self.half + 1..]);
+        let middle = self.weights[self.half] * samples[self.half];
+        middle + folded(self.after(), before, after, |before, after| after + before)
+    }
+
+    /// The weights after the centre; those before it differ at most in sign.
+    fn after(&self) -> &[f64] {
+        &self.weights[self.half + 1..]
     }
 
     fn normal(mut self, frequency_hz: f64, rate_hz: f64) -> Kernel {
@@ -70,23 +69,41 @@ impl Kernel {
         }
         let gain = real.hypot(imaginary);
         self.weights.iter_mut().for_each(|weight| *weight /= gain);
-        let filling = self.weights.len().next_multiple_of(LANES) - self.weights.len();
-        self.weights.splice(..0, std::iter::repeat_n(0.0, filling));
         self
     }
 }
 
-/// The energy at the centre: the sum of the squared outputs of two kernels of one length.
+/// The energy at the centre: the sum of the squared outputs of an even and an odd kernel of one length.
 pub(super) fn energy(even: &Kernel, odd: &Kernel, samples: &[f64]) -> f64 {
-    let (mut evens, mut odds) = ([0.0; LANES], [0.0; LANES]);
-    let weights = even.weights.chunks_exact(LANES).zip(odd.weights.chunks_exact(LANES));
-    for (samples, (even, odd)) in samples.chunks_exact(LANES).zip(weights) {
+    let half = even.half;
+    let (before, after) = (&samples[..half], &samples[half + 1..]);
+    let middle = even.weights[half] * samples[half];
+    let evens = middle + folded(even.after(), before, after, |before, after| after + before);
+    let odds = folded(odd.after(), before, after, |before, after| after - before);
+    evens.powi(2) + odds.powi(2)
+}
+
+/// The weighted sum of the samples after the centre, each combined with the one as far before it.
+fn folded(
+    weights: &[f64],
+    before: &[f64],
+    after: &[f64],
+    combined: impl Fn(f64, f64) -> f64,
+) -> f64 {
+    let mut sums = [0.0; LANES];
+    let mut weights = weights.chunks_exact(LANES);
+    let mut before = before.rchunks_exact(LANES);
+    let mut after = after.chunks_exact(LANES);
+    for (weights, (before, after)) in weights.by_ref().zip(before.by_ref().zip(after.by_ref())) {
         for lane in 0..LANES {
-            evens[lane] += samples[lane] * even[lane];
-            odds[lane] += samples[lane] * odd[lane];
+            sums[lane] += weights[lane] * combined(before[LANES - 1 - lane], after[lane]);
         }
     }
-    evens.iter().sum::<f64>().powi(2) + odds.iter().sum::<f64>().powi(2)
+    let rest = before.remainder().iter().rev().zip(after.remainder());
+    for ((sum, weight), (before, after)) in sums.iter_mut().zip(weights.remainder()).zip(rest) {
+        *sum += weight * combined(*before, *after);
+    }
+    sums.iter().sum()
 }
 
 /// The width of the Gaussian whose derivative of this order peaks at a frequency [s].
@@ -107,8 +124,11 @@ mod tests {
         let (half, rate_hz) = (40, 360.0);
         let cosine = samples(half, |place| (TAU * 10.0 * place / rate_hz).cos() * 3.0);
         let even = Kernel::even(10.0, half, rate_hz);
-        let filled = |newest: Vec<f64>| [vec![9.0; even.length() - newest.len()], newest].concat();
-        assert!((even.apply(&filled(cosine)) - 3.0).abs() < 1e-12);
-        assert!(even.apply(&filled(samples(half, |_| 1000.0))).abs() < 1e-9);
+        assert!((even.apply(&cosine) - 3.0).abs() < 1e-12);
+        assert!(even.apply(&samples(half, |_| 1000.0)).abs() < 1e-9);
+        let sine = samples(half, |place| (TAU * 10.0 * place / rate_hz).sin() * 3.0);
+        let odd = Kernel::odd(10.0, half, rate_hz);
+        assert!((energy(&even, &odd, &sine) - 9.0).abs() < 1e-12);
+        assert!(energy(&even, &odd, &samples(half, |_| 1000.0)).abs() < 1e-9);
     }
 }

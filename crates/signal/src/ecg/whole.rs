@@ -124,27 +124,25 @@ fn next_pass(candidates: &[Candidate], beats: &[usize]) -> Vec<usize> {
 
 /// The usual heights and cycle around each candidate, given these beats.
 fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
-    let strength = |&place: &usize| candidates[place].strength;
-    let heights: Vec<f64> = beats.iter().map(strength).collect();
-    let is_beat = |place: &usize| beats.binary_search(place).is_ok();
-    let is_other = |place: &usize| !is_beat(place) && !candidates[*place].hidden;
-    let others: Vec<usize> = (0..candidates.len()).filter(is_other).collect();
-    let other_heights: Vec<f64> = others.iter().map(strength).collect();
+    let count = candidates.len();
+    let strengths = |places: &Places| -> Vec<f64> {
+        places.indices.iter().map(|&place| candidates[place].strength).collect()
+    };
     let is_interval = |pair: &&[usize]| !candidates[pair[1]].after_gap;
     let pairs: Vec<&[usize]> = beats.windows(2).filter(is_interval).collect();
-    let ends: Vec<usize> = pairs.iter().map(|pair| pair[1]).collect();
+    let ends = Places::new(pairs.iter().map(|pair| pair[1]).collect(), count);
+    let beats = Places::new(beats.to_vec(), count);
+    let is_other = |&place: &usize| !beats.contains(place) && !candidates[place].hidden;
+    let others = Places::new((0..count).filter(is_other).collect(), count);
+    let heights = Around::new(&beats, strengths(&beats), MEMORY);
+    let other_heights = Around::new(&others, strengths(&others), MEMORY);
     let secs = |pair: &&[usize]| candidates[pair[1]].secs - candidates[pair[0]].secs;
-    let cycles_secs: Vec<f64> = pairs.iter().map(secs).collect();
-    let heights = Around::new(beats, &heights, MEMORY);
-    let other_heights = Around::new(&others, &other_heights, MEMORY);
-    let around = Around::new(&ends, &cycles_secs, CYCLES);
-    let deviation =
-        |(&end, secs): (&usize, &f64)| (secs / around.median(end).unwrap_or(*secs)).ln().abs();
-    let deviations: Vec<f64> = ends.iter().zip(&cycles_secs).map(deviation).collect();
-    let deviations = Around::new(&ends, &deviations, CYCLES);
-    let cycles_secs = Around::new(&ends, &cycles_secs, CYCLES);
-    let waves: Vec<f64> = pairs.iter().map(|pair| highest_between(candidates, pair)).collect();
-    let waves = Around::new(&ends, &waves, MEMORY);
+    let cycles_secs = Around::new(&ends, pairs.iter().map(secs).collect(), CYCLES);
+    let deviation = |(secs, median): (&f64, &f64)| (secs / median).ln().abs();
+    let each = cycles_secs.values.iter().zip(&cycles_secs.medians);
+    let deviations = Around::new(&ends, each.map(deviation).collect(), CYCLES);
+    let wave = |pair: &&[usize]| highest_between(candidates, pair);
+    let waves = Around::new(&ends, pairs.iter().map(wave).collect(), MEMORY);
     let at = |place| {
         let cycle_secs = cycles_secs.median(place).unwrap_or(FIRST_CYCLE_SECS);
         let cycle_secs = cycle_secs.clamp(CYCLE_SECS.0, CYCLE_SECS.1);
@@ -176,7 +174,7 @@ fn usual(candidates: &[Candidate], beats: &[usize]) -> Vec<rhythm::Around> {
         };
         rhythm::Around { usual, alike }
     };
-    (0..candidates.len()).map(at).collect()
+    (0..count).map(at).collect()
 }
 
 /// The height of the highest candidate between two beats.
@@ -185,28 +183,51 @@ fn highest_between(candidates: &[Candidate], pair: &[usize]) -> f64 {
     between.map(|each| each.strength).fold(0.0, f64::max)
 }
 
+/// Some of the candidates.
+struct Places {
+    /// Their indices, in ascending order.
+    indices: Vec<usize>,
+    /// The number of them before each candidate.
+    ranks: Vec<usize>,
+}
+
+impl Places {
+    fn new(indices: Vec<usize>, candidates: usize) -> Places {
+        let mut ranks = Vec::with_capacity(candidates);
+        for (rank, &index) in indices.iter().enumerate() {
+            ranks.resize(index + 1, rank);
+        }
+        ranks.resize(candidates, indices.len());
+        Places { indices, ranks }
+    }
+
+    fn contains(&self, place: usize) -> bool {
+        self.indices.get(self.ranks[place]) == Some(&place)
+    }
+}
+
 /// Medians of the values around an index.
 struct Around<'a> {
-    places: &'a [usize],
-    values: &'a [f64],
+    places: &'a Places,
+    values: Vec<f64>,
     reach: usize,
     medians: Vec<f64>,
 }
 
 impl<'a> Around<'a> {
     /// Uses `reach` values before and after.
-    fn new(places: &'a [usize], values: &'a [f64], reach: usize) -> Around<'a> {
-        Around { places, values, reach, medians: rolling_medians(values, reach) }
+    fn new(places: &'a Places, values: Vec<f64>, reach: usize) -> Around<'a> {
+        Around { places, reach, medians: rolling_medians(&values, reach), values }
     }
 
     fn window(&self, place: usize) -> std::ops::Range<usize> {
-        let middle = self.places.partition_point(|&each| each < place);
-        middle.saturating_sub(self.reach)..(middle + self.reach).min(self.places.len())
+        let middle = self.places.ranks[place];
+        middle.saturating_sub(self.reach)..(middle + self.reach).min(self.values.len())
     }
 
     /// The indices of the surrounding values.
     fn places_around(&self, place: usize) -> &[usize] {
-        &self.places[self.window(place)]
+        &self.places.indices[self.window(place)]
     }
 
     /// Of the surrounding values, those that are near in time.
@@ -217,18 +238,19 @@ impl<'a> Around<'a> {
     ) -> Option<impl Iterator<Item = f64> + 'b> {
         let window = self.window(place);
         let here = candidates[place].secs;
+        let indices = &self.places.indices;
         let near = move |each: usize| is_near(candidates[each].secs - here);
-        let ends = self.places.get(window.start).zip(self.places.get(window.end.checked_sub(1)?));
+        let ends = indices.get(window.start).zip(indices.get(window.end.checked_sub(1)?));
         let is_whole = window.len() == 2 * self.reach;
         if is_whole && ends.is_some_and(|(&first, &last)| near(first) && near(last)) {
             return None;
         }
-        Some(window.filter(move |&index| near(self.places[index])).map(|index| self.values[index]))
+        Some(window.filter(move |&index| near(indices[index])).map(|index| self.values[index]))
     }
 
     /// `None` without values.
     fn median(&self, place: usize) -> Option<f64> {
-        self.medians.get(self.places.partition_point(|&each| each < place)).copied()
+        self.medians.get(self.places.ranks[place]).copied()
     }
 }
 

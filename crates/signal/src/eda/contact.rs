@@ -47,7 +47,8 @@ pub(super) fn glitches(signal: &[f64], rate_hz: f64) -> Vec<bool> {
             found[place - margin..=place + margin].fill(true);
         }
     }
-    (0..signal.len()).map(|sample| found[sample / size]).collect()
+    let groups = signal.chunks(size).zip(found);
+    groups.flat_map(|(group, found)| std::iter::repeat_n(found, group.len())).collect()
 }
 
 /// Removes contact glitches causally, with a delay of 0.6 s.
@@ -160,8 +161,9 @@ fn jump(values: &[f64], edge: usize, change_us: f64) -> Option<usize> {
 }
 
 fn mean(values: &[f64]) -> f64 {
-    let usable = || values.iter().filter(|value| is_usable(**value));
-    usable().sum::<f64>() / usable().count() as f64
+    let usable = values.iter().filter(|value| is_usable(**value));
+    let (count, sum) = usable.fold((0_usize, 0.0), |(count, sum), value| (count + 1, sum + value));
+    sum / count as f64
 }
 
 fn differences(values: impl Iterator<Item = f64> + Clone) -> impl Iterator<Item = f64> {

@@ -1,5 +1,7 @@
 //! Validity of skin conductance samples.
 
+use std::cell::LazyCell;
+
 use super::checked_rate;
 use super::contact::glitches;
 use crate::gaps::is_usable;
@@ -41,8 +43,7 @@ pub fn valid_samples(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Vec<b
         *valid &= !is_usable(*celsius) || SKIN_C.contains(celsius);
     }
     refuse_steep(signal, rate_hz, &mut valid);
-    refuse_flat(signal, rate_hz, &mut valid);
-    refuse_rail(signal, rate_hz, &mut valid);
+    refuse_constant(signal, rate_hz, &mut valid);
     for (valid, is_glitch) in valid.iter_mut().zip(glitches(signal, rate_hz)) {
         *valid &= !is_glitch;
     }
@@ -79,31 +80,32 @@ fn refuse_steep(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
     }
 }
 
-fn refuse_flat(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
+/// Rejects what is constant for long, and the end of the range.
+fn refuse_constant(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
     let longest = ((FLAT_SECS * rate_hz) as usize).min(signal.len().saturating_sub(1)).max(1);
+    let shortest_rail = ((RAIL_SECS * rate_hz) as usize).max(RAIL_SAMPLES);
+    let scale = LazyCell::new(|| (highest_us(signal), RAIL_STEPS * smallest_step_us(signal)));
+    let is_rail = |begin: usize, height_us: f64| {
+        let (highest_us, least_us) = *scale;
+        height_us >= highest_us && begin > 0 && height_us - signal[begin - 1] >= least_us
+    };
     let mut begin = 0;
-    for run in signal.chunk_by(|a, b| a.total_cmp(b).is_eq()) {
-        if run.len() > longest {
+    for run in signal.chunk_by(|a, b| a.to_bits() == b.to_bits()) {
+        if run.len() > longest || run.len() >= shortest_rail && is_rail(begin, run[0]) {
             valid[begin..begin + run.len()].fill(false);
         }
         begin += run.len();
     }
 }
 
-fn refuse_rail(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
-    let steps = signal.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    let step_us = steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+fn highest_us(signal: &[f64]) -> f64 {
     let usable = signal.iter().filter(|value| is_usable(**value));
-    let highest_us = usable.copied().fold(f64::NEG_INFINITY, f64::max);
-    let shortest = ((RAIL_SECS * rate_hz) as usize).max(RAIL_SAMPLES);
-    let mut begin = 0;
-    for run in signal.chunk_by(|a, b| a.total_cmp(b).is_eq()) {
-        let is_sudden = begin > 0 && run[0] - signal[begin - 1] >= RAIL_STEPS * step_us;
-        if run.len() >= shortest && run[0] >= highest_us && is_sudden {
-            valid[begin..begin + run.len()].fill(false);
-        }
-        begin += run.len();
-    }
+    usable.copied().fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn smallest_step_us(signal: &[f64]) -> f64 {
+    let steps = signal.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min)
 }
 
 /// Also rejects what is less than `reach` away from a rejected sample.

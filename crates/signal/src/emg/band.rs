@@ -1,7 +1,7 @@
 //! The EMG band and its envelope.
 
 use crate::error::{SignalError, checked, checked_rate_hz};
-use crate::filter::{Cascade, Design, butterworth, zero_phase};
+use crate::filter::{Cascade, Design, apply_zero_phase, butterworth};
 use crate::gaps::is_usable;
 
 /// The slowest and fastest supported rates [Hz].
@@ -43,16 +43,20 @@ pub fn clean(signal: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
     let band = band(rate_hz)?;
     let usable = || signal.iter().filter(|&&sample| is_usable(sample));
     let mean = usable().sum::<f64>() / usable().count().max(1) as f64;
-    let centred: Vec<f64> = signal.iter().map(|sample| sample - mean).collect();
-    zero_phase(&band, &centred)
+    let mut clean: Vec<f64> = signal.iter().map(|sample| sample - mean).collect();
+    apply_zero_phase(&band, &mut clean)?;
+    Ok(clean)
 }
 
 /// The envelope of a [cleaned](clean) recording, without delay: rectified, then low-passed at 6 Hz forwards
 /// and backwards, never negative. In the unit of the signal; its mean is the mean absolute value.
 pub fn envelope(clean: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
-    let rectified: Vec<f64> = clean.iter().map(|sample| sample.abs()).collect();
-    let envelope = zero_phase(&envelope_filter(rate_hz)?, &rectified)?;
-    Ok(envelope.into_iter().map(|height| height.max(0.0)).collect())
+    let mut envelope: Vec<f64> = clean.iter().map(|sample| sample.abs()).collect();
+    apply_zero_phase(&envelope_filter(rate_hz)?, &mut envelope)?;
+    for height in &mut envelope {
+        *height = height.max(0.0);
+    }
+    Ok(envelope)
 }
 
 /// The band and the envelope of a signal, sample by sample.

@@ -53,33 +53,40 @@ impl Cascade {
 
     /// Filters samples in place.
     pub fn filter(&mut self, samples: &mut [f64]) {
-        let settled = samples.iter().position(|sample| self.is_settled_by(*sample));
-        let (first, rest) = samples.split_at_mut(settled.map_or(samples.len(), |place| place + 1));
-        for sample in first {
+        self.filter_each(samples.iter_mut());
+    }
+
+    /// The same from the last sample to the first.
+    pub(super) fn filter_backwards(&mut self, samples: &mut [f64]) {
+        self.filter_each(samples.iter_mut().rev());
+    }
+
+    fn filter_each<'a>(&mut self, mut samples: impl Iterator<Item = &'a mut f64>) {
+        while self.held.is_nan() {
+            let Some(sample) = samples.next() else { return };
             *sample = self.push(*sample);
         }
         match self.stages.len() {
-            1 => self.filter_in_registers::<1>(rest),
-            2 => self.filter_in_registers::<2>(rest),
-            3 => self.filter_in_registers::<3>(rest),
-            4 => self.filter_in_registers::<4>(rest),
-            _ => rest.iter_mut().for_each(|sample| *sample = self.push(*sample)),
+            1 => self.filter_in_registers::<1>(samples),
+            2 => self.filter_in_registers::<2>(samples),
+            3 => self.filter_in_registers::<3>(samples),
+            4 => self.filter_in_registers::<4>(samples),
+            _ => samples.for_each(|sample| *sample = self.push(*sample)),
         }
-    }
-
-    fn is_settled_by(&self, sample: f64) -> bool {
-        !self.held.is_nan() || is_usable(sample)
     }
 
     /// The same for a constant number of sections, whose states stay in registers.
-    fn filter_in_registers<const N: usize>(&mut self, samples: &mut [f64]) {
+    fn filter_in_registers<'a, const N: usize>(
+        &mut self,
+        samples: impl Iterator<Item = &'a mut f64>,
+    ) {
         let Some(kept) = self.stages.first_chunk_mut::<N>() else { return };
-        let mut stages = *kept;
+        let (mut stages, mut held) = (*kept, self.held);
         for sample in samples {
-            self.held = if is_usable(*sample) { *sample } else { self.held };
-            *sample = stages.iter_mut().fold(self.held, |value, stage| stage.push(value));
+            held = if is_usable(*sample) { *sample } else { held };
+            *sample = stages.iter_mut().fold(held, |value, stage| stage.push(value));
         }
-        *kept = stages;
+        (*kept, self.held) = (stages, held);
     }
 
     /// Sets the state after an infinite constant input of `level`.

@@ -27,4 +27,5 @@ pub use cascade::Cascade;
 pub use design::Design;
 pub use notch::notch;
 pub use section::Section;
+pub(crate) use zero_phase::apply_zero_phase;
 pub use zero_phase::zero_phase;

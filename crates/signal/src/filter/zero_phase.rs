@@ -2,27 +2,39 @@
 
 use super::{Cascade, Design};
 use crate::error::SignalError;
-use crate::gaps::bridged;
+use crate::gaps::bridge;
 
 /// The signal filtered forwards and then backwards: no delay, and the gain squared.
 ///
 /// SciPy's `sosfiltfilt` with its defaults: the signal is extended at both ends by its odd reflection, of
 /// three times the filter's length, and both passes start settled. See Gustafsson (1996),
-/// doi:10.1109/78.492552. Values that are not usable are [bridged](bridged) first. Returns an error when none
-/// is usable, or the signal is not longer than the [padding](padding). Not causal.
+/// doi:10.1109/78.492552. Values that are not usable are [bridged](crate::gaps::bridged) first. Returns an
+/// error when none is usable, or the signal is not longer than the [padding](padding). Not causal.
 pub fn zero_phase(design: &Design, signal: &[f64]) -> Result<Vec<f64>, SignalError> {
+    let mut filtered = signal.to_vec();
+    apply_zero_phase(design, &mut filtered).map(|()| filtered)
+}
+
+/// [`zero_phase`] in place; after an error the signal is what it was, or bridged.
+pub(crate) fn apply_zero_phase(design: &Design, signal: &mut [f64]) -> Result<(), SignalError> {
     let padding = padding(design);
     if signal.len() <= padding {
         return Err(SignalError::TooShort { count: signal.len(), least: padding + 1 });
     }
-    let mut extended = with_odd_reflections(&bridged(signal)?, padding);
-    for _ in ["forwards", "backwards"] {
-        Cascade::settled(design).filter(&mut extended);
-        extended.reverse();
-    }
-    extended.truncate(padding + signal.len());
-    extended.drain(..padding);
-    Ok(extended)
+    bridge(signal)?;
+    let last = signal.len() - 1;
+    let mut before: Vec<f64> =
+        (1..=padding).rev().map(|back| 2.0 * signal[0] - signal[back]).collect();
+    let mut after: Vec<f64> =
+        (1..=padding).map(|back| 2.0 * signal[last] - signal[last - back]).collect();
+    let mut forwards = Cascade::settled(design);
+    forwards.filter(&mut before);
+    forwards.filter(signal);
+    forwards.filter(&mut after);
+    let mut backwards = Cascade::settled(design);
+    backwards.filter_backwards(&mut after);
+    backwards.filter_backwards(signal);
+    Ok(())
 }
 
 /// The number of samples added at each end.
@@ -31,15 +43,6 @@ pub fn padding(design: &Design) -> usize {
     let without_b2 = sections.iter().filter(|section| section.b[2] == 0.0).count();
     let without_a2 = sections.iter().filter(|section| section.a[1] == 0.0).count();
     3 * (2 * sections.len() + 1 - without_b2.min(without_a2))
-}
-
-fn with_odd_reflections(signal: &[f64], padding: usize) -> Vec<f64> {
-    let last = signal.len() - 1;
-    let mut extended = Vec::with_capacity(signal.len() + 2 * padding);
-    extended.extend((1..=padding).rev().map(|back| 2.0 * signal[0] - signal[back]));
-    extended.extend_from_slice(signal);
-    extended.extend((1..=padding).map(|back| 2.0 * signal[last] - signal[last - back]));
-    extended
 }
 
 #[cfg(test)]

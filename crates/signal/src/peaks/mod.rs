@@ -115,23 +115,22 @@ mod tests {
         assert_eq!(indices(&[0.0, 3.0, 0.0, 0.0, 2.0, 0.0], &rules), [1, 4]);
     }
 
-    /// The definition, evaluated outwards from one peak.
-    fn prominence(signal: &[f64], peak: usize) -> f64 {
-        let until_higher = |side: &mut dyn Iterator<Item = usize>| {
-            let lower = side.map(|k| signal[k]).take_while(|height| *height <= signal[peak]);
-            lower.fold(signal[peak], f64::min)
-        };
-        let left = until_higher(&mut (0..peak).rev());
-        signal[peak] - left.max(until_higher(&mut (peak..signal.len())))
+    /// The nearest of the lowest samples on one side of a peak, up to higher ground.
+    fn base(signal: &[f64], peak: usize, side: &mut dyn Iterator<Item = usize>) -> usize {
+        let lower = side.take_while(|&k| signal[k] <= signal[peak]);
+        lower.fold(peak, |lowest, k| if signal[k] < signal[lowest] { k } else { lowest })
     }
 
     proptest! {
         #[test]
-        fn prominences_keep_their_definition(
+        fn bases_and_prominences_keep_their_definition(
             signal in prop::collection::vec((0..9i32).prop_map(f64::from), 0..80),
         ) {
             for peak in find_peaks(&signal, &Rules::default()) {
-                prop_assert_eq!(peak.prominence, prominence(&signal, peak.index));
+                let left = base(&signal, peak.index, &mut (0..peak.index).rev());
+                let right = base(&signal, peak.index, &mut (peak.index..signal.len()));
+                prop_assert_eq!([peak.left_base, peak.right_base], [left, right]);
+                prop_assert_eq!(peak.prominence, peak.height - signal[left].max(signal[right]));
             }
         }
 

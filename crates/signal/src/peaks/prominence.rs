@@ -11,15 +11,17 @@ struct Lowest {
 
 /// The peaks at the ascending `indices`, without widths.
 pub(super) fn measured(signal: &[f64], indices: &[usize]) -> Vec<Peak> {
-    let left = bases(signal.iter().copied().enumerate(), indices.iter().copied());
-    let right = bases(signal.iter().copied().enumerate().rev(), indices.iter().rev().copied());
+    let last = signal.len().saturating_sub(1);
+    let left = bases(signal.len(), |index| signal[index], indices.iter().copied());
+    let backwards = indices.iter().rev().map(|index| last - index);
+    let right = bases(signal.len(), |index| signal[last - index], backwards);
     let both = indices.iter().zip(left.iter().zip(right.iter().rev()));
     both.map(|(&index, (left, right))| Peak {
         index,
         height: signal[index],
         prominence: signal[index] - left.height.max(right.height),
         left_base: left.index,
-        right_base: right.index,
+        right_base: last - right.index,
         width: 0.0,
         left_crossing: index as f64,
         right_crossing: index as f64,
@@ -31,25 +33,34 @@ pub(super) fn measured(signal: &[f64], indices: &[usize]) -> Vec<Peak> {
 /// ones, in one pass.
 ///
 /// The stack holds samples in descending order, each with the minimum between it and the one below it on the
-/// stack.
+/// stack. A sample within a rise or a fall is neither the minimum nor needed as higher ground.
 fn bases(
-    samples: impl Iterator<Item = (usize, f64)>,
+    count: usize,
+    height: impl Fn(usize) -> f64,
     mut peaks: impl Iterator<Item = usize>,
 ) -> Vec<Lowest> {
     let mut bases = Vec::new();
     let mut higher: Vec<(f64, Lowest)> = Vec::new();
-    let mut next = peaks.next();
-    for (index, height) in samples {
-        let mut lowest = Lowest { index, height };
-        while let Some((_, before)) = higher.pop_if(|(before, _)| *before <= height) {
+    let mut next_peak = peaks.next();
+    let mut before = f64::NAN;
+    for index in 0..count {
+        let here = height(index);
+        let after = if index + 1 < count { height(index + 1) } else { f64::NAN };
+        let is_between = before < here && here < after || before > here && here > after;
+        before = here;
+        if is_between {
+            continue;
+        }
+        let mut lowest = Lowest { index, height: here };
+        while let Some((_, before)) = higher.pop_if(|(height, _)| *height <= here) {
             if before.height < lowest.height {
                 lowest = before;
             }
         }
-        higher.push((height, lowest));
-        if next == Some(index) {
+        higher.push((here, lowest));
+        if next_peak == Some(index) {
             bases.push(lowest);
-            next = peaks.next();
+            next_peak = peaks.next();
         }
     }
     bases
