@@ -279,6 +279,25 @@ fn a_clock_that_is_set_by_little_is_found_within_a_second_by_its_numbers() {
 }
 
 #[test]
+fn a_clock_that_is_set_back_while_packets_queue_is_found() {
+    let (mut clock, mut device) = (model(), Device::new(50.0));
+    (device.least_delay, device.tail) = (0.02, 0.001);
+    run(&mut clock, &mut device, 120);
+    device.least_delay = 0.11;
+    for packet in 0..20 {
+        if packet == 5 {
+            device.clock -= 350 * 1_000_000;
+        }
+        clock.correct(&device.send().1);
+    }
+    device.least_delay = 0.02;
+    let error = run(&mut clock, &mut device, 10) - device.least_delay;
+    assert!(error.abs() < 0.01, "{error}");
+    let reported = events(&mut clock);
+    assert!(matches!(reported[..], [ClockEvent::Jumped { epoch: 1, .. }]), "{reported:?}");
+}
+
+#[test]
 fn packets_that_are_sent_once_more_in_a_row_are_no_clock_that_was_set_back() {
     for packets in 1..=4 {
         let (mut clock, mut device) = (model(), Device::new(50.0));

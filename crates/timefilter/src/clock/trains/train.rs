@@ -60,6 +60,8 @@ pub(super) struct Train {
     repeats: u32,
     went_back: u32,
     step: Option<Step>,
+    /// How late the newest packet without a step arrived relative to the envelope [ns].
+    late_before: f64,
     pub unexplained: i64,
     /// The end of the last batch [ns of session time].
     pub end: i64,
@@ -107,6 +109,7 @@ impl Train {
             repeats: 0,
             went_back: 0,
             step: None,
+            late_before: 0.0,
             unexplained: i64::MIN,
             end: i64::MIN,
         }
@@ -160,6 +163,7 @@ impl Train {
         let may_be_set = back_nanos >= usual && !is_known;
         if !known || self.step.is_none() && off.abs() < usual && !may_be_set {
             self.learn(stamps, device, numbers, off);
+            self.late_before = ahead.map_or(0.0, |(ahead, _)| (-ahead * 1e9).max(0.0));
             return IndexCheck::Consistent;
         }
         let Some((ahead, unsure)) = ahead else {
@@ -208,7 +212,7 @@ impl Train {
         self.keep(device);
         if nanos < 0.0 {
             // If the clock was set back, every packet is late by at least that much, and the fastest by no
-            // more.
+            // more, unless they queued before.
             let late_enough = -most > (-0.8 * nanos - unsure).max(-0.6 * nanos);
             if !late_enough {
                 return self.pass_over(stamps, device);
@@ -216,7 +220,7 @@ impl Train {
             if packets < enough {
                 return IndexCheck::Wait;
             }
-            let by_as_much = -most < -nanos + STEP_SECS * 1e9 + unsure;
+            let by_as_much = -most < -nanos + STEP_SECS * 1e9 + unsure + self.late_before;
             if !by_as_much && packets < EARLY + enough {
                 return IndexCheck::Wait;
             }
