@@ -49,6 +49,9 @@ const USUAL_SECS: f64 = 600.0;
 const USUAL_MOST_SECS: f64 = 60.0;
 /// The number of bins needed to call a clock poor: at its start, and after a wrong verdict.
 const POOR_BINS: (usize, usize) = (6, 30);
+/// The number of packets that this takes: each of a few waits for a link event, and their waits may rise or fall by
+/// chance.
+const POOR_PACKETS: f64 = 24.0;
 
 /// The smallest delays of the last bins.
 #[derive(Clone, Debug)]
@@ -147,11 +150,11 @@ impl Envelope {
     }
 
     /// Fits a line under the bins and the lowest point of the open one, starting from `guess`; points
-    /// scatter by at least `scatter` [s].
+    /// scatter by at least `scatter` [s], and each is the lowest of `in_bin` packets.
     ///
     /// A slope outside the usual range widens the prior. A slope beyond that of any clock is due to the
     /// link: the clock is then taken to run at its nominal rate from its fastest packet on.
-    pub fn fit(&mut self, open: Option<Point>, guess: Fit, scatter: f64) -> Fit {
+    pub fn fit(&mut self, open: Option<Point>, guess: Fit, scatter: f64, in_bin: f64) -> Fit {
         let points = || self.bins.iter().copied().chain(open);
         let count = points().count();
         if count < 2 {
@@ -175,7 +178,8 @@ impl Envelope {
             let fastest = points().min_by(|a, b| a.delay.total_cmp(&b.delay));
             return fastest.map_or(guess, Fit::level);
         }
-        let shown = count >= self.poor_bins && excess > usual;
+        let is_known = count >= self.poor_bins && count as f64 * in_bin >= POOR_PACKETS;
+        let shown = is_known && excess > usual;
         let within = |skew: f64| {
             line_under(points, device, memory, Expected { skew, slope: 0.0, scatter }, guess)
         };

@@ -365,7 +365,7 @@ impl Epoch {
         // The more packets in a bin, the closer its minimum is to the shortest possible delay.
         let in_bin = self.taken as f64 / (self.envelope.len() + 1) as f64;
         let scatter = self.delays.rms() / in_bin.max(1.0);
-        let fit = self.envelope.fit(open, self.fit, scatter);
+        let fit = self.envelope.fit(open, self.fit, scatter, in_bin);
         self.fit = fit.off_by(self.comb().off_level(self.envelope.remembered(&fit), &fit));
     }
 }

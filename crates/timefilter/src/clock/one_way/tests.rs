@@ -390,6 +390,18 @@ fn a_route_that_is_longer_for_minutes_does_not_move_the_clock_and_is_stated() {
 }
 
 #[test]
+fn waits_for_link_events_that_fall_with_each_of_a_few_packets_are_no_fast_clock() {
+    let (mut clock, mut device) = (model(), Device::new(1.0));
+    device.tail = 0.0;
+    for packet in 0..60 {
+        let wait = 2_500_000 * (14 - packet % 15);
+        let (_, stamps) = device.send();
+        clock.correct(&Stamps { arrival: stamps.arrival + wait, ..stamps });
+    }
+    assert_eq!(events(&mut clock), []);
+}
+
+#[test]
 fn a_perfect_clock_of_few_packets_makes_no_news() {
     for tenths_hz in [10, 15, 20, 30, 50] {
         let (mut clock, mut device) = (model(), Device::new(f64::from(tenths_hz) / 10.0));
