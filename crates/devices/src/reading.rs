@@ -11,6 +11,9 @@ pub struct Stream {
     /// Whether device times are from a clock in the device; otherwise there are none, or they are stamps of a program
     /// that passed the samples on.
     pub has_clock: bool,
+    /// Whether the beats that the device reports are the clock of this stream: it holds the intervals between them, or
+    /// it is sent together with them. False for a value that is merely derived from beats.
+    pub by_beats: bool,
     /// Whether a reading holds several samples with one period, as in a notification.
     pub in_runs: bool,
 }
@@ -18,7 +21,7 @@ pub struct Stream {
 impl Stream {
     /// A stream of single, irregular samples from a device without a clock.
     pub const fn irregular(name: &'static str, channels: Vec<Channel>) -> Self {
-        Self { name, channels, rate_hz: None, has_clock: false, in_runs: false }
+        Self { name, channels, rate_hz: None, has_clock: false, by_beats: false, in_runs: false }
     }
 }
 

@@ -30,11 +30,8 @@ struct BeatAccount {
 
 impl HeartRateReceiver {
     pub fn start(&mut self, out: &mut Outbox<Request>) {
-        let contact = Channel::new("contact", "");
-        out.stream(Stream::irregular(
-            "heart_rate",
-            vec![Channel::new("heart_rate", "1/min"), contact],
-        ));
+        let channels = vec![Channel::new("heart_rate", "1/min"), Channel::new("contact", "")];
+        out.stream(by_beats("heart_rate", channels));
         if std::mem::take(&mut self.has_intervals) {
             self.expect_intervals(out);
         }
@@ -49,7 +46,7 @@ impl HeartRateReceiver {
     pub fn expect_intervals(&mut self, out: &mut Outbox<Request>) {
         if !std::mem::replace(&mut self.has_intervals, true) {
             let interval = Channel::new("rr_interval", "ms").scaled(RR_INTERVAL_MS);
-            out.stream(Stream::irregular("rr_interval", vec![interval]));
+            out.stream(by_beats("rr_interval", vec![interval]));
         }
     }
 
@@ -94,6 +91,11 @@ impl HeartRateReceiver {
         out.reading(Reading::untimed("rr_interval", self.intervals, values));
         self.intervals += intervals.len() as u64;
     }
+}
+
+/// A stream of the measurements, whose only clock are the beats.
+fn by_beats(name: &'static str, channels: Vec<Channel>) -> Stream {
+    Stream { by_beats: true, ..Stream::irregular(name, channels) }
 }
 
 impl BeatAccount {

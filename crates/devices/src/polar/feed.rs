@@ -203,7 +203,7 @@ impl Feed {
         let has_clock = last_ns.is_some();
         if self.stamps_intervals.replace(has_clock) != Some(has_clock) {
             let pulses = Stream::irregular(stream, interval_channels());
-            out.stream(Stream { has_clock, ..pulses });
+            out.stream(Stream { has_clock, by_beats: !has_clock, ..pulses });
         }
         if let Some(last_ns) = last_ns {
             for (device_time_ns, pulse) in dated(last_ns, &intervals) {

@@ -27,6 +27,8 @@ struct Kind {
     reads: fn(device: &str) -> bool,
     /// Whether it reads a Bluetooth device in range; `None` if it is reached otherwise.
     is_in_range: Option<fn(&Seen) -> bool>,
+    /// Whether its devices have the Heart Rate service, so that a source of any strap could take them, too.
+    is_strap: bool,
 }
 
 /// All kinds. A Polar is more than a strap, so it comes first.
@@ -35,22 +37,31 @@ const KINDS: [Kind; 5] = [
         name: polar::DEVICE,
         reads: |device| device.starts_with(polar::DEVICE),
         is_in_range: Some(PolarSession::is_kind),
+        is_strap: true,
     },
     Kind {
         name: myo::DEVICE,
         reads: |device| device == myo::DEVICE,
         is_in_range: Some(MyoSession::is_kind),
+        is_strap: false,
     },
     Kind {
         name: heart_rate::KIND,
         reads: |device| device == heart_rate::DEVICE,
         is_in_range: Some(HeartRateSession::is_kind),
+        is_strap: true,
     },
-    Kind { name: shimmer3::DEVICE, reads: |device| device == shimmer3::DEVICE, is_in_range: None },
+    Kind {
+        name: shimmer3::DEVICE,
+        reads: |device| device == shimmer3::DEVICE,
+        is_in_range: None,
+        is_strap: false,
+    },
     Kind {
         name: empatica_e4::DEVICE,
         reads: |device| device == empatica_e4::DEVICE,
         is_in_range: None,
+        is_strap: false,
     },
 ];
 
@@ -68,6 +79,11 @@ pub(crate) fn check_person(person: &str) -> Result<(), SettingsError> {
 pub fn kind_in_range(seen: &Seen) -> Option<&'static str> {
     let is_it = |kind: &&Kind| kind.is_in_range.is_some_and(|is_in_range| is_in_range(seen));
     KINDS.iter().find(is_it).map(|kind| kind.name)
+}
+
+/// Whether the devices of a kind of source have the Heart Rate service.
+fn is_strap(kind: &str) -> bool {
+    KINDS.iter().any(|known| known.name == kind && known.is_strap)
 }
 
 /// The kind of source that reads a device, by the device of its streams.

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{heart_rate, polar};
+use super::{heart_rate, is_strap};
 
 /// What is in use; clones share it.
 #[derive(Clone, Debug, Default)]
@@ -43,11 +43,9 @@ impl Uses {
     pub(crate) fn take_any(&self, kind: &'static str, person: &str) -> Result<(), Rival> {
         let mut used = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let rival = used.kinds.iter().find(|(other, wearer)| {
-            // A Polar is also a strap, and straps of one person can't be distinguished.
-            let is_strap = |kind: &str| [heart_rate::KIND, polar::DEVICE].contains(&kind);
-            let are_both_polar = *other == polar::DEVICE && kind == polar::DEVICE;
-            let is_either = is_strap(other) && is_strap(kind) && !are_both_polar;
-            is_either || *other == kind && wearer != person
+            // A source of any strap could also take a Polar, and straps of one person can't be distinguished.
+            let is_any_strap = [*other, kind].contains(&heart_rate::KIND);
+            is_any_strap && is_strap(other) && is_strap(kind) || *other == kind && wearer != person
         });
         let rival = rival.cloned();
         used.kinds.push((kind, person.to_owned()));

@@ -15,7 +15,6 @@ use teampulse_core::time::Time;
 use teampulse_devices as devices;
 
 use super::beats::BeatClock;
-use super::empatica_e4;
 use super::uses::{Use, Uses};
 
 /// The namespace of people's streams.
@@ -24,7 +23,6 @@ const PEOPLE: &str = "/humans/persons";
 const INTERVALS: [&str; 2] = ["ibi", BEATS];
 /// The stream of intervals without times, and the stream that each of their notifications contains.
 const BEATS: &str = "rr_interval";
-const HEART_RATE: &str = "heart_rate";
 /// The stream of intervals between pulses, several seconds of which arrive at once.
 const PULSES: &str = "pp_interval";
 /// If the elapsed time exceeds the received intervals by this much, some are missing \[ms\].
@@ -66,7 +64,7 @@ struct WornStream {
     width: usize,
     rate_hz: Option<f64>,
     in_runs: bool,
-    /// Whether it is timed by the beats that the device reports.
+    /// Whether the beats that the device reports are its clock.
     by_beats: bool,
     /// The number of samples of the last reading, and when it arrived.
     last: Option<(usize, Stopwatch)>,
@@ -145,13 +143,12 @@ impl Worn {
             rate_hz: described.rate_hz.unwrap_or(0.0),
             ..self.stream(described.name, shape)
         };
-        let by_beats = self.is_by_beats(described);
-        if by_beats && self.device != STRAP {
+        if described.by_beats && self.device != STRAP {
             stream.device = format!("{STRAP}_{}", self.device);
         }
         self.has_clock |= described.has_clock;
         let id = outlet.declare(stream);
-        let &devices::Stream { name, rate_hz, in_runs, .. } = described;
+        let &devices::Stream { name, rate_hz, by_beats, in_runs, .. } = described;
         let width = described.channels.len().max(1);
         let known = self.streams.get(name);
         let (last, has_gap) = known.map_or((None, false), |known| (known.last, known.has_gap));
@@ -229,13 +226,6 @@ impl Worn {
             data: Data::Sample(values.into()),
         };
         outlet.offer_together(pulses.enumerate().zip(times_ms).map(pulse).collect());
-    }
-
-    /// Whether a stream is timed by the beats: it comes from the Heart Rate service, which has no clock.
-    fn is_by_beats(&self, described: &devices::Stream) -> bool {
-        let is_of_service = described.name == HEART_RATE && self.device != empatica_e4::DEVICE;
-        let is_interval = [BEATS, PULSES].contains(&described.name);
-        !described.has_clock && (is_interval || is_of_service)
     }
 
     fn offer_samples(&self, stream: WornStream, reading: &devices::Reading, outlet: &Outlet) {
@@ -389,4 +379,44 @@ fn offer_run(stream: WornStream, reading: &devices::Reading, outlet: &Outlet) {
         source_time: None,
         data: Data::Wave(wave),
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use teampulse_core::clock::Clock;
+    use teampulse_core::outlet::Queue;
+    use teampulse_core::streams::Streams;
+    use teampulse_devices::heart_rate::HeartRateSession;
+    use teampulse_devices::{Output, Session};
+
+    use super::*;
+
+    /// The clock that times a stream of a device.
+    fn clock_of(device: &'static str, described: &devices::Stream) -> String {
+        let outlet = Queue::new().outlet(Clock::settable(), Streams::default());
+        let mut worn = Worn::of("p001".to_owned(), device);
+        worn.declare(described, &outlet);
+        let name = format!("/humans/persons/p001/{device}/{}", described.name);
+        let (_, stream) = outlet.streams().find(&name).expect("it is declared");
+        stream.device.clone()
+    }
+
+    #[test]
+    fn a_heart_rate_has_the_clock_of_its_device_unless_it_comes_with_beats() {
+        let channels = vec![devices::Channel::new("heart_rate", "1/min")];
+        let own = devices::Stream::irregular("heart_rate", channels);
+        assert_eq!(clock_of("band", &own), "band");
+        let mut strap = HeartRateSession::new();
+        strap.start(std::time::Duration::ZERO);
+        let streams = std::iter::from_fn(|| strap.poll()).filter_map(|output| match output {
+            Output::Stream(stream) if stream.by_beats => Some(stream),
+            _ => None,
+        });
+        let streams: Vec<devices::Stream> = streams.collect();
+        assert_eq!(streams.iter().map(|it| it.name).collect::<Vec<_>>(), ["heart_rate", BEATS]);
+        for stream in streams {
+            assert_eq!(clock_of("band", &stream), "heart_rate_strap_band");
+            assert_eq!(clock_of(STRAP, &stream), STRAP);
+        }
+    }
 }
