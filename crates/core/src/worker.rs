@@ -20,8 +20,8 @@ const MOST_BYTES: usize = 64 << 20;
 /// A component that is fed with streams on a thread of its own, as fast as it can take them, and offers its results as
 /// readings. It never holds up the pump.
 ///
-/// It receives the newest record of each stream; older ones that it did not get to are skipped and counted.
-/// Events are not skipped, nor are the streams that it [keeps](Worker::keeps). Its outputs are raw streams with
+/// It receives the newest record of each stream, of all at once ([`Feed::next`]) or of one after the other
+/// ([`Feed::next_one`]); older ones that it did not get to are skipped and counted. Events are not skipped, nor are the streams that it [keeps](Worker::keeps). Its outputs are raw streams with
 /// [`inputs`](crate::stream::Stream::inputs), stamped (`source_time`) with the time of its input: those stamps are
 /// trusted however long it took. They are recorded, and never computed again in a replay.
 pub trait Worker: Send {
@@ -82,8 +82,8 @@ pub struct Feed {
     shared: Arc<Shared>,
 }
 
-/// The pump's end of a worker's queue.
-pub(crate) struct FeedPost {
+/// The pump's end of a worker's queue. Once it is dropped, the feed ends after the records that wait.
+pub struct FeedPost {
     wants: Wants,
     keeps: Wants,
     shared: Arc<Shared>,
@@ -105,9 +105,13 @@ struct Waiting {
     commands: VecDeque<Instruction>,
     bytes: usize,
     came: u64,
+    /// How many records had been taken or skipped when a stream was last served by itself.
+    served: BTreeMap<StreamId, u64>,
     counts: WorkerCounts,
     /// How many of those taken it may still be working on.
     in_work: u64,
+    /// Whether nothing more arrives.
+    has_ended: bool,
     is_closed: bool,
 }
 
@@ -154,6 +158,23 @@ impl Waiting {
         self.counts.taken += self.in_work;
         taken.into_iter().map(|(_, record)| record).collect()
     }
+
+    /// Takes a record of the stream that was served least recently.
+    fn take_one(&mut self) -> Option<Record> {
+        let newest = self.newest.iter().map(|(id, (place, _))| (*id, *place));
+        let kept = self.kept.front().map(|(place, record)| (record.sample.stream, *place));
+        let waiting = newest.chain(kept);
+        let (id, place) =
+            waiting.min_by_key(|(id, place)| (self.served.get(id).copied(), *place))?;
+        let is_kept = kept.is_some_and(|(_, first)| first == place);
+        let taken = if is_kept { self.kept.pop_front() } else { self.newest.remove(&id) };
+        let (_, record) = taken?;
+        self.bytes -= record.held_bytes();
+        self.served.insert(id, self.counts.taken + self.counts.skipped);
+        self.in_work = 1;
+        self.counts.taken += 1;
+        Some(record)
+    }
 }
 
 impl Shared {
@@ -162,8 +183,12 @@ impl Shared {
     }
 }
 
-/// The two ends of a worker's queue.
-pub(crate) fn feed(streams: Streams, wants: Wants, keeps: Wants) -> (FeedPost, Feed) {
+/// Makes the two ends of a worker's queue: of one in a session, or in a test of its own.
+pub fn queue(worker: &dyn Worker, streams: Streams) -> (FeedPost, Feed) {
+    feed(streams, worker.wants(), worker.keeps())
+}
+
+fn feed(streams: Streams, wants: Wants, keeps: Wants) -> (FeedPost, Feed) {
     let shared = Arc::<Shared>::default();
     let post = FeedPost { wants, keeps, shared: Arc::clone(&shared) };
     (post, Feed { streams, shared })
@@ -171,7 +196,7 @@ pub(crate) fn feed(streams: Streams, wants: Wants, keeps: Wants) -> (FeedPost, F
 
 impl FeedPost {
     /// Queues the records that the worker wants; never waits.
-    pub(crate) fn offer(&self, records: &[Record]) {
+    pub fn offer(&self, records: &[Record]) {
         // Asked for each record, as of sinks: more may have become known of a stream.
         let mut wanted = records.iter().filter(|record| self.wants.include(&record.stream));
         let Some(first) = wanted.next() else { return };
@@ -183,16 +208,37 @@ impl FeedPost {
     }
 }
 
+impl Drop for FeedPost {
+    fn drop(&mut self) {
+        self.shared.lock().has_ended = true;
+        self.shared.filled.notify_all();
+    }
+}
+
 impl Feed {
     /// The streams of the session.
     pub fn streams(&self) -> &Streams {
         &self.streams
     }
 
-    /// Waits for the next item, at most for `patience`.
+    /// Waits for the next item, at most for `patience`. Records are those of all streams that wait: those that arrive
+    /// while the worker processes them wait until it has processed all.
     pub fn next(&self, patience: Duration) -> Fed {
-        let is_idle =
-            |state: &mut Waiting| state.bytes == 0 && state.commands.is_empty() && !state.is_closed;
+        self.next_of(patience, Waiting::take)
+    }
+
+    /// The same for a worker that takes its time for each record, as models of pictures do: there is one record at a
+    /// time, of the stream that was served least recently. Those of the others are still replaced by newer ones while
+    /// the worker processes it. Records of different streams do not come in the pump's order.
+    pub fn next_one(&self, patience: Duration) -> Fed {
+        self.next_of(patience, |state| state.take_one().into_iter().collect())
+    }
+
+    fn next_of(&self, patience: Duration, take: impl FnOnce(&mut Waiting) -> Vec<Record>) -> Fed {
+        let is_idle = |state: &mut Waiting| {
+            let is_over = state.is_closed || state.has_ended;
+            state.bytes == 0 && state.commands.is_empty() && !is_over
+        };
         let waited = self.shared.filled.wait_timeout_while(self.shared.lock(), patience, is_idle);
         let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
         state.in_work = 0;
@@ -202,10 +248,11 @@ impl Feed {
         if let Some(instruction) = state.commands.pop_front() {
             return Fed::Command(instruction);
         }
-        match state.bytes {
-            0 => Fed::Silence,
-            _ => Fed::Records(state.take()),
+        if state.bytes > 0 {
+            return Fed::Records(take(&mut state));
         }
+        state.is_closed = state.has_ended;
+        if state.is_closed { Fed::Closed } else { Fed::Silence }
     }
 
     /// How much was taken and skipped so far.
@@ -319,6 +366,51 @@ mod tests {
         post.offer(&[frame(1, 0, 10), frame(2, 0, 10), frame(1, 1, 10), frame(2, 1, 10)]);
         assert_eq!(taken(&feed), [(2, 0), (1, 1), (2, 1)]);
         assert_eq!(feed.counts(), WorkerCounts { taken: 3, skipped: 1 });
+    }
+
+    fn taken_one(feed: &Feed) -> Option<(u32, u64)> {
+        let Fed::Records(records) = feed.next_one(Duration::ZERO) else { return None };
+        let [record] = &records[..] else { panic!("{records:?}") };
+        Some((record.sample.stream.0, record.sample.index))
+    }
+
+    #[test]
+    fn a_slow_worker_of_several_streams_gets_the_newest_of_each_in_turn() {
+        let (post, feed) = feed(Streams::default(), Wants::Everything, only(|_| false));
+        // While it processes a record, each of three cameras sends another.
+        let served = (0..6).filter_map(|index| {
+            post.offer(&[frame(1, index, 10), frame(2, index, 10), frame(3, index, 10)]);
+            taken_one(&feed)
+        });
+        assert_eq!(served.collect::<Vec<_>>(), [(1, 0), (2, 1), (3, 2), (1, 3), (2, 4), (3, 5)]);
+        assert_eq!(feed.counts(), WorkerCounts { taken: 6, skipped: 10 });
+        // A stream that falls silent does not hold up the others.
+        post.offer(&[frame(2, 6, 10)]);
+        assert_eq!(
+            [taken_one(&feed), taken_one(&feed), taken_one(&feed)],
+            [Some((1, 5)), Some((2, 6)), None]
+        );
+        feed.failed();
+        assert_eq!(feed.counts(), WorkerCounts { taken: 8, skipped: 11 });
+    }
+
+    #[test]
+    fn one_by_one_no_kept_record_is_skipped_and_no_stream_is_starved() {
+        let (post, feed) = feed(Streams::default(), Wants::Everything, only(|_| false));
+        post.offer(&[mark(0), mark(1), frame(1, 0, 10), mark(2), frame(1, 1, 10)]);
+        let served = std::iter::from_fn(|| taken_one(&feed));
+        assert_eq!(served.collect::<Vec<_>>(), [(9, 0), (1, 1), (9, 1), (9, 2)]);
+        assert_eq!(feed.shared.lock().bytes, 0);
+    }
+
+    #[test]
+    fn a_feed_ends_after_what_waits_when_its_post_is_dropped() {
+        let (post, feed) = feed(Streams::default(), Wants::Everything, only(|_| false));
+        post.offer(&[frame(1, 0, 10)]);
+        drop(post);
+        assert!(!feed.is_closed());
+        assert_eq!(taken(&feed), [(1, 0)]);
+        assert!(matches!(feed.next(Duration::from_secs(9)), Fed::Closed) && feed.is_closed());
     }
 
     #[test]

@@ -165,7 +165,7 @@ impl Blur {
         cameras: &mut BTreeMap<StreamId, Camera>,
     ) -> Result<(), WorkerError> {
         loop {
-            let records = match feed.next(LOOK) {
+            let records = match feed.next_one(LOOK) {
                 Fed::Records(records) => records,
                 Fed::Silence => {
                     let now = outlet.clock().now();
@@ -181,18 +181,11 @@ impl Blur {
                     return Ok(());
                 }
             };
-            let mut records = records.into_iter();
-            while let Some(record) = records.next() {
+            for record in records {
                 let declare = || self.camera(&record.stream, process, outlet);
                 let camera = cameras.entry(record.sample.stream).or_insert_with(declare);
-                match camera.look(&record, process, outlet) {
-                    Ok(true) => {}
-                    Ok(false) => return Ok(()),
-                    Err(error) => {
-                        let rest = records.filter_map(|record| cameras.get(&record.sample.stream));
-                        rest.for_each(|camera| outlet.lost(camera.stream, 1.0));
-                        return Err(error);
-                    }
+                if !camera.look(&record, process, outlet)? {
+                    return Ok(());
                 }
             }
         }

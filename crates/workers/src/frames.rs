@@ -83,7 +83,7 @@ impl Worker for Frames {
     fn run(&mut self, feed: &Feed, outlet: &Outlet) -> Result<(), WorkerError> {
         let mut cameras = BTreeMap::<StreamId, Camera>::new();
         loop {
-            let records = match feed.next(LOOK) {
+            let records = match feed.next_one(LOOK) {
                 Fed::Records(records) => records,
                 Fed::Silence | Fed::Command(_) => continue,
                 Fed::Closed => return Ok(()),

@@ -108,7 +108,7 @@ impl Worker for Model {
         let Some(mut process) = Process::start(&self.models(), feed)? else { return Ok(()) };
         let mut cameras = BTreeMap::<StreamId, Camera>::new();
         loop {
-            let records = match feed.next(LOOK) {
+            let records = match feed.next_one(LOOK) {
                 Fed::Records(records) => records,
                 Fed::Silence | Fed::Command(_) => {
                     process.check()?;

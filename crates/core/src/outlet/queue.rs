@@ -174,6 +174,18 @@ impl Queue {
         self.0.drained.notify_waiters();
     }
 
+    /// Takes the waiting readings, in the order in which they were handed over: what a source or a worker offered in a
+    /// test of its own.
+    pub fn readings(&self) -> Vec<Reading> {
+        let mut taken = VecDeque::new();
+        self.take(&mut taken, Duration::ZERO);
+        let readings = taken.into_iter().filter_map(|item| match item {
+            Item::Arrived { reading, .. } => Some(reading),
+            _ => None,
+        });
+        readings.collect()
+    }
+
     /// Resolves when the queue is closed.
     pub(super) async fn closed(&self) {
         loop {

@@ -11,7 +11,7 @@ use crate::fault::{lasting, passing, with_hint};
 use crate::outlet::Outlet;
 use crate::panics::{at, watched};
 use crate::streams::Streams;
-use crate::worker::{Feed, FeedPost, Worker, WorkerCounts, WorkerError, feed};
+use crate::worker::{Feed, FeedPost, Worker, WorkerCounts, WorkerError, queue};
 
 /// The pauses before a worker is run again double from the first to the last.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
@@ -45,7 +45,7 @@ pub(super) fn start(
     commands: &Commands,
     outlet: Outlet,
 ) -> (FeedPost, Running) {
-    let (post, feed) = feed(streams.clone(), worker.wants(), worker.keeps());
+    let (post, feed) = queue(&*worker, streams.clone());
     commands.carried_out_by_worker(worker.carries_out(), feed.clone());
     let (send_end, ended) = oneshot::channel();
     let (known, fed) = (name.clone(), feed.clone());
