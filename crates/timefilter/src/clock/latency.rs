@@ -1,6 +1,7 @@
 //! The fixed latency of a device, which cannot be observed from one-way timestamps.
 
-/// The shortest time from the measurement of a sample to its arrival.
+/// The shortest time from the measurement of the last sample of a packet to the packet's arrival. The duration of the
+/// packet is not part of it: clocks know it from the number of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Latency {
     /// The latency [s].
@@ -10,8 +11,8 @@ pub struct Latency {
 }
 
 impl Latency {
-    /// The default for Bluetooth: a sensor's filters, its buffer and at least one connection event, which
-    /// are 7.5 to 50 ms apart on an ordinary host.
+    /// The default for Bluetooth: a sensor's filters and at least one connection event, which are 7.5 to 50 ms apart
+    /// on an ordinary host.
     pub const BLUETOOTH: Latency = Latency::new(0.050, 0.050);
     /// The default for Wi-Fi: one medium access and the network stacks of both ends.
     pub const WIFI: Latency = Latency::new(0.005, 0.005);
