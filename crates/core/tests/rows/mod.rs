@@ -1,5 +1,6 @@
 //! Laws of the table of components in a crate's `src/lib.rs`: shared by the crates that have such a table.
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -46,11 +47,20 @@ fn missing_row(source: &Path, file: &Path, kind: &str, table: &str) -> Option<St
         return None;
     }
     let (module, path) = (modules.last()?, modules.join("::"));
-    Some(format!(
-        "src/{}: `{settings}` is in no table: add `mod {module};` and \
-         `Entry::new::<{path}::{settings}>(\"{module}\"),` to src/lib.rs",
-        inside.display()
-    ))
+    let row = format!("`Entry::new::<{path}::{settings}>(\"{module}\"),`");
+    let added = match parent(source, modules) {
+        Some(parent) => format!("`pub mod {module};` to {parent} and {row} to src/lib.rs"),
+        None => format!("`mod {module};` and {row} to src/lib.rs"),
+    };
+    Some(format!("src/{}: `{settings}` is in no table: add {added}", inside.display()))
+}
+
+/// The file of the module above a nested one.
+fn parent(source: &Path, modules: &[Cow<'_, str>]) -> Option<String> {
+    let (_, above) = modules.split_last().filter(|(_, above)| !above.is_empty())?;
+    let file = format!("{}.rs", above.join("/"));
+    let is_file = source.join(&file).exists();
+    Some(if is_file { format!("src/{file}") } else { format!("src/{}/mod.rs", above.join("/")) })
 }
 
 /// The documentation that a row lacks: its first sentence, that of a setting, or an example in
@@ -74,8 +84,13 @@ pub fn undocumented<T: ?Sized, C>(entry: &Entry<T, C>) -> Vec<String> {
 
 /// The error of building the example of a row, if any.
 pub fn broken_example<T: ?Sized, C>(entry: &Entry<T, C>, context: &C) -> Option<String> {
+    example(entry, context)?.err()
+}
+
+/// The component of a row's example, or the error of building it; `None` if the example is not TOML.
+pub fn example<T: ?Sized, C>(entry: &Entry<T, C>, context: &C) -> Option<Result<Box<T>, String>> {
     let table = DeTable::parse(entry.example).ok()?;
     let table = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
     let built = (entry.build)(Settings::new(table), context);
-    built.err().map(|error| format!("{}: failed to build its example: {error}", entry.kind))
+    Some(built.map_err(|error| format!("{}: failed to build its example: {error}", entry.kind)))
 }

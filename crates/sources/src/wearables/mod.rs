@@ -32,7 +32,7 @@ struct Kind {
 }
 
 /// All kinds. A Polar is more than a strap, so it comes first.
-const KINDS: [Kind; 5] = [
+const KINDS: &[Kind] = &[
     Kind {
         name: polar::DEVICE,
         reads: |device| device.starts_with(polar::DEVICE),
