@@ -1,8 +1,9 @@
 //! Emulated wearables on real transports, for drivers and programs that do not know about the emulation.
 //!
 //! The devices are those of `teampulse_emulators::devices`, worn by simulated people; here they are put on the
-//! transport of the real ones. [`EmulatedWearable`] is the table: each type is a file with its settings and an `open`,
-//! which returns where the device can be reached, and the task that serves it.
+//! transport of the real ones. [`EmulatedWearable`] is the table: each type over Bluetooth is its settings with their
+//! `RadioDevice` in `bluetooth/wearable.rs`; any other is a file with its settings and an `open`, which returns where
+//! the device can be reached, and the task that serves it.
 
 pub mod bluetooth;
 mod wardrobe;
@@ -17,7 +18,8 @@ use serde::Deserialize;
 use teampulse_emulators::body::Sensor;
 use teampulse_emulators::devices::{H10Settings, StrapSettings, VeritySettings};
 
-pub use bluetooth::{EmulatedRadio, MyoSettings};
+use bluetooth::Radio;
+pub use bluetooth::{EmulatedRadio, MyoSettings, Oh1Settings};
 pub use empatica_e4::EmulatedE4;
 pub use shimmer3::{EmulatedShimmer, serve_shimmer};
 pub use wardrobe::{PersonError, Wardrobe};
@@ -35,59 +37,72 @@ pub enum EmulatedWearable {
     /// A Polar Verity Sense, behind a BlueZ on a private D-Bus.
     PolarVeritySense(EmulatedRadio<VeritySettings>),
     /// A Polar OH1, behind a BlueZ on a private D-Bus.
-    PolarOh1(EmulatedRadio<VeritySettings>),
+    PolarOh1(EmulatedRadio<Oh1Settings>),
     /// A heart rate strap of any maker, behind a BlueZ on a private D-Bus.
     HeartRate(EmulatedRadio<StrapSettings>),
     /// A Myo armband, behind a BlueZ on a private D-Bus.
     Myo(EmulatedRadio<MyoSettings>),
 }
 
+/// A wearable by its transport.
+enum Transport<'a> {
+    Server(&'a EmulatedE4),
+    Port(&'a EmulatedShimmer),
+    Bluetooth(&'a dyn Radio),
+}
+
 impl EmulatedWearable {
+    fn transport(&self) -> Transport<'_> {
+        match self {
+            EmulatedWearable::EmpaticaE4(e4) => Transport::Server(e4),
+            EmulatedWearable::Shimmer3(shimmer) => Transport::Port(shimmer),
+            EmulatedWearable::PolarH10(radio) => Transport::Bluetooth(radio),
+            EmulatedWearable::PolarVeritySense(radio) => Transport::Bluetooth(radio),
+            EmulatedWearable::PolarOh1(radio) => Transport::Bluetooth(radio),
+            EmulatedWearable::HeartRate(radio) => Transport::Bluetooth(radio),
+            EmulatedWearable::Myo(radio) => Transport::Bluetooth(radio),
+        }
+    }
+
     /// The person who wears it.
     pub fn person(&self) -> &str {
-        match self {
-            EmulatedWearable::EmpaticaE4(e4) => &e4.person,
-            EmulatedWearable::Shimmer3(shimmer) => &shimmer.person,
-            EmulatedWearable::PolarH10(radio) => &radio.person,
-            EmulatedWearable::PolarVeritySense(radio) | EmulatedWearable::PolarOh1(radio) => {
-                &radio.person
-            }
-            EmulatedWearable::HeartRate(radio) => &radio.person,
-            EmulatedWearable::Myo(radio) => &radio.person,
+        match self.transport() {
+            Transport::Server(e4) => &e4.person,
+            Transport::Port(shimmer) => &shimmer.person,
+            Transport::Bluetooth(radio) => radio.person(),
         }
     }
 
     /// Whether it is reached over Bluetooth; [`bluetooth::open`] puts several on one bus.
-    pub const fn is_bluetooth(&self) -> bool {
-        use EmulatedWearable::{HeartRate, Myo, PolarH10, PolarOh1, PolarVeritySense};
-        matches!(self, PolarH10(_) | PolarVeritySense(_) | PolarOh1(_) | HeartRate(_) | Myo(_))
+    pub fn is_bluetooth(&self) -> bool {
+        self.radio().is_some()
+    }
+
+    fn radio(&self) -> Option<&dyn Radio> {
+        match self.transport() {
+            Transport::Bluetooth(radio) => Some(radio),
+            Transport::Server(_) | Transport::Port(_) => None,
+        }
     }
 
     /// The body signals that it measures, of those that people may also wear on ROS.
-    pub const fn senses(&self) -> &'static [Sensor] {
-        match self {
-            EmulatedWearable::EmpaticaE4(_) => {
+    pub fn senses(&self) -> &'static [Sensor] {
+        match self.transport() {
+            Transport::Server(_) => {
                 &[Sensor::Ppg, Sensor::EdaWrist, Sensor::Temperature, Sensor::Acceleration]
             }
-            EmulatedWearable::Shimmer3(_) => &[Sensor::EdaFingers],
-            EmulatedWearable::PolarH10(_) => &[Sensor::Ecg],
-            EmulatedWearable::PolarVeritySense(_) | EmulatedWearable::PolarOh1(_) => &[Sensor::Ppg],
-            EmulatedWearable::HeartRate(_) => &[],
-            EmulatedWearable::Myo(_) => &[Sensor::Emg],
+            Transport::Port(_) => &[Sensor::EdaFingers],
+            Transport::Bluetooth(radio) => radio.senses(),
         }
     }
 
     /// Puts it on its transport.
     pub async fn open(&self, wardrobe: &Wardrobe) -> io::Result<Emulation> {
         let worn = wardrobe.worn_by(self.person()).map_err(io::Error::other)?;
-        match self {
-            EmulatedWearable::EmpaticaE4(e4) => e4.open(worn).await,
-            EmulatedWearable::Shimmer3(shimmer) => shimmer.open(worn),
-            EmulatedWearable::PolarH10(_)
-            | EmulatedWearable::PolarVeritySense(_)
-            | EmulatedWearable::PolarOh1(_)
-            | EmulatedWearable::HeartRate(_)
-            | EmulatedWearable::Myo(_) => bluetooth::open(&[self], wardrobe, None).await,
+        match self.transport() {
+            Transport::Server(e4) => e4.open(worn).await,
+            Transport::Port(shimmer) => shimmer.open(worn),
+            Transport::Bluetooth(_) => bluetooth::open(&[self], wardrobe, None).await,
         }
     }
 }

@@ -47,7 +47,8 @@ use self::link::Link;
 
 pub use self::daemon::is_installed;
 pub use self::error::EmulatedBluetoothError;
-pub use self::wearable::{EmulatedRadio, MyoSettings, open};
+pub(super) use self::wearable::Radio;
+pub use self::wearable::{EmulatedRadio, MyoSettings, Oh1Settings, open};
 
 /// A device for [`EmulatedBluetooth`].
 pub struct EmulatedDevice {

@@ -5,8 +5,10 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use teampulse_emulators::body::Sensor;
 use teampulse_emulators::devices::{
-    H10, H10Settings, Myo, MyoIncident, Peripheral, Strap, Verity, VerityModel, VeritySettings,
+    H10, H10Settings, Myo, MyoIncident, Peripheral, Strap, StrapSettings, Verity, VerityModel,
+    VeritySettings,
 };
 
 use super::{EmulatedBluetooth, EmulatedDevice, LinkIncident};
@@ -38,6 +40,100 @@ pub struct MyoSettings {
     pub faults: Vec<MyoIncident>,
 }
 
+/// The settings of an emulated Polar OH1, which are those of a Verity Sense.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Oh1Settings(pub VeritySettings);
+
+/// The settings of a kind of Bluetooth device: all that it needs besides its row in [`EmulatedWearable`].
+trait RadioDevice: Default {
+    /// The type of the source that reads it.
+    const SOURCE: &'static str;
+    /// The body signals that it measures, of those that people may also wear on ROS.
+    const SENSES: &'static [Sensor];
+
+    /// The device, whose radio has an address.
+    fn peripheral(&self, address: &str) -> io::Result<Box<dyn Peripheral>>;
+}
+
+impl RadioDevice for H10Settings {
+    const SOURCE: &'static str = "polar";
+    const SENSES: &'static [Sensor] = &[Sensor::Ecg];
+
+    fn peripheral(&self, address: &str) -> io::Result<Box<dyn Peripheral>> {
+        check_clock(self.clock_fast)?;
+        Ok(Box::new(H10::new(H10Settings { serial: serial(address), ..self.clone() })))
+    }
+}
+
+impl RadioDevice for VeritySettings {
+    const SOURCE: &'static str = "polar";
+    const SENSES: &'static [Sensor] = &[Sensor::Ppg];
+
+    fn peripheral(&self, address: &str) -> io::Result<Box<dyn Peripheral>> {
+        optical(self, VerityModel::VeritySense, address)
+    }
+}
+
+impl RadioDevice for Oh1Settings {
+    const SOURCE: &'static str = "polar";
+    const SENSES: &'static [Sensor] = &[Sensor::Ppg];
+
+    fn peripheral(&self, address: &str) -> io::Result<Box<dyn Peripheral>> {
+        optical(&self.0, VerityModel::Oh1, address)
+    }
+}
+
+impl RadioDevice for StrapSettings {
+    const SOURCE: &'static str = "heart_rate";
+    const SENSES: &'static [Sensor] = &[];
+
+    fn peripheral(&self, _: &str) -> io::Result<Box<dyn Peripheral>> {
+        check_clock(self.clock_fast)?;
+        Ok(Box::new(Strap::new(self.clone())))
+    }
+}
+
+impl RadioDevice for MyoSettings {
+    const SOURCE: &'static str = "myo";
+    const SENSES: &'static [Sensor] = &[Sensor::Emg];
+
+    fn peripheral(&self, _: &str) -> io::Result<Box<dyn Peripheral>> {
+        Ok(Box::new(Myo::new(self.faults.clone())))
+    }
+}
+
+/// A Bluetooth device of any kind.
+pub(in crate::emulated) trait Radio {
+    /// The person who wears it.
+    fn person(&self) -> &str;
+
+    /// The body signals that it measures, of those that people may also wear on ROS.
+    fn senses(&self) -> &'static [Sensor];
+
+    /// The device at its position in a study.
+    fn part(&self, place: usize) -> io::Result<Part>;
+}
+
+impl<D: RadioDevice> Radio for EmulatedRadio<D> {
+    fn person(&self) -> &str {
+        &self.person
+    }
+
+    fn senses(&self) -> &'static [Sensor] {
+        D::SENSES
+    }
+
+    fn part(&self, place: usize) -> io::Result<Part> {
+        let EmulatedRadio { person, address, faults, device } = self;
+        let address = address.clone().unwrap_or_else(|| numbered(place));
+        check_address(&address).map_err(|error| io::Error::other(error.message))?;
+        let peripheral = device.peripheral(&address)?;
+        let (person, faults) = (person.clone(), faults.clone());
+        Ok(Part { person, address, faults, source: D::SOURCE, peripheral })
+    }
+}
+
 /// Puts Bluetooth devices on a shared D-Bus; other devices are skipped. Its socket is `bus` in an existing folder, or
 /// in one of its own.
 pub async fn open(
@@ -49,8 +145,8 @@ pub async fn open(
     let (mut names, mut lines) = (Vec::new(), Vec::new());
     let mut clock = None;
     for (wearable, place) in wearables.iter().zip(1..) {
-        let Some(part) = part(wearable, place)? else { continue };
-        let Part { person, address, faults, source, peripheral } = part;
+        let Some(radio) = wearable.radio() else { continue };
+        let Part { person, address, faults, source, peripheral } = radio.part(place)?;
         let worn = wardrobe.worn_by(&person).map_err(io::Error::other)?;
         names.push(format!("{} of {person}", peripheral.advertisement().name));
         lines.push(format!(
@@ -79,7 +175,7 @@ pub async fn open(
 }
 
 /// A Bluetooth device, ready to be put on a bus.
-struct Part {
+pub(in crate::emulated) struct Part {
     person: String,
     address: String,
     faults: Vec<LinkIncident>,
@@ -88,52 +184,15 @@ struct Part {
     peripheral: Box<dyn Peripheral>,
 }
 
-/// A Bluetooth device at its position in a study; `None` for any other.
-fn part(wearable: &EmulatedWearable, place: usize) -> io::Result<Option<Part>> {
-    fn of<D: Default>(
-        radio: &EmulatedRadio<D>,
-        place: usize,
-        device: impl FnOnce(&str) -> io::Result<(&'static str, Box<dyn Peripheral>)>,
-    ) -> io::Result<Option<Part>> {
-        let EmulatedRadio { person, address, faults, .. } = radio;
-        let address = address.clone().unwrap_or_else(|| numbered(place));
-        check_address(&address).map_err(|error| io::Error::other(error.message))?;
-        let (source, peripheral) = device(&address)?;
-        let (person, faults) = (person.clone(), faults.clone());
-        Ok(Some(Part { person, address, faults, source, peripheral }))
-    }
-    match wearable {
-        EmulatedWearable::PolarH10(radio) => of(radio, place, |address| {
-            check_clock(radio.device.clock_fast)?;
-            let settings = H10Settings { serial: serial(address), ..radio.device.clone() };
-            Ok(("polar", Box::new(H10::new(settings))))
-        }),
-        EmulatedWearable::PolarVeritySense(radio) => {
-            of(radio, place, |address| optical(radio, VerityModel::VeritySense, address))
-        }
-        EmulatedWearable::PolarOh1(radio) => {
-            of(radio, place, |address| optical(radio, VerityModel::Oh1, address))
-        }
-        EmulatedWearable::HeartRate(radio) => of(radio, place, |_| {
-            check_clock(radio.device.clock_fast)?;
-            Ok(("heart_rate", Box::new(Strap::new(radio.device.clone()))))
-        }),
-        EmulatedWearable::Myo(radio) => {
-            of(radio, place, |_| Ok(("myo", Box::new(Myo::new(radio.device.faults.clone())))))
-        }
-        EmulatedWearable::EmpaticaE4(_) | EmulatedWearable::Shimmer3(_) => Ok(None),
-    }
-}
-
-/// An optical sensor of Polar, with the source that reads it.
+/// An optical sensor of Polar.
 fn optical(
-    radio: &EmulatedRadio<VeritySettings>,
+    settings: &VeritySettings,
     model: VerityModel,
     address: &str,
-) -> io::Result<(&'static str, Box<dyn Peripheral>)> {
-    check_clock(radio.device.clock_fast)?;
-    let settings = VeritySettings { model, serial: serial(address), ..radio.device.clone() };
-    Ok(("polar", Box::new(Verity::new(settings))))
+) -> io::Result<Box<dyn Peripheral>> {
+    check_clock(settings.clock_fast)?;
+    let settings = VeritySettings { model, serial: serial(address), ..settings.clone() };
+    Ok(Box::new(Verity::new(settings)))
 }
 
 /// The ID of a Polar device: the maker prints the end of the address on it.
