@@ -47,6 +47,7 @@ def viewed(stage):
         monitor = stage.teampulse("run", study, "--out", out, "--no-dashboard")
         stage.teampulse("simulate", study)
         harness.eventually(lambda: answers(port))
+        monitor.wait_for(f"open ws://localhost:{port}")
         return monitor, out
 
     return start

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use std::time::Duration;
 
 use teampulse_bag::Growth;
@@ -21,8 +21,8 @@ use teampulse_ros::BusId;
 use teampulse_ros::buses::Buses;
 use teampulse_ros::sink::Publish;
 use teampulse_sinks::{
-    ALLOWED, Addresses, Announce, Bag, Colours, DashboardContext, Ended, Estimates, FindUnmet,
-    Kept, PhasePlan, RosContext, SHOWN, SinkContext, TerminalContext, Tidy, View,
+    ALLOWED, Announce, Bag, Colours, DashboardContext, Ended, Estimates, FindUnmet, Kept,
+    PhasePlan, RosContext, SHOWN, SinkContext, TerminalContext, Tidy, View,
 };
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
@@ -69,8 +69,6 @@ pub struct Setup {
     bluetooth: Bluetooth,
     /// What to do with the dashboard's address; `None` without a dashboard.
     pub dashboard: Option<Announce>,
-    /// The address of the dashboard, for the terminal.
-    addresses: Arc<OnceLock<Addresses>>,
 }
 
 impl Setup {
@@ -91,7 +89,6 @@ impl Setup {
             buses,
             bag_ended,
             dashboard: study.general.dashboard.0.then_some(announce),
-            addresses: Arc::default(),
             study,
             growth,
             view,
@@ -259,7 +256,6 @@ impl Setup {
             plain: term.is_none_or(|term| term == "dumb"),
             notes: self.notes(),
             next: Some(Arc::new(move || phases.next())),
-            addresses: Arc::clone(&self.addresses),
         }
     }
 

@@ -2,17 +2,17 @@
 
 use std::net::IpAddr;
 
-use axum::http::header::{AUTHORIZATION, COOKIE, HOST, ORIGIN};
-use axum::http::{HeaderMap, HeaderName, HeaderValue};
+use axum::http::HeaderMap;
+use axum::http::header::{AUTHORIZATION, COOKIE};
 use teampulse_core::command::Sender;
 use thiserror::Error;
 
+use crate::loopback::{address_of, host_of, is_foreign, is_this_computer, name_of};
 use crate::tokens::Tokens;
 use crate::wire::Right;
 
 /// The cookie with the token of a browser.
 pub const COOKIE_NAME: &str = "teampulse_token";
-const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
 /// What a client may do, and where it connects from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -74,11 +74,11 @@ impl Access {
 
     /// What a request may do. `asks` is true for everything but the page itself, which other sites may link to.
     pub fn admit(&self, headers: &HeaderMap, peer: IpAddr, asks: bool) -> Result<Grant, Denied> {
-        let host = headers.get(HOST).and_then(|host| host.to_str().ok()).ok_or(Denied::Host)?;
-        if headers.get_all(HOST).iter().count() != 1 || !self.is_known(name_of(host)) {
+        let host = host_of(headers).ok_or(Denied::Host)?;
+        if !self.is_known(name_of(host)) {
             return Err(Denied::Host);
         }
-        if asks && is_foreign(headers, host) {
+        if asks && is_foreign(headers) {
             return Err(Denied::Origin);
         }
         let address = (!peer.is_loopback()).then_some(peer);
@@ -95,32 +95,11 @@ impl Access {
     }
 
     fn is_known(&self, name: &str) -> bool {
-        let name = name.to_ascii_lowercase();
-        let address = name.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>();
-        match address {
-            Ok(address) => address.is_loopback() || !self.is_loopback,
-            Err(_) => name == "localhost" || self.names.contains(&name),
+        match address_of(name) {
+            Some(address) => address.is_loopback() || !self.is_loopback,
+            None => is_this_computer(name) || self.names.contains(&name.to_ascii_lowercase()),
         }
     }
-}
-
-/// A host without its port.
-fn name_of(host: &str) -> &str {
-    match host.rsplit_once(':') {
-        Some((name, port)) if port.bytes().all(|digit| digit.is_ascii_digit()) => name,
-        _ => host,
-    }
-}
-
-/// Whether a page of another site sent a request.
-fn is_foreign(headers: &HeaderMap, host: &str) -> bool {
-    let is_other_origin = headers.get_all(ORIGIN).iter().any(|origin| {
-        let origin = origin.to_str().unwrap_or_default();
-        let of = origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://"));
-        !of.is_some_and(|of| of.eq_ignore_ascii_case(host))
-    });
-    let site = headers.get(SEC_FETCH_SITE).map(HeaderValue::as_bytes);
-    is_other_origin || !matches!(site, None | Some(b"same-origin" | b"none"))
 }
 
 fn token_of(headers: &HeaderMap) -> Option<&str> {
@@ -138,6 +117,8 @@ fn token_of(headers: &HeaderMap) -> Option<&str> {
 
 #[cfg(test)]
 mod tests {
+    use axum::http::HeaderValue;
+
     use super::*;
 
     const HERE: IpAddr = IpAddr::V4(std::net::Ipv4Addr::LOCALHOST);

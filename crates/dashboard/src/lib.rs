@@ -21,6 +21,7 @@ mod listener;
 mod patience;
 mod addresses;
 mod tls;
+pub mod loopback;
 mod access;
 mod tokens;
 mod assets;

@@ -158,7 +158,7 @@ fn session(context: &SinkContext) -> Context {
     let next = context.terminal.next.clone();
     let announce = context.dashboard.announce.clone();
     let buses = Arc::clone(&context.ros.buses);
-    let shown = Arc::clone(&context.terminal.addresses);
+    let announcements = context.announcements.clone();
     let path = matches!(kept, Kept::Bag(_)).then(|| context.bag.display().to_string());
     Context {
         path: path.unwrap_or_default(),
@@ -171,8 +171,7 @@ fn session(context: &SinkContext) -> Context {
         is_blinding: estimates == Estimates::Hidden,
         hides: Arc::new(move |stream| estimates.hide(stream)),
         announce: Arc::new(move |addresses| {
-            // There is one dashboard in a session; of several the terminal shows the first.
-            shown.set(addresses.clone()).ok();
+            addresses.lines().into_iter().for_each(|line| announcements.add(line));
             if let Some(announce) = &announce {
                 announce(addresses);
             }

@@ -9,6 +9,7 @@ mod foxglove;
 mod hri;
 mod lsl;
 mod local_addresses;
+mod announcements;
 mod ros;
 mod tidy;
 mod terminal;
@@ -23,6 +24,7 @@ use teampulse_core::registry::Entry;
 use teampulse_core::sink::Sink;
 
 pub use aligned::Aligned;
+pub use announcements::Announcements;
 pub use bag::{Bag, Continuation, ContinuingBag};
 pub use csv::{Csv, tables_beside};
 pub use dashboard::{ALLOWED, Announce, DashboardContext};
@@ -71,6 +73,8 @@ pub struct SinkContext {
     pub damage: Option<String>,
     /// Whether the recording is of another program, which records no end of a session.
     pub is_imported: bool,
+    /// What sinks announce on the terminal. A sink keeps a clone, as it knows its address once it runs.
+    pub announcements: Announcements,
     /// Which part of its session the recording is that this session is computed from.
     pub part: Part,
     /// What the terminal shows.
@@ -93,6 +97,7 @@ impl SinkContext {
             growth: Growth::default(),
             damage: None,
             is_imported: false,
+            announcements: Announcements::default(),
             part: Part::default(),
             terminal: TerminalContext::default(),
             ros: RosContext::default(),

@@ -17,8 +17,8 @@ use tokio::runtime::Builder;
 
 use self::channels::Channels;
 use self::server::Shared;
-use crate::SinkContext;
 use crate::terminal::Estimates;
+use crate::{Announcements, SinkContext};
 
 /// The longest wait for records.
 const PATIENCE: Duration = Duration::from_millis(20);
@@ -55,7 +55,8 @@ impl Component<dyn Sink, SinkContext> for Foxglove {
             return Err(error.at(format!("origins.{place}")));
         }
         let (session, estimates) = (context.session.clone(), context.terminal.estimates);
-        Ok(Box::new(Viewers { settings: self, session, estimates }))
+        let announcements = context.announcements.clone();
+        Ok(Box::new(Viewers { settings: self, session, estimates, announcements }))
     }
 }
 
@@ -64,6 +65,7 @@ struct Viewers {
     settings: Foxglove,
     session: String,
     estimates: Estimates,
+    announcements: Announcements,
 }
 
 impl Sink for Viewers {
@@ -81,7 +83,7 @@ impl Sink for Viewers {
     }
 
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
-        let Viewers { settings: Foxglove { port, origins }, session, .. } = *self;
+        let Viewers { settings: Foxglove { port, origins }, session, announcements, .. } = *self;
         let failed = |what: String, error: std::io::Error, hint: &str| SinkError::Failed {
             message: format!("{what}: {error}"),
             hint: hint.to_owned(),
@@ -92,6 +94,7 @@ impl Sink for Viewers {
         let listener = listener.map_err(|error| {
             failed(format!("listen on port {port}"), error, "give another `port`")
         })?;
+        announcements.add(format!("Foxglove and Lichtblick open ws://localhost:{port}"));
         let shared = Arc::new(Shared::new(&session, origins, inbox.outlet().cloned()));
         let outlet = inbox.outlet().cloned();
         let serving = server::run(listener, Arc::clone(&shared));

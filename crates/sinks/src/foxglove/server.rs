@@ -8,7 +8,7 @@ use std::time::Duration;
 use axum::Router;
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
-use axum::http::header::{HOST, ORIGIN};
+use axum::http::header::ORIGIN;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::any;
@@ -17,6 +17,7 @@ use futures_util::{SinkExt, StreamExt};
 use teampulse_core::command::{Command, Sender};
 use teampulse_core::counted::counted;
 use teampulse_core::outlet::Outlet;
+use teampulse_dashboard::loopback::{is_for_this_computer, is_this_computer, name_of};
 use tokio::net::TcpListener;
 use tokio::time::timeout;
 
@@ -33,8 +34,6 @@ const MOST_PUBLISHED: usize = 64;
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The web app of Foxglove.
 const KNOWN_ORIGINS: [&str; 2] = ["https://app.foxglove.dev", "https://studio.foxglove.dev"];
-/// The names of this computer.
-const LOOPBACK: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
 
 /// The state shared by the sink's thread and the connections.
 pub(super) struct Shared {
@@ -159,8 +158,7 @@ impl Shared {
 
     /// Whether a request comes from a program of this computer, or from a page that may connect.
     fn admits(&self, headers: &HeaderMap) -> bool {
-        let host = headers.get(HOST).and_then(|host| host.to_str().ok()).map(name_of);
-        if !host.is_some_and(|name| LOOPBACK.contains(&name)) {
+        if !is_for_this_computer(headers) {
             return false;
         }
         let Some(origin) = headers.get(ORIGIN) else { return true };
@@ -169,14 +167,8 @@ impl Shared {
         let is_desktop = origin.starts_with("file://") || origin.starts_with("app://");
         let name = origin.split_once("://").map_or("", |(_, rest)| name_of(rest));
         let is_listed = self.origins.iter().any(|each| each.trim_end_matches('/') == origin);
-        is_desktop || LOOPBACK.contains(&name) || KNOWN_ORIGINS.contains(&origin) || is_listed
+        is_desktop || is_this_computer(name) || KNOWN_ORIGINS.contains(&origin) || is_listed
     }
-}
-
-/// A host without its port.
-fn name_of(host: &str) -> &str {
-    let is_port = |port: &str| port.bytes().all(|each| each.is_ascii_digit());
-    host.rsplit_once(':').filter(|(_, port)| is_port(port)).map_or(host, |(name, _)| name)
 }
 
 /// Serves until the listener fails.
@@ -307,6 +299,8 @@ fn answer(
 
 #[cfg(test)]
 mod tests {
+    use axum::http::header::HOST;
+
     use super::*;
 
     #[test]

@@ -18,7 +18,7 @@ mod board;
 mod layout;
 
 use std::io::Write;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use std::time::Duration;
 
 use schemars::JsonSchema;
@@ -28,9 +28,8 @@ use teampulse_core::registry::{Component, SettingsError};
 use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::{Shape, Stream};
 use teampulse_core::time::Time;
-use teampulse_dashboard::Addresses;
 
-use crate::SinkContext;
+use crate::{Announcements, SinkContext};
 
 pub use board::Board;
 pub use header::Kept;
@@ -64,7 +63,7 @@ impl Component<dyn Sink, SinkContext> for Terminal {
     fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
         let mut settings = context.terminal.clone();
         settings.plain |= self.plain;
-        Ok(Box::new(Display::new(settings)))
+        Ok(Box::new(Display::new(settings, context.announcements.clone())))
     }
 }
 
@@ -85,8 +84,6 @@ pub struct TerminalContext {
     pub notes: Vec<String>,
     /// The source of the next phase.
     pub next: Option<NextPhase>,
-    /// The addresses of the dashboard, once they are known.
-    pub addresses: Arc<OnceLock<Addresses>>,
 }
 
 /// Returns the name of the next phase.
@@ -116,8 +113,7 @@ struct Display {
     settings: TerminalContext,
     clock: Clock,
     drawn: Option<(Time, Size)>,
-    /// Whether the addresses of the dashboard were shown.
-    has_addresses: bool,
+    announcements: Announcements,
 }
 
 impl Sink for Display {
@@ -152,13 +148,12 @@ impl Sink for Display {
                 Received::Silence => {}
                 Received::Closed => break,
             }
-            if let Some(lines) = self.addresses() {
-                for line in &lines {
-                    self.board.note(line);
-                }
-                if !is_screen {
-                    say(&lines);
-                }
+            let announced = self.announcements.take();
+            for line in &announced {
+                self.board.note(line);
+            }
+            if !is_screen {
+                say(&announced);
             }
             self.board.watch(self.clock.now().secs_since(began));
             if let Some(screen) = &mut screen {
@@ -172,27 +167,14 @@ impl Sink for Display {
 }
 
 impl Display {
-    fn new(settings: TerminalContext) -> Display {
+    fn new(settings: TerminalContext, announcements: Announcements) -> Display {
         let mut board = Board::default();
         for note in &settings.notes {
             board.note(&format!("note: {note}"));
         }
         let recording = Recording::of(settings.kept.clone());
-        Display {
-            board,
-            recording,
-            settings,
-            clock: Clock::host(),
-            drawn: None,
-            has_addresses: false,
-        }
-    }
-
-    /// The lines about the dashboard, once.
-    fn addresses(&mut self) -> Option<Vec<String>> {
-        let addresses = self.settings.addresses.get().filter(|_| !self.has_addresses)?;
-        self.has_addresses = true;
-        Some(addresses.lines())
+        let (clock, drawn) = (Clock::host(), None);
+        Display { board, recording, settings, clock, drawn, announcements }
     }
 
     /// Redraws the screen when a second has passed, a key was pressed, or its size changed.
@@ -251,7 +233,10 @@ mod tests {
         let subject = Subject { about: About::Person, id: "p001".into() };
         let wants = |estimates, family: &str| {
             let settings = TerminalContext { estimates, ..TerminalContext::default() };
-            let Wants::Only(wants) = Display::new(settings).wants() else { panic!() };
+            let Wants::Only(wants) = Display::new(settings, Announcements::default()).wants()
+            else {
+                panic!()
+            };
             let name = "/humans/persons/p001/any";
             wants(&Stream::concluded(name, subject.clone(), family, Shape::Feature))
         };
