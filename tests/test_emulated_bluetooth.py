@@ -182,3 +182,11 @@ def test_its_bus_ends_with_it_however_it_ends(stage, end):
     assert listens(bus)
     getattr(emulation, end)()
     harness.eventually(lambda: not listens(bus))
+
+
+def test_the_printed_bus_is_found_from_other_folders(stage):
+    study = stage.study(STUDY.format(type="heart_rate", address="A0:9E:1A:00:00:09"))
+    simulation = stage.teampulse("simulate", study, "--wearables", "buses")
+    bus = simulation.wait_for(r"DBUS_SYSTEM_BUS_ADDRESS=unix:path=([^,\s]+)", pipe="stdout")[1]
+    assert os.path.isabs(bus) and os.path.samefile(bus, stage.folder / "buses/bus")
+    assert simulation.interrupt() == 0, simulation.report()

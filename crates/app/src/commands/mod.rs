@@ -60,7 +60,7 @@ pub enum Command {
     Models(models::Models),
     /// Prints the JSON schema of a study, for completion and hover texts in an editor
     Schema,
-    /// Runs only the simulated robots of a study, on ROS
+    /// Runs only the simulated robots and people of a study, on ROS
     Simulate(simulate::Simulate),
     /// Runs only the emulated wearables of a study, on their transports
     Emulate(emulate::Emulate),

@@ -51,7 +51,10 @@ impl Daemon {
 
     /// Starts one whose socket is `bus` in an existing folder, which is kept.
     pub async fn start_in(folder: &Path) -> Result<Self, EmulatedBluetoothError> {
-        Self::guarded(folder, OsStr::new("")).await
+        // Its address is also used by programs in other folders.
+        let folder = std::path::absolute(folder)
+            .map_err(|error| EmulatedBluetoothError::Daemon(error.to_string()))?;
+        Self::guarded(&folder, OsStr::new("")).await
     }
 
     /// Starts one whose guard removes a folder.
