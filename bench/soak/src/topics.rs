@@ -62,7 +62,7 @@ impl Source for Topics {
         };
         let streams: Vec<_> = (0..self.count).map(declare).collect();
         for stream in &streams {
-            outlet.lost(*stream, 0.0);
+            outlet.lost(*stream, 0);
         }
         for second in 0..MESSAGES {
             for (k, stream) in (0_u32..).zip(&streams) {

@@ -51,6 +51,14 @@ impl Data {
         }
     }
 
+    /// The number of samples: those of a wave, which is at least 1; 1 of anything else.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        let Data::Wave(wave) = self else { return 1 };
+        let count = wave.samples.len() / wave.channels.max(1) as usize;
+        u32::try_from(count).unwrap_or(u32::MAX).max(1)
+    }
+
     /// The same data with their texts [cut and cleaned](crate::text); messages of other programs stay unchanged.
     #[must_use]
     pub fn cleaned(self) -> Data {

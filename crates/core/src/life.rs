@@ -143,20 +143,20 @@ impl Life {
         self.disbelieved_ahead_secs = self.ahead_secs;
     }
 
-    /// Counts samples lost in transit; NaN when the number can't be known.
-    pub(crate) fn lost_on_the_way(&mut self, count: f64) {
-        if count.is_nan() {
+    /// Counts samples lost in transit; `None` when their number can't be known.
+    pub(crate) fn lost_on_the_way(&mut self, samples: Option<u64>) {
+        let Some(samples) = samples else {
             self.lost_source = None;
             return;
-        }
-        *self.lost_source.get_or_insert(0) += count as u64;
-        self.current.lost += count as u64;
+        };
+        *self.lost_source.get_or_insert(0) += samples;
+        self.current.lost += samples;
     }
 
     /// Counts samples dropped in our own queue.
-    pub(crate) fn lost_in_our_queue(&mut self, count: f64) {
-        self.lost_queue += count as u64;
-        self.current.lost += count as u64;
+    pub(crate) fn lost_in_our_queue(&mut self, samples: u64) {
+        self.lost_queue += samples;
+        self.current.lost += samples;
     }
 
     /// Advances by a whole second of the session, to `now`.

@@ -16,8 +16,8 @@ pub enum Loss {
 }
 
 impl Loss {
-    /// The stream of such losses: fault events whose label is the stream that lost and whose value is the
-    /// count; NaN when it is unknown.
+    /// The stream of such losses: fault events whose label is the stream that lost and whose value is the number of
+    /// samples, those within waves; NaN when it is unknown.
     pub fn stream(self) -> Stream {
         let mut stream = Stream::raw(self.topic(), Subject::session(), Shape::Event);
         stream.signal = Signal::Event;
@@ -29,11 +29,12 @@ impl Loss {
         stream
     }
 
-    /// The event of a loss.
-    pub fn event(self, stream: &str, count: f64) -> Data {
+    /// The event of a loss of samples; `None` when their number is unknown.
+    pub fn event(self, stream: &str, samples: Option<u64>) -> Data {
         let label = stream.to_owned();
         let kind = EventKind::Fault;
-        Data::Event(Arc::new(Event { kind, label, value: count, duration_secs: 0.0 }))
+        let value = samples.map_or(f64::NAN, |samples| samples as f64);
+        Data::Event(Arc::new(Event { kind, label, value, duration_secs: 0.0 }))
     }
 
     /// The kind of losses on a stream; `None` for any other stream.

@@ -72,10 +72,10 @@ impl Outlet {
     /// recording could decode it; this is reported as a fault.
     pub fn offer(&self, reading: Reading) {
         if self.is_invalid(&reading) {
-            return self.budget.drop_one(reading.stream);
+            return self.budget.drop_one(&reading);
         }
         if self.budget.waiting_bytes() + reading_bytes(&reading) > BUDGET_BYTES {
-            return self.budget.drop_one(reading.stream);
+            return self.budget.drop_one(&reading);
         }
         self.push(reading, None);
     }
@@ -86,7 +86,7 @@ impl Outlet {
     pub fn offer_together(&self, readings: Vec<Reading>) {
         let bytes: usize = readings.iter().map(reading_bytes).sum();
         if self.budget.waiting_bytes() + bytes > BUDGET_BYTES {
-            return readings.iter().for_each(|reading| self.budget.drop_one(reading.stream));
+            return readings.iter().for_each(|reading| self.budget.drop_one(reading));
         }
         self.budget.add(bytes);
         self.queue.push_with(|| {
@@ -128,10 +128,21 @@ impl Outlet {
         self.queue.push(|| Item::Paused { until });
     }
 
-    /// Reports that `count` samples of a stream were lost in transit; NaN means that losses of this stream can't
-    /// be known, and 0 that they are known from now on. Report the sum of each burst once.
-    pub fn lost(&self, stream: StreamId, count: f64) {
-        let event = Loss::OnTheWay.event(&self.streams.get(stream).name, count);
+    /// Reports that this many samples of a stream were lost in transit, before its next reading; 0 means that losses
+    /// are known from now on. Samples within waves count: a lost wave of four is 4. Report the sum of each burst once.
+    ///
+    /// The samples of a device without a clock are timed by their number: a wrong count moves all later times.
+    pub fn lost(&self, stream: StreamId, samples: u64) {
+        self.report_lost(stream, Some(samples));
+    }
+
+    /// Reports that losses of a stream can't be known, at least from now on.
+    pub fn losses_are_unknown(&self, stream: StreamId) {
+        self.report_lost(stream, None);
+    }
+
+    fn report_lost(&self, stream: StreamId, samples: Option<u64>) {
+        let event = Loss::OnTheWay.event(&self.streams.get(stream).name, samples);
         let stream = self.declare(Loss::OnTheWay.stream());
         let reading =
             Reading { index: None, stream, device_time: None, source_time: None, data: event };
@@ -346,7 +357,8 @@ mod tests {
         assert_eq!(taken.iter().filter(waves).count(), 2);
         let faults = |item: &&Item| matches!(item, Item::Arrived { reading, .. } if matches!(reading.data, Data::Event(_)));
         assert_eq!(taken.iter().filter(faults).count(), 1);
-        assert!(taken.iter().any(|item| matches!(item, Item::Dropped { count: 3, .. })));
+        // Two of two, and one and a half.
+        assert!(taken.iter().any(|item| matches!(item, Item::Dropped { samples: 5, .. })));
     }
 
     #[test]
@@ -360,7 +372,7 @@ mod tests {
         queue.take(&mut taken, Duration::ZERO);
         let arrived = taken.iter().filter(|item| matches!(item, Item::Arrived { .. })).count();
         assert_eq!(arrived, 2);
-        assert!(matches!(taken.back(), Some(Item::Dropped { count: 3, .. })));
+        assert!(matches!(taken.back(), Some(Item::Dropped { samples: 3, .. })));
 
         outlet.offer(reading(id, 1));
         taken.clear();
@@ -383,7 +395,7 @@ mod tests {
         queue.take(&mut taken, Duration::ZERO);
         let arrived = taken.iter().filter(|item| matches!(item, Item::Arrived { .. })).count();
         assert_eq!(arrived, 2);
-        assert!(matches!(taken.back(), Some(Item::Dropped { count: 2, .. })));
+        assert!(matches!(taken.back(), Some(Item::Dropped { samples: 2, .. })));
         assert_eq!(outlet.budget.waiting_bytes(), 0);
     }
 
@@ -411,7 +423,7 @@ mod tests {
         assert!(outlet.budget.waiting_bytes() <= BUDGET_BYTES);
         let mut taken = VecDeque::new();
         queue.take(&mut taken, Duration::ZERO);
-        assert!(matches!(taken.back(), Some(Item::Dropped { count: 1.., .. })));
+        assert!(matches!(taken.back(), Some(Item::Dropped { samples: 1.., .. })));
         assert_eq!(outlet.budget.waiting_bytes(), 0);
     }
 

@@ -105,9 +105,9 @@ impl Pump {
             Item::Arrived { reading, arrival, .. } => self.take_reading(reading, arrival),
             Item::Passed { until } => self.tick_until(until),
             Item::Paused { until } => self.pause_until(until),
-            Item::Dropped { stream, count } => {
-                self.dropped += count;
-                let event = Loss::InOurQueue.event(&self.streams.get(stream).name, count as f64);
+            Item::Dropped { stream, samples } => {
+                self.dropped += samples;
+                let event = Loss::InOurQueue.event(&self.streams.get(stream).name, Some(samples));
                 self.take_own(Loss::InOurQueue.stream(), event, self.last);
             }
         }
@@ -116,7 +116,10 @@ impl Pump {
     /// Discards the next item of the queue for lack of time: readings are counted as lost.
     pub(crate) fn leave_out(&mut self, item: Item) {
         match item {
-            Item::Arrived { reading, .. } => *self.left_out.entry(reading.stream).or_default() += 1,
+            Item::Arrived { reading, .. } => {
+                *self.left_out.entry(reading.stream).or_default() +=
+                    u64::from(reading.data.samples());
+            }
             other => self.take(other),
         }
     }
@@ -172,8 +175,8 @@ impl Pump {
 
     /// Ends a live session: the closing tick is recorded.
     pub(crate) fn close(&mut self, now: Time) {
-        for (stream, count) in std::mem::take(&mut self.left_out) {
-            self.take(Item::Dropped { stream, count });
+        for (stream, samples) in std::mem::take(&mut self.left_out) {
+            self.take(Item::Dropped { stream, samples });
         }
         self.happen(end_event(), now);
     }
@@ -228,7 +231,7 @@ impl Pump {
         &mut self.records
     }
 
-    /// How many readings were dropped in front of this pump.
+    /// How many samples were dropped in front of this pump.
     pub(crate) fn dropped(&self) -> u64 {
         self.dropped
     }

@@ -17,11 +17,11 @@ pub struct StreamStatus {
     pub rate_hz: f64,
     /// Time since its last sample arrived [s]; NaN before the first.
     pub age_secs: f64,
-    /// The number of samples taken, duplicates included.
+    /// The number of readings taken, duplicates included: a wave counts once.
     pub received: u64,
-    /// The number of samples lost in transit; `None` where that can't be known.
+    /// The number of samples lost in transit, those within waves; `None` where that can't be known.
     pub lost_source: Option<u64>,
-    /// The number of samples lost in our own queue.
+    /// The number of samples lost in our own queue, those within waves.
     pub lost_queue: u64,
     /// The number of samples out of order.
     pub late: u64,

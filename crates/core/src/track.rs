@@ -249,12 +249,9 @@ impl Track {
     }
 
     fn stamps(&self, reading: &Reading, log_time: Time, stamp_of: StampOf) -> Stamps {
-        let (count, period_nanos) = match &reading.data {
-            Data::Wave(wave) => {
-                let count = wave.samples.len() / wave.channels.max(1) as usize;
-                (u32::try_from(count).unwrap_or(u32::MAX).max(1), wave.period_ns)
-            }
-            _ => (1, 0.0),
+        let period_nanos = match &reading.data {
+            Data::Wave(wave) => wave.period_ns,
+            _ => 0.0,
         };
         Stamps {
             device: reading.device_time,
@@ -263,7 +260,7 @@ impl Track {
             arrival: log_time.nanos(),
             stream: self.id.0,
             index: self.position,
-            count,
+            count: reading.data.samples(),
             period_nanos,
         }
     }
@@ -278,15 +275,17 @@ impl Track {
         index
     }
 
-    /// Notes that this many samples are missing before the next one.
-    pub(crate) fn lost(&mut self, loss: Loss, count: f64) {
+    /// Notes that this many samples are missing before the next reading; `None` where losses can't be known.
+    pub(crate) fn lost(&mut self, loss: Loss, samples: Option<u64>) {
         match loss {
-            Loss::OnTheWay => self.life.lost_on_the_way(count),
-            Loss::InOurQueue => self.life.lost_in_our_queue(count),
+            Loss::OnTheWay => self.life.lost_on_the_way(samples),
+            Loss::InOurQueue => self.life.lost_in_our_queue(samples.unwrap_or(0)),
         }
-        self.next_index = self.next_index.saturating_add(count as u64);
-        let samples = (count as u64).saturating_mul(u64::from(self.last_count));
+        let samples = samples.unwrap_or(0);
         self.position = self.position.saturating_add(samples);
+        // Readings are numbered, not samples: a loss shorter than a wave shows as a gap, too.
+        let readings = samples.div_ceil(self.last_count.into());
+        self.next_index = self.next_index.saturating_add(readings);
     }
 
     fn turn(&mut self, measured: Time, reading: &Reading, is_history: bool) -> Turn {

@@ -195,6 +195,75 @@ async fn a_strap_is_placed_by_its_own_clock_and_not_by_its_arrivals() {
     assert!(errors.iter().all(|error| error.abs() < uncertainty_secs), "{uncertainty_secs} s");
 }
 
+/// A bracelet without a clock: 250 Hz in waves of four, the first with its number, 20 to 30 ms late. After 30 s
+/// samples are lost.
+struct Bracelet {
+    lost: u64,
+}
+
+/// The samples of a wave of the bracelet.
+const RUN: u64 = 4;
+const BRACELET_HZ: f64 = 250.0;
+
+fn ppg() -> Stream {
+    let subject = Subject { about: About::Person, id: "p001".into() };
+    let mut stream = Stream::raw("/humans/persons/p001/bracelet/ppg", subject, Shape::Wave);
+    stream.device = "bracelet".into();
+    stream.rate_hz = BRACELET_HZ;
+    stream.with_channels(&[("ppg", "1")])
+}
+
+#[async_trait]
+impl Source for Bracelet {
+    async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
+        let stream = outlet.declare_at(ppg(), Time::from_nanos(BEGAN_NANOS));
+        let mut first = 0;
+        for k in 0..7500_u64 {
+            if k == 1875 {
+                outlet.lost(stream, self.lost);
+                first += self.lost;
+            }
+            let samples = (first..first + RUN).map(|number| number as f64).collect();
+            first += RUN;
+            let delay_secs = 0.02 + 0.01 * ((k * 7919) % 97) as f64 / 97.0;
+            let arrival_secs = (first - 1) as f64 / BRACELET_HZ + delay_secs;
+            let arrival = Time::from_nanos(BEGAN_NANOS + (arrival_secs * 1e9) as i64);
+            let wave = Wave { period_ns: 1e9 / BRACELET_HZ, channels: 1, samples };
+            let data = Data::Wave(wave);
+            let reading =
+                Reading { index: None, stream, device_time: None, source_time: None, data };
+            if outlet.send(reading, arrival).await.is_err() {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[tokio::test]
+async fn lost_samples_move_no_time_whether_or_not_they_fill_waves() {
+    for lost in [1, 48, 50] {
+        let records = keep(Bracelet { lost }, 0).await;
+        let placed = records.iter().filter_map(|record| match &record.sample.data {
+            Data::Wave(wave) => Some((wave.samples[0], &record.sample)),
+            _ => None,
+        });
+        let placed: Vec<_> = placed.collect();
+        let error_secs = placed.iter().map(|(number, sample)| {
+            (sample.measured.nanos() - BEGAN_NANOS) as f64 / 1e9 - number / BRACELET_HZ
+        });
+        let errors_secs: Vec<f64> = error_secs.skip(500).collect();
+        let least = errors_secs.iter().copied().fold(f64::MAX, f64::min);
+        let most = errors_secs.iter().copied().fold(f64::MIN, f64::max);
+        assert!(most - least < 0.004, "{lost} lost: {least} to {most} s");
+        let missing = placed.windows(2).map(|pair| pair[1].1.index - pair[0].1.index - 1);
+        assert_eq!(missing.sum::<u64>(), lost.div_ceil(RUN), "{lost} lost");
+        let status = last_status(&records, &ppg().name);
+        assert_eq!((status.clock, status.lost_source), (3, Some(lost)));
+        assert!(status.skew_ppm.abs() < 200.0, "{lost} lost: {} ppm", status.skew_ppm);
+    }
+}
+
 fn intervals() -> Stream {
     let subject = Subject { about: About::Person, id: "p001".into() };
     let stream = Stream::raw("/humans/persons/p001/strap/interval", subject, Shape::Sample);

@@ -110,7 +110,7 @@ impl Source for Robot {
                 Reading { index: None, stream, device_time: None, source_time: Some(stamp), data };
             if k % 70 == 69 {
                 outlet.offer(reading.clone());
-                outlet.lost(stream, 2.0);
+                outlet.lost(stream, 2);
             }
             outlet.offer(reading);
             if k % 5 == 0 {

@@ -128,14 +128,14 @@ async fn what_never_reached_its_publisher_is_a_gap_and_counted() {
         let ecg = publisher(&bus, ECG, msgs::Wave::NAME);
         subscribed(&*ecg).await;
         for index in indices {
-            ecg.publish(&numbered(index, clock::wall(), &[1.0])).expect("published");
+            ecg.publish(&numbered(index, clock::wall(), &[1.0, 2.0])).expect("published");
         }
     })
     .await;
     let kept: Vec<u64> = of(&records, ECG).iter().map(|record| record.sample.index).collect();
     assert_eq!(kept, indices);
     let lost = of(&records, "/teampulse/lost_source").into_iter().filter_map(lost).sum::<f64>();
-    assert!((lost - 5.0).abs() < 1e-9, "{lost}");
+    assert!((lost - 10.0).abs() < 1e-9, "samples, not waves of two: {lost}");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

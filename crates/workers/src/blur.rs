@@ -115,7 +115,7 @@ impl Worker for Blur {
             match &looked {
                 Ok(()) => camera.let_go(Time::from_nanos(i64::MAX), outlet),
                 // They were processed, but a face may appear in the frames after them.
-                Err(_) => outlet.lost(camera.stream, camera.held.len() as f64),
+                Err(_) => outlet.lost(camera.stream, camera.held.len() as u64),
             }
         }
         looked
@@ -256,7 +256,7 @@ impl Camera {
             Ok(Some(Seen::Found { faces, .. })) => {
                 let frame = Picked { type_name, message: message.clone(), taken };
                 let pushed_out = self.held.push(frame, &faces);
-                outlet.lost(self.stream, pushed_out as f64);
+                outlet.lost(self.stream, pushed_out as u64);
                 self.let_go(taken, outlet);
                 Ok(true)
             }
@@ -266,7 +266,7 @@ impl Camera {
             }
             Ok(None) => Ok(false),
             Err(error) => {
-                outlet.lost(self.stream, 1.0);
+                outlet.lost(self.stream, 1);
                 Err(error)
             }
         }
@@ -274,7 +274,7 @@ impl Camera {
 
     /// Counts a frame that is not recorded, and reports the reason.
     fn leave_out(&mut self, name: &str, why: String, outlet: &Outlet) {
-        outlet.lost(self.stream, 1.0);
+        outlet.lost(self.stream, 1);
         if self.failing.as_ref() != Some(&why) {
             let message = format!("{name}: failed to {why}; unprocessed frames are not recorded");
             outlet.happen(passing(message));

@@ -156,7 +156,7 @@ impl Camera {
                 self.offer(&picture, record.sample.measured, outlet);
             }
             Err(error) => {
-                outlet.lost(self.stream, 1.0);
+                outlet.lost(self.stream, 1);
                 if self.failing.as_ref() != Some(&error) {
                     let name = &record.stream.name;
                     outlet.happen(passing(format!("{name}: failed to {error}")));

@@ -245,7 +245,7 @@ impl Camera {
                 self.offer(numbers, taken, outlet)
             }
             Some(Seen::Unreadable(why)) => {
-                self.streams.iter().for_each(|stream| outlet.lost(*stream, 1.0));
+                self.streams.iter().for_each(|stream| outlet.lost(*stream, 1));
                 if self.failing.as_ref() != Some(&why) {
                     let name = &record.stream.name;
                     outlet.happen(passing(format!("{name}: failed to {why}")));

@@ -270,7 +270,7 @@ impl Camera<'_> {
                 let pushed_out =
                     self.pairs.push_frame(Frame { stream: id, taken, values: Arc::clone(values) });
                 if let Some(points) = pushed_out.and_then(|frame| self.points.get(&frame.stream)) {
-                    outlet.lost(points.stream, 1.0);
+                    outlet.lost(points.stream, 1);
                 }
             }
             _ => {}
@@ -295,7 +295,7 @@ impl Camera<'_> {
                     });
                 }
                 Err(why) => {
-                    outlet.lost(*stream, 1.0);
+                    outlet.lost(*stream, 1);
                     let kind = discriminant(&why);
                     if self.failing.insert(*stream, kind) != Some(kind) {
                         outlet.happen(passing(format!("{name}: failed to {why}")));

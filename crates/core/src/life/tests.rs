@@ -170,9 +170,9 @@ fn losses_are_unknown_until_reported() {
     let mut life = Life::new(0.0);
     let now = live(&mut life, 0, 1, 5);
     assert_eq!(status(&life, now).lost_source, None);
-    life.lost_on_the_way(0.0);
+    life.lost_on_the_way(Some(0));
     assert_eq!(status(&life, now).lost_source, Some(0));
-    life.lost_on_the_way(3.0);
+    life.lost_on_the_way(Some(3));
     life.second(now);
     let status = status(&life, now);
     assert_eq!((status.lost_source, status.state), (Some(3), State::Degraded));

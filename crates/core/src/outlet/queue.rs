@@ -49,8 +49,8 @@ pub(crate) enum Item {
     Passed { until: Time },
     /// The recording was paused up to a time, and time did not pass.
     Paused { until: Time },
-    /// The number of readings of a stream that did not fit in their source's budget.
-    Dropped { stream: StreamId, count: u64 },
+    /// The number of samples of a stream that did not fit in their source's budget.
+    Dropped { stream: StreamId, samples: u64 },
 }
 
 impl Item {
@@ -92,9 +92,9 @@ impl Budget {
         self.bytes.fetch_add(bytes, Ordering::AcqRel);
     }
 
-    /// Counts a reading of a stream that did not fit.
-    pub(super) fn drop_one(&self, stream: StreamId) {
-        *self.dropped().entry(stream).or_default() += 1;
+    /// Counts the samples of a reading that did not fit.
+    pub(super) fn drop_one(&self, reading: &Reading) {
+        *self.dropped().entry(reading.stream).or_default() += u64::from(reading.data.samples());
     }
 
     fn dropped(&self) -> MutexGuard<'_, BTreeMap<StreamId, u64>> {
@@ -169,7 +169,7 @@ impl Queue {
         }
         for budget in self.budgets().iter() {
             let dropped = std::mem::take(&mut *budget.dropped()).into_iter();
-            taken.extend(dropped.map(|(stream, count)| Item::Dropped { stream, count }));
+            taken.extend(dropped.map(|(stream, samples)| Item::Dropped { stream, samples }));
         }
         self.0.drained.notify_waiters();
     }

@@ -13,8 +13,8 @@ use crate::stream::Origin;
 use crate::time::Time;
 use crate::track::{Track, Word};
 
-/// More lost samples than this in one report are not believed; NaN (unknown) passes.
-const MOST_LOST: f64 = u32::MAX as f64;
+/// More lost samples than this in one report are not believed.
+const MOST_LOST: u64 = u32::MAX as u64;
 
 impl Pump {
     /// Adds the losses that a reading reports to the stream that lost samples.
@@ -22,7 +22,9 @@ impl Pump {
         let Some(loss) = self.track(reading.stream).and_then(|track| track.gives) else { return };
         let Data::Event(event) = &reading.data else { return };
         if let Some(track) = self.raw_track(&event.label) {
-            track.lost(loss, event.value.clamp(0.0, MOST_LOST));
+            // NaN where the number can't be known; a negative number is none.
+            let samples = (!event.value.is_nan()).then_some(event.value as u64);
+            track.lost(loss, samples.map(|samples| samples.min(MOST_LOST)));
         }
     }
 

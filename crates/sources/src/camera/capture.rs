@@ -117,7 +117,7 @@ impl Frames {
         };
         outlet.stamped_by(stream, THIS_HOST);
         // From now on losses can be counted.
-        outlet.lost(stream, 0.0);
+        outlet.lost(stream, 0);
         let rows = opened.height as usize;
         let row_bytes = opened.width as usize * opened.format.pixel_bytes().unwrap_or(0);
         Frames {
@@ -144,7 +144,7 @@ impl Frames {
             _ => Some(frame).filter(|frame| frame.len() >= self.least_bytes),
         };
         let Some(whole) = whole else {
-            self.outlet.lost(self.stream, 1.0);
+            self.outlet.lost(self.stream, 1);
             if !self.is_failing {
                 let why = if is_damaged { "reported by its driver" } else { "truncated" };
                 let label = format!("{}: a damaged frame ({why}) was dropped", self.label);
@@ -168,7 +168,7 @@ impl Frames {
         let lost = self.last.map_or(0, |last| sequence.wrapping_sub(last).wrapping_sub(1));
         self.last = Some(sequence);
         if (1..MOST_LOST).contains(&lost) {
-            self.outlet.lost(self.stream, f64::from(lost));
+            self.outlet.lost(self.stream, u64::from(lost));
         }
     }
 

@@ -38,7 +38,7 @@ impl Encoder {
                         offer(&own, stream, picture::file(&jpeg, taken), taken);
                     }
                     Err(why) => {
-                        own.lost(stream, 1.0);
+                        own.lost(stream, 1);
                         if !is_failing {
                             own.happen(passing(format!(
                                 "{label}: failed to compress a frame: {why}"
@@ -68,7 +68,7 @@ impl Encoder {
         match self.frames.try_send((frame.to_vec(), taken)) {
             Ok(()) => {}
             Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => {
-                self.outlet.lost(self.stream, 1.0);
+                self.outlet.lost(self.stream, 1);
             }
         }
     }

@@ -100,8 +100,8 @@ pub(super) fn deliver(
                 observed.hear(&decoded.data);
                 let stamp = (decoded.stamp != Time::EPOCH).then_some(decoded.stamp);
                 let source_time = stamp.map(|stamp| outlet.clock().session_from_stamp(stamp));
+                losses.number(&decoded, &arrival, &outlet);
                 let Decoded { device_time, index, data, .. } = decoded;
-                losses.number(index, &arrival, &outlet);
                 let stream = id;
                 outlet.offer(source::Reading { stream, index, device_time, source_time, data });
             }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use teampulse_core::outlet::Outlet;
 use teampulse_core::stream::StreamId;
+use teampulse_messages::convert::Decoded;
 use teampulse_ros::bus::Arrival;
 use teampulse_ros::graph::Graph;
 use teampulse_ros::losses::Losses;
@@ -24,6 +25,8 @@ pub(crate) struct LossCounter {
     numbers: Numbers,
     /// Messages lost by the bus or unreadable since the last sample; its number reveals these, too.
     unnumbered: u64,
+    /// The number of samples of a message: those of its wave.
+    run: u64,
 }
 
 impl LossCounter {
@@ -45,6 +48,7 @@ impl LossCounter {
             unreported: 0,
             numbers: Numbers::default(),
             unnumbered: 0,
+            run: 1,
         }
     }
 
@@ -57,7 +61,11 @@ impl LossCounter {
         let known = arrival.sequence.is_some();
         if self.known != Some(known) {
             self.known = Some(known);
-            outlet.lost(self.stream, if known { 0.0 } else { f64::NAN });
+            if known {
+                outlet.lost(self.stream, 0);
+            } else {
+                outlet.losses_are_unknown(self.stream);
+            }
         }
         if let Some(sequence) = arrival.sequence {
             let lost = self.losses.observe(arrival.publisher, sequence);
@@ -72,11 +80,15 @@ impl LossCounter {
         self.unnumbered = self.unnumbered.saturating_add(1);
     }
 
-    /// Takes in a numbered sample, and counts those that never reached its publisher as lost. They are reported
-    /// immediately, as they are missing right before this sample.
-    pub(crate) fn number(&mut self, index: Option<u64>, arrival: &Arrival, outlet: &Outlet) {
+    /// Takes in a decoded message, and counts those that by its number never reached its publisher as lost. They are
+    /// reported immediately, as they are missing right before this one.
+    pub(crate) fn number(&mut self, decoded: &Decoded, arrival: &Arrival, outlet: &Outlet) {
         let lost_here = std::mem::take(&mut self.unnumbered);
-        let Some(index) = index else { return };
+        if lost_here == 0 {
+            // After a loss, a wave may have missing samples filled in.
+            self.run = decoded.data.samples().into();
+        }
+        let Some(index) = decoded.index else { return };
         let missing = self.numbers.missing_before(arrival.publisher, index);
         let lost_before = missing.saturating_sub(lost_here);
         if lost_before > 0 {
@@ -85,11 +97,11 @@ impl LossCounter {
         }
     }
 
-    /// Reports the losses counted since the previous call, and returns their number.
+    /// Reports the losses counted since the previous call, and returns the number of messages.
     pub(crate) fn report(&mut self, outlet: &Outlet) -> u64 {
         let unreported = std::mem::take(&mut self.unreported);
         if unreported > 0 {
-            outlet.lost(self.stream, unreported as f64);
+            outlet.lost(self.stream, unreported.saturating_mul(self.run));
         }
         unreported
     }

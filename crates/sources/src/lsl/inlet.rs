@@ -77,7 +77,7 @@ impl Inlet {
         if self.grouping.is_none() && info.rate_hz > 0.0 && !is_event {
             self.grouping = Some(Grouping::new(info.rate_hz));
             // TCP loses nothing, and what a sender lost shows in its stamps.
-            outlet.lost(stream, 0.0);
+            outlet.lost(stream, 0);
         }
         let (sender, mut exchanges) = mpsc::channel(WAITING);
         // The session's clock follows a simulation: no probe would be true of it.
@@ -196,7 +196,7 @@ impl Connection<'_> {
     fn offer_waves(&self, grouping: &mut Grouping, samples: &[Sample], is_known: bool) {
         for run in grouping.group(samples) {
             if run.missing > 0 {
-                self.outlet.lost(self.stream, run.missing as f64);
+                self.outlet.lost(self.stream, run.missing);
             }
             let (period_ns, channels) = (self.period_ns, self.channels);
             let data = Data::Wave(Wave { period_ns, channels, samples: run.values.into() });

@@ -28,7 +28,7 @@ use crate::hearing::{Hearing, Kept};
 use crate::wearables::check_person;
 
 pub use found::FoundMicrophone;
-use server::{Block, Recording, Server};
+use server::{Block, Recording, SAMPLE_BYTES, Server};
 
 /// A microphone that is silent for this long was unplugged, or its server hangs.
 const SILENCE: Duration = Duration::from_secs(2);
@@ -128,10 +128,11 @@ impl MicrophoneReader {
             format: SampleFormat::F32LE,
         };
         let mut stream = kept.stream(&self.settings.person, info.rate_hz);
+        let share = stream.rate_hz / info.rate_hz;
         stream.doc = format!("{}: {}", recording.name, stream.doc);
         let stream = outlet.declare(stream);
         // What is lost from now on is known.
-        outlet.lost(stream, 0.0);
+        outlet.lost(stream, 0);
         let mut hearing = Hearing::new(kept, Some(info));
         loop {
             let next = tokio::select! {
@@ -145,7 +146,9 @@ impl MicrophoneReader {
             };
             let Block { data, lost } = block;
             if lost > 0 {
-                outlet.lost(stream, lost as f64);
+                // Blocks are of one length.
+                let sounds = lost as f64 * data.len() as f64 / f64::from(SAMPLE_BYTES);
+                outlet.lost(stream, (sounds * share).round() as u64);
             }
             let heard = hearing.hear(AudioBlock { stamp: None, data }, lost);
             let heard = heard.map_err(|reason| SourceError::Fatal {

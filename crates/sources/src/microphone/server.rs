@@ -27,7 +27,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// The range of rates that are requested [Hz]; the server converts others.
 const RATES_HZ: (u32, u32) = (8_000, 96_000);
 /// The bytes of a sample.
-const SAMPLE_BYTES: u32 = 4;
+pub const SAMPLE_BYTES: u32 = 4;
 
 /// The sound server of this computer.
 pub(super) struct Server(Client);

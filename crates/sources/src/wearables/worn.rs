@@ -66,8 +66,8 @@ struct WornStream {
     in_runs: bool,
     /// Whether the beats that the device reports are its clock.
     by_beats: bool,
-    /// The number of samples of the last reading, and when it arrived.
-    last: Option<(usize, Stopwatch)>,
+    /// The time since its last reading arrived.
+    last: Option<Stopwatch>,
     /// Whether an unknown number of samples is missing before the next one.
     has_gap: bool,
 }
@@ -155,7 +155,7 @@ impl Worn {
         let worn = WornStream { id, width, rate_hz, in_runs, by_beats, last, has_gap };
         if self.streams.insert(name, worn).is_none() && rate_hz.is_some() {
             // The device numbers its samples: what is lost is known.
-            outlet.lost(id, 0.0);
+            outlet.lost(id, 0);
         }
     }
 
@@ -166,7 +166,7 @@ impl Worn {
         if std::mem::take(&mut stream.has_gap) {
             stream.report_gap(samples, outlet);
         }
-        stream.last = Some((samples, Stopwatch::start()));
+        stream.last = Some(Stopwatch::start());
         let stream = *stream;
         let arrival_ms = self.clock.elapsed().as_secs_f64() * 1e3;
         match reading.stream {
@@ -292,7 +292,7 @@ impl Worn {
         }
         let Some(stream) = self.streams.get_mut(name) else { return };
         match samples {
-            Some(samples) => stream.lost(samples as f64, outlet),
+            Some(samples) => stream.lost(Some(samples), outlet),
             None => stream.has_gap = true,
         }
     }
@@ -348,18 +348,18 @@ impl WornStream {
     /// Reports as many samples as fit into the silence before a reading of `samples`.
     fn report_gap(&self, samples: usize, outlet: &Outlet) {
         let of_silence = || {
-            let (_, since) = self.last?;
-            Some((self.rate_hz? * since.elapsed().as_secs_f64()).round() - samples as f64)
+            let due = (self.rate_hz? * self.last?.elapsed().as_secs_f64()).round();
+            Some((due as u64).saturating_sub(samples as u64))
         };
-        self.lost(of_silence().map_or(f64::NAN, |lost| lost.max(0.0)), outlet);
+        self.lost(of_silence(), outlet);
     }
 
-    /// Reports lost samples; of runs, as whole readings. NaN means that their number is unknown.
-    fn lost(&self, samples: f64, outlet: &Outlet) {
-        let run = self.last.map_or(1, |(run, _)| run.max(1)) as f64;
-        let readings = if self.in_runs { (samples / run).round() } else { samples };
-        if readings != 0.0 {
-            outlet.lost(self.id, readings);
+    /// Reports lost samples; `None` means that their number is unknown.
+    fn lost(&self, samples: Option<u64>, outlet: &Outlet) {
+        match samples {
+            Some(0) => {}
+            Some(samples) => outlet.lost(self.id, samples),
+            None => outlet.losses_are_unknown(self.id),
         }
     }
 }
