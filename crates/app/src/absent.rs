@@ -6,17 +6,14 @@ use std::time::Duration;
 
 use teampulse_bag::private;
 use teampulse_core::session_streams::SESSION_EVENTS;
-use teampulse_core::source::SourceError;
 use teampulse_core::stream::{Origin, Stream};
 use teampulse_core::streams::Streams;
 use teampulse_sinks::{LOST_OR_WRONG, NOTHING_NOTICED, Unmet};
 
 use crate::failure::Failure;
-use crate::required::{Requirements, with_unopened};
+use crate::required::Requirements;
+use crate::supplies::{PATIENCE, Unsupplied};
 use crate::tidied::SUMMARY;
-
-/// How long devices may take to appear: a scan and a connection of Bluetooth take several seconds.
-const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The sources of markers: these are among the session's own events, and come only when something happens.
 const MARKERS: [&str; 2] = ["marker_lines", "ttl"];
@@ -26,11 +23,11 @@ pub struct Absent(Vec<Unmet>);
 
 impl Absent {
     /// Those of a session with these streams that lasted this long, in which the devices of some sources could not be
-    /// opened; none of a session that was too short for devices to appear.
+    /// opened, and others supplied nothing; none of a session that was too short for devices to appear.
     pub fn of(
         required: &Requirements,
         streams: &Streams,
-        unopened: &[(String, SourceError)],
+        unsupplied: &Unsupplied,
         lasted: Duration,
     ) -> Absent {
         if lasted < PATIENCE {
@@ -41,8 +38,9 @@ impl Absent {
         let raw: Vec<&Stream> = raw.filter(|stream| is_received(stream)).collect();
         let received: Vec<&Stream> =
             raw.iter().copied().filter(|stream| stream.has_health()).collect();
-        let mut absent = with_unopened(required.absent(&received), unopened);
+        let mut absent = required.absent(&received);
         absent.extend(required.absent_lsl(&raw));
+        let mut absent = unsupplied.added_to(absent);
         let markers = required.kinds.iter().filter(|kind| MARKERS.contains(&kind.as_str())).count();
         if absent.is_empty() && raw.is_empty() && markers < required.kinds.len() {
             let but = if markers == 0 { "" } else { ", apart from those of markers" };
@@ -108,6 +106,7 @@ mod tests {
     use teampulse_core::stream::{Shape, Subject};
 
     use crate::study::Study;
+    use crate::supplies::Supplies;
 
     use super::*;
 
@@ -128,7 +127,12 @@ mod tests {
         let study = Study::parse(Path::new("study.toml"), text.to_owned()).expect("a study");
         let required = Requirements::of(&study).expect("settings that read");
         let whats = |streams: &Streams| {
-            let absent = Absent::of(&required, streams, &[], Duration::from_secs(20));
+            let absent = Absent::of(
+                &required,
+                streams,
+                &Unsupplied { unopened: Vec::new(), supplies: Supplies::default() },
+                Duration::from_secs(20),
+            );
             absent.0.into_iter().map(|it| it.what).collect::<Vec<_>>()
         };
         let streams = Streams::default();
@@ -147,11 +151,16 @@ mod tests {
             let required =
                 Requirements { robots, people, voices, topics: Vec::new(), lsl: Vec::new(), kinds };
             let lasted = Duration::from_secs(20);
-            Absent::of(&required, &Streams::default(), &[], lasted)
-                .0
-                .into_iter()
-                .map(|it| it.what)
-                .collect::<Vec<_>>()
+            Absent::of(
+                &required,
+                &Streams::default(),
+                &Unsupplied { unopened: Vec::new(), supplies: Supplies::default() },
+                lasted,
+            )
+            .0
+            .into_iter()
+            .map(|it| it.what)
+            .collect::<Vec<_>>()
         };
         assert_eq!(absent(&["marker_lines", "ttl"]), [""; 0]);
         assert_eq!(absent(&["inputs"]), ["every source of the study"]);

@@ -15,6 +15,7 @@ mod setup;
 mod controls;
 mod notes;
 mod required;
+mod supplies;
 mod absent;
 mod stop;
 mod recorded;

@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use teampulse_core::source::SourceError;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Signal, Stream};
 use teampulse_sinks::Unmet;
@@ -110,23 +109,24 @@ impl Requirements {
     }
 }
 
-/// Adds the sources whose device could not be opened to what is missing, unless they are among it.
-pub fn with_unopened(mut missing: Vec<Unmet>, unopened: &[(String, SourceError)]) -> Vec<Unmet> {
-    for (name, error) in unopened {
-        if !missing.iter().any(|each| each.what.starts_with(&format!("{name}:"))) {
-            missing.push(lacking(format!("{name}: failed to {error}"), error.hint()));
-        }
-    }
-    missing
-}
-
-fn lacking(what: impl Into<String>, fix: impl Into<String>) -> Unmet {
+/// Something missing, with its remedy.
+pub fn lacking(what: impl Into<String>, fix: impl Into<String>) -> Unmet {
     Unmet { what: what.into(), fix: fix.into() }
 }
 
 /// Whether any stream of the wanted robots was received.
 fn is_there(wanted: &Robots, received: &[&Stream]) -> bool {
-    received.iter().any(|stream| stream.about == About::Robot && wanted.describe(stream))
+    received.iter().any(|stream| is_of(wanted, stream))
+}
+
+/// Whether a stream is of one of the wanted robots.
+fn is_of(wanted: &Robots, stream: &Stream) -> bool {
+    stream.about == About::Robot && wanted.describe(stream)
+}
+
+/// The sources that require something of their robots.
+fn demanding(wanted: &[Robots]) -> impl Iterator<Item = &Robots> {
+    wanted.iter().filter(|wanted| !wanted.required.is_empty())
 }
 
 /// The message that none of these robots was received.
@@ -258,10 +258,9 @@ fn missing_robots(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
 fn unoffered(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
     const START: &str = "Start the node that publishes it, or take it out of `required`.";
     let mut missing = Vec::new();
-    for wanted in wanted.iter().filter(|wanted| !wanted.required.is_empty()) {
+    for wanted in demanding(wanted) {
         let mut robots: BTreeMap<&str, BTreeSet<&Signal>> = BTreeMap::new();
-        let is_robot = |stream: &&&Stream| stream.about == About::Robot && wanted.describe(stream);
-        for stream in received.iter().filter(is_robot) {
+        for stream in received.iter().filter(|stream| is_of(wanted, stream)) {
             robots.entry(&stream.id).or_default().insert(&stream.signal);
         }
         for (id, signals) in robots {
@@ -279,9 +278,8 @@ fn unoffered(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
 fn silent_of_robots(wanted: &[Robots], received: &Received) -> Vec<Unmet> {
     const SILENT: &str = "Check the robot's power, its network and the node that publishes it.";
     let mut missing = Vec::new();
-    for wanted in wanted.iter().filter(|wanted| !wanted.required.is_empty()) {
-        let is_robot = |stream: &Stream| stream.about == About::Robot && wanted.describe(stream);
-        let of_robots = received.iter().filter(|(stream, _)| is_robot(stream));
+    for wanted in demanding(wanted) {
+        let of_robots = received.iter().filter(|(stream, _)| is_of(wanted, stream));
         for robot in conformity(of_robots.map(|(stream, status)| (&**stream, status))) {
             let silent = wanted.required.iter().filter(|parameter| robot.is_silent(parameter));
             missing.extend(silent.map(|parameter| {

@@ -44,6 +44,7 @@ use crate::network::default_bus;
 use crate::notes;
 use crate::required::Requirements;
 use crate::study::{SessionClock, Study, StudyError};
+use crate::supplies::Supplies;
 
 /// How long a session waits for simulated time to start.
 const CLOCK_PATIENCE: Duration = Duration::from_secs(15);
@@ -67,6 +68,8 @@ pub struct Setup {
     follows: Option<SimulatedClock>,
     /// How Bluetooth devices are reached.
     bluetooth: Bluetooth,
+    /// What the sources of the study have supplied.
+    pub supplies: Supplies,
     /// What to do with the dashboard's address; `None` without a dashboard.
     pub dashboard: Option<Announce>,
 }
@@ -95,6 +98,7 @@ impl Setup {
             phases,
             follows,
             bluetooth: Bluetooth::default(),
+            supplies: Supplies::default(),
         };
         let commands = &mut setup.study.general.commands;
         commands.allow_by_default("dashboard", &ALLOWED);
@@ -141,7 +145,7 @@ impl Setup {
         let has_several = |kind| kinds.iter().filter(|other| **other == kind).count() > 1;
         let people = kinds.iter().zip(self.study.texts("sources", "person"));
         let people = people.map(|(kind, person)| person.filter(|_| has_several(*kind))).collect();
-        Ok(named(sources, people))
+        Ok(self.supplies.watching(named(sources, people)))
     }
 
     /// The sources of an attended session: phases, events and commands from ROS, keys.

@@ -1,6 +1,7 @@
 //! The path from a source to the pump: bounded, counted, in hand-over order.
 
 mod queue;
+mod supply;
 
 use std::sync::Arc;
 
@@ -23,6 +24,7 @@ use crate::time::Time;
 pub(crate) use queue::Item;
 pub use queue::Queue;
 use queue::{Budget, declaration_bytes, reading_bytes};
+pub use supply::Supply;
 
 /// How much one source may have waiting in front of the pump [bytes].
 const BUDGET_BYTES: usize = 256 << 20;
@@ -34,6 +36,7 @@ const RECORDED_BYTES: usize = 4 << 20;
 pub struct Outlet {
     queue: Queue,
     budget: Arc<Budget>,
+    supply: Supply,
     clock: Clock,
     streams: Streams,
 }
@@ -57,6 +60,7 @@ impl Outlet {
         // Inside the queue's lock, so that no reading of another source comes before the declaration.
         self.queue.push_with(|| {
             let Declared { id, is_new } = self.streams.declare(stream);
+            self.supply.declared(id, &self.streams.get(id));
             let at = || at.unwrap_or_else(|| self.clock.now());
             let declared = || {
                 let (stream, budget) = (self.streams.get(id), Arc::clone(&self.budget));
@@ -89,6 +93,9 @@ impl Outlet {
             return readings.iter().for_each(|reading| self.budget.drop_one(reading));
         }
         self.budget.add(bytes);
+        for reading in &readings {
+            self.supply.sent(reading.stream);
+        }
         self.queue.push_with(|| {
             let arrival = self.clock.now();
             let item = |reading| {
@@ -300,8 +307,14 @@ impl Outlet {
         &self.streams
     }
 
+    /// What was declared and handed over so far by this outlet and its clones.
+    pub fn supply(&self) -> Supply {
+        self.supply.clone()
+    }
+
     fn push(&self, reading: Reading, arrival: Option<Time>) {
         self.budget.add(reading_bytes(&reading));
+        self.supply.sent(reading.stream);
         let budget = Arc::clone(&self.budget);
         // The arrival is read inside the queue's lock, so that it never goes back along the queue.
         self.queue.push(|| {

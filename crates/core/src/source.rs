@@ -14,10 +14,21 @@ use crate::time::Time;
 /// `Ok` when it has no more data (a recording ended) and an error when its device goes away; the
 /// supervisor then calls `run` again after a pause, so a source holds no retry loop of its own. It
 /// must return soon after [`Outlet::closed`].
+///
+/// A source of a study counts as missing while it has declared no stream, or none of its streams that should have
+/// samples has any (see [`Supply`](crate::outlet::Supply)): `check` is no-go, a running session reports it after ten
+/// seconds, and at the end if it was missing throughout. So declare streams once the device is there, before their
+/// first samples.
 #[async_trait]
 pub trait Source: Send {
     /// Runs until there is no more data, the device goes away or the outlet is closed.
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError>;
+
+    /// Whether nothing may come from it without anything being wrong, as from a port for markers; or whether what it
+    /// lacks is reported otherwise, as by a pattern of topics that need not all be published.
+    fn may_be_silent(&self) -> bool {
+        false
+    }
 }
 
 /// A reading of a source: one sample with its original stamps.

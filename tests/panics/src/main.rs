@@ -1,4 +1,4 @@
-//! `teampulse` with components beside its own that panic, for the test of what it does then.
+//! `teampulse` with components beside its own that panic or send nothing, for the test of what it does then.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -60,6 +60,9 @@ struct Numbers {
     /// Where it panics.
     #[serde(default)]
     panics: At,
+    /// Whether it declares its stream and sends nothing.
+    #[serde(default)]
+    is_mute: bool,
 }
 
 impl Component<dyn Source, SourceContext> for Numbers {
@@ -79,6 +82,9 @@ impl Source for Numbers {
             Shape::Sample,
         );
         let stream = outlet.declare(stream.with_channels(&[("number", "1")]));
+        if self.is_mute {
+            outlet.closed().await;
+        }
         let mut count = 0;
         while !outlet.is_closed() {
             let data = Data::Sample(Arc::new([count as f64]));

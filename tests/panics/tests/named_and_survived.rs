@@ -111,6 +111,40 @@ fn a_session_in_which_nothing_panics_ends_well() {
 }
 
 #[test]
+fn a_source_that_connects_and_sends_nothing_is_missing_whatever_its_type() {
+    let missing = "numbers 1: it sends no samples";
+    let session = Session::run("is_mute = true", "", Some(&format!("{missing} in 10 s")));
+    session.names(missing);
+    assert_eq!(session.code(), 5, "{}", session.said);
+    assert!(session.said.contains(&format!("missing during the whole session: {missing}")));
+    assert!(!session.said.contains("numbers 2:"), "{}", session.said);
+    assert!(session.numbers("r2") > 0);
+}
+
+#[test]
+fn a_source_that_connects_and_sends_nothing_is_no_go() {
+    let stage = tempfile::tempdir().expect("a test's own");
+    let study = stage.path().join("study.toml");
+    let check = |is_mute: bool| {
+        let text = format!("[[sources]]\ntype = \"numbers\"\nid = \"r1\"\nis_mute = {is_mute}\n");
+        fs::write(&study, text).expect("a test's own");
+        let answer = Command::new(env!("CARGO_BIN_EXE_panicking"))
+            .args(["check".as_ref(), study.as_os_str(), "--seconds".as_ref(), "2".as_ref()])
+            .args(["--out".as_ref(), stage.path().as_os_str()])
+            .env("ROS_DOMAIN_ID", "97")
+            .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+            .output()
+            .expect("a test's own");
+        (answer.status.code(), String::from_utf8_lossy(&answer.stdout).into_owned())
+    };
+    let (code, said) = check(true);
+    assert!(said.contains("missing  numbers: it sends no samples"), "{said}");
+    assert_eq!(code, Some(5), "{said}");
+    let (code, said) = check(false);
+    assert_eq!(code, Some(0), "{said}");
+}
+
+#[test]
 fn a_source_that_panics_is_named_and_the_others_go_on() {
     let session = Session::run("panics = \"component\"", "", Some("stumbled"));
     session.names("the source stumbled");

@@ -14,7 +14,6 @@ use std::sync::Arc;
 
 use clap::Args;
 use teampulse_core::counted::counted;
-use teampulse_core::source::SourceError;
 use teampulse_core::status::StreamStatus;
 use teampulse_core::stream::{About, Origin, Shape, Stream};
 use teampulse_ros::buses::Buses;
@@ -30,10 +29,11 @@ use crate::machine;
 use crate::network;
 use crate::notes;
 use crate::output;
-use crate::required::{Requirements, no_person, no_robot, with_unopened};
+use crate::required::{Requirements, no_person, no_robot};
 use crate::setup::{Parts, Setup};
 use crate::stop::Stop;
 use crate::study::Study;
+use crate::supplies::Unsupplied;
 
 use heard::{Heard, Listener};
 
@@ -83,7 +83,7 @@ impl Check {
         // What is computed is known once it runs: for the alerts that may watch it.
         let features = if alerts.is_empty() { Vec::new() } else { setup.features()? };
         let parts = Parts { sources, features, ..Parts::default() };
-        let Listened { heard, computed, unopened } = listen(setup, parts, self.seconds).await?;
+        let Listened { heard, computed, unsupplied } = listen(setup, parts, self.seconds).await?;
         let Heard { streams: heard, own_phases, worn, faults } = heard;
         let width = heard.iter().map(|(_, status)| status.name.len()).max().unwrap_or(0);
         output::lines(heard.iter().map(|(stream, status)| stream_line(stream, status, width)));
@@ -107,7 +107,7 @@ impl Check {
         let lacking = lacking(&required, &heard, &buses);
         let notes = idle.iter().chain(&overruled).chain(&lacking);
         output::lines(notes.map(|note| format!("note     {note}")));
-        let unmet = with_unopened(required.missing(&heard), &unopened).into_iter();
+        let unmet = unsupplied.added_to(required.missing(&heard)).into_iter();
         output::lines(faults.iter().map(|fault| format!("fault    {fault}")));
         let mut missing: Vec<String> = unmet.map(|unmet| unmet.what).collect();
         missing.extend(absent_lsl);
@@ -158,8 +158,7 @@ fn messages_per_sec(heard: &[(Arc<Stream>, StreamStatus)]) -> f64 {
 struct Listened {
     heard: Heard,
     computed: Vec<Arc<Stream>>,
-    /// The sources whose device could not be opened, with the reason.
-    unopened: Vec<(String, SourceError)>,
+    unsupplied: Unsupplied,
 }
 
 /// Receives from a study's sources.
@@ -167,6 +166,7 @@ async fn listen(setup: Setup, mut parts: Parts, duration_secs: f64) -> Result<Li
     let listener = Listener::default();
     parts.sinks.push(Box::new(listener.clone()));
     let asked = Stop::default().asked(setup.clock.clone(), Some(duration_secs));
+    let supplies = setup.supplies.clone();
     let session = setup.session(parts);
     let streams = session.streams.clone();
     let outcome = session.run(asked).await;
@@ -175,7 +175,8 @@ async fn listen(setup: Setup, mut parts: Parts, duration_secs: f64) -> Result<Li
     }
     let streams = streams.all().into_iter().map(|(_, stream)| stream);
     let computed = streams.filter(|stream| stream.origin == Origin::Derived).collect();
-    Ok(Listened { heard: listener.heard(), computed, unopened: outcome.unopened })
+    let unsupplied = Unsupplied { unopened: outcome.unopened, supplies };
+    Ok(Listened { heard: listener.heard(), computed, unsupplied })
 }
 
 fn stream_line(stream: &Stream, status: &StreamStatus, width: usize) -> String {

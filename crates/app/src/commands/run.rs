@@ -16,6 +16,7 @@ use crate::output::{last_line, pasted, say};
 use crate::setup::{Parts, Setup, Sources};
 use crate::stop::Stop;
 use crate::study::Study;
+use crate::supplies::Unsupplied;
 use crate::tidied::{SUMMARY, write_tidy_files};
 
 /// Monitors and records a real team.
@@ -85,14 +86,14 @@ pub async fn watch(
     parts.sources.extend(setup.attended()?);
     parts.sources.extend(beside);
     let (clock, ended) = (setup.clock.clone(), setup.bag_ended.clone());
-    let required = setup.requirements()?;
+    let (required, supplies) = (setup.requirements()?, setup.supplies.clone());
     let session = setup.session(parts);
     let streams = session.streams.clone();
     let watch = Stopwatch::start();
     let mut outcome = stop.run(session, clock, duration_secs).await;
-    let unopened = std::mem::take(&mut outcome.unopened);
+    let unsupplied = Unsupplied { unopened: std::mem::take(&mut outcome.unopened), supplies };
     let exit = conclude(outcome);
-    let absent = Absent::of(&required, &streams, &unopened, watch.elapsed());
+    let absent = Absent::of(&required, &streams, &unsupplied, watch.elapsed());
     absent.show();
     let exit = if absent.is_empty() || exit != Exit::Fine { exit } else { Exit::DeviceMissing };
     for later in ended.folders() {

@@ -8,7 +8,7 @@ use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::sync::futures::Notified;
 
-use super::Outlet;
+use super::{Outlet, Supply};
 use crate::clock::Clock;
 use crate::commands::Commands;
 use crate::source::Reading;
@@ -126,7 +126,7 @@ impl Queue {
     pub fn outlet(&self, clock: Clock, streams: Streams) -> Outlet {
         let budget = Arc::<Budget>::default();
         self.budgets().push(Arc::clone(&budget));
-        Outlet { queue: self.clone(), budget, clock, streams }
+        Outlet { queue: self.clone(), budget, supply: Supply::default(), clock, streams }
     }
 
     /// Closes the queue: sources stop; readings that they still hand over are taken.

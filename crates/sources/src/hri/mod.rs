@@ -213,6 +213,10 @@ impl Source for HriSource {
         };
         following.run().await
     }
+
+    fn may_be_silent(&self) -> bool {
+        true
+    }
 }
 
 /// The followed topics, as long as they have publishers.

@@ -116,4 +116,8 @@ impl Source for Streams {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
         self.inlets.run(outlet).await
     }
+
+    fn may_be_silent(&self) -> bool {
+        true
+    }
 }

@@ -131,6 +131,10 @@ impl Source for Door {
             });
         }
     }
+
+    fn may_be_silent(&self) -> bool {
+        true
+    }
 }
 
 /// Reports how many connections were refused, unless it was the one that has been reported.

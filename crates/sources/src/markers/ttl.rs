@@ -102,6 +102,10 @@ impl Source for TtlLine {
             bytes.iter().take(count).for_each(|code| self.take(*code, outlet));
         }
     }
+
+    fn may_be_silent(&self) -> bool {
+        true
+    }
 }
 
 impl TtlLine {

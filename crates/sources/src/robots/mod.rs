@@ -228,4 +228,8 @@ impl Source for RobotsSource {
             never = awaited.report(outlet) => match never {},
         }
     }
+
+    fn may_be_silent(&self) -> bool {
+        true
+    }
 }

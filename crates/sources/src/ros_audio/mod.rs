@@ -175,4 +175,8 @@ impl Source for RosAudioSource {
         };
         follow_decoded(Arc::clone(bus), outlet, choose, &decoder).await
     }
+
+    fn may_be_silent(&self) -> bool {
+        true
+    }
 }

@@ -108,4 +108,8 @@ impl Source for RosPeopleSource {
         };
         follow_ours(Arc::clone(&self.bus), outlet, choose, descriptions.updates()).await
     }
+
+    fn may_be_silent(&self) -> bool {
+        true
+    }
 }
