@@ -8,6 +8,7 @@ use teampulse_timefilter::clock::{ClockKind, Probe};
 use crate::data::{Data, Event, EventKind};
 use crate::publishers;
 use crate::qos::Qos;
+use crate::stopped;
 use crate::stream::{Shape, Signal, Stream, Subject};
 use crate::time::Time;
 
@@ -16,8 +17,9 @@ pub(crate) const STAMPED_BY: &str = "/teampulse/stamped_by";
 /// The topic of probes of other computers' clocks.
 const PROBES: &str = "/teampulse/clock_probes";
 
-/// The topics of reports on computers' clocks and on publishers: too frequent to be shown to users.
-pub const UNTOLD: [&str; 3] = [STAMPED_BY, PROBES, publishers::TOPIC];
+/// The topics of reports on computers' clocks, on publishers and on stopped streams: too frequent to be shown to users,
+/// or said already by the command.
+pub const UNTOLD: [&str; 4] = [STAMPED_BY, PROBES, publishers::TOPIC, stopped::TOPIC];
 
 /// Stamps further in the past than this are those of a simulation that started at 0 [s]: ten years.
 const SIMULATED_SECS: f64 = 10.0 * 365.25 * 86_400.0;

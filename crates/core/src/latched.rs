@@ -10,6 +10,7 @@ use crate::loss::Loss;
 use crate::phases::Phases;
 use crate::publishers::PublishedBy;
 use crate::sample::Record;
+use crate::stopped::Stopped;
 use crate::stream::{About, Stream, StreamId};
 use crate::time::Time;
 
@@ -103,7 +104,10 @@ fn about(record: &Record, event: &Event) -> Option<(Rank, String)> {
     let topic = match ClockReport::read(stream, &sample.data).filter(|_| of_session) {
         Some(ClockReport::StampedBy { stream, .. }) => stream,
         Some(ClockReport::Probed { .. }) => return None,
-        None => PublishedBy::read(stream, &sample.data)?.stream,
+        None => match Stopped::read(stream, &sample.data) {
+            Some(stopped) => stopped.stream,
+            None => PublishedBy::read(stream, &sample.data)?.stream,
+        },
     };
     Some((Rank::Origin, topic))
 }

@@ -28,6 +28,7 @@ mod intake;
 mod density;
 mod track;
 mod standstill;
+mod stopped;
 mod extractors;
 pub mod pump;
 pub mod phases;

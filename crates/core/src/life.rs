@@ -40,7 +40,9 @@ pub(crate) struct Life {
     seconds: VecDeque<Second>,
     current: Second,
     newest: Option<Time>,
-    /// Until when nothing could be received, as this process was suspended.
+    /// Whether it was stopped on purpose.
+    stopped: bool,
+    /// Until when nothing could be received, as this process was suspended or the stream was stopped.
     deaf_until: Option<Time>,
     /// The number of seconds before the first sample.
     silent_secs: u32,
@@ -67,6 +69,7 @@ impl Life {
             seconds: VecDeque::with_capacity(WINDOW_SECS + 1),
             current: Second::default(),
             newest: None,
+            stopped: false,
             deaf_until: None,
             silent_secs: 0,
             received: 0,
@@ -129,6 +132,12 @@ impl Life {
     /// Notes that nothing could be received until then: a silence counts from there.
     pub(crate) fn stood_still(&mut self, until: Time) {
         self.deaf_until = self.deaf_until.max(Some(until));
+    }
+
+    /// Notes that it was stopped on purpose, or goes on from then: until then its silence means nothing.
+    pub(crate) fn was_stopped(&mut self, is_stopped: bool, at: Time) {
+        self.stopped = is_stopped;
+        self.stood_still(at);
     }
 
     /// Counts the sample just taken as a duplicate.
@@ -217,6 +226,9 @@ impl Life {
                 if self.irregular { "no sample yet; irregular by nature" } else { "no sample yet" };
             return (State::Never, reason.into());
         };
+        if self.stopped {
+            return (State::Ok, "stopped on purpose".into());
+        }
         let age_secs = now.secs_since(newest);
         let silent_secs = now.secs_since(self.heard_since(newest));
         if let Some(expected_hz) = self.usual.expected_hz() {

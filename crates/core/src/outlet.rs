@@ -17,6 +17,7 @@ use crate::loss::Loss;
 use crate::publishers::PublishedBy;
 use crate::session_streams::session_events;
 use crate::source::Reading;
+use crate::stopped::Stopped;
 use crate::stream::{Stream, StreamId};
 use crate::streams::{Declared, Streams};
 use crate::time::Time;
@@ -178,6 +179,23 @@ impl Outlet {
         let stream = self.streams.get(stream).name.clone();
         let published_by = PublishedBy { stream, publishers: publishers.to_vec() };
         self.hand_over(PublishedBy::stream(), published_by.event());
+    }
+
+    /// States that a stream was stopped on purpose, such as by a command: until it has [`started`](Outlet::started), its
+    /// silence is no fault and its source is not missing. It stays stopped when the source is run again.
+    pub fn stopped(&self, stream: StreamId) {
+        self.supply.stopped();
+        self.report_stopped(stream, true);
+    }
+
+    /// States that a stopped stream goes on: from now on its silence is a fault again.
+    pub fn started(&self, stream: StreamId) {
+        self.report_stopped(stream, false);
+    }
+
+    fn report_stopped(&self, stream: StreamId, is_stopped: bool) {
+        let stream = self.streams.get(stream).name.clone();
+        self.hand_over(Stopped::stream(), Stopped { stream, is_stopped }.event());
     }
 
     /// Publishes an event of the session.

@@ -11,7 +11,7 @@ pub struct StreamStatus {
     pub name: String,
     /// Its place in the life cycle.
     pub state: State,
-    /// Why it is not OK; empty when it is.
+    /// Why it is not OK; empty when it is, unless it was stopped on purpose, which this says.
     pub reason: String,
     /// Its rate over the last seconds [Hz].
     pub rate_hz: f64,

@@ -19,6 +19,7 @@ use crate::sample::{Sample, Turn};
 use crate::session_streams::SESSION_EVENTS;
 use crate::source::Reading;
 use crate::status::StreamStatus;
+use crate::stopped;
 use crate::stream::{About, Origin, Shape, Stream, StreamId};
 use crate::time::Time;
 
@@ -74,6 +75,8 @@ pub(crate) enum Word {
     Computers,
     /// The publishers of a topic.
     Publishers,
+    /// Streams that were stopped on purpose.
+    Stopped,
 }
 
 impl Word {
@@ -81,6 +84,7 @@ impl Word {
         match stream.name.as_str() {
             SESSION_EVENTS => Some(Word::Happenings),
             publishers::TOPIC => Some(Word::Publishers),
+            stopped::TOPIC => Some(Word::Stopped),
             name if UNTOLD.contains(&name) => Some(Word::Computers),
             _ => None,
         }

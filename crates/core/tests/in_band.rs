@@ -32,6 +32,8 @@ enum Coming {
     Message { stamp_secs: f64 },
     /// A report on the publishers.
     Publishers(Vec<String>),
+    /// A report that the stream was stopped on purpose, or goes on.
+    Stopped(bool),
     /// An event of the session.
     Event(&'static str),
     /// teampulse itself was suspended for this long [s].
@@ -58,6 +60,15 @@ impl Source for Script {
                 Coming::Publishers(names) => {
                     outlet.clock().set(at(secs));
                     outlet.published_by(id, &names);
+                    continue;
+                }
+                Coming::Stopped(is_stopped) => {
+                    outlet.clock().set(at(secs));
+                    if is_stopped {
+                        outlet.stopped(id);
+                    } else {
+                        outlet.started(id);
+                    }
                     continue;
                 }
                 Coming::Event(label) => {
@@ -186,6 +197,24 @@ async fn a_standstill_of_the_session_is_no_silence_of_a_stream() {
     };
     assert!(was_dead(&of(None).await));
     assert!(!was_dead(&of(Some((19.5, Coming::Standstill(60.4)))).await));
+}
+
+#[tokio::test]
+async fn a_stream_that_was_stopped_on_purpose_is_not_silent_until_it_goes_on() {
+    let stopped_until = |secs: f64| {
+        let stop = [(19.5, Coming::Stopped(true)), (secs, Coming::Stopped(false))];
+        twice(messages(Qos::reliable(1)), live(0..20).chain(stop).chain(live(80..85)).collect())
+    };
+    let silent = |records: &[Record]| {
+        let silent = |status: &&&StreamStatus| matches!(status.state, State::Stale | State::Dead);
+        statuses(records).iter().filter(silent).count()
+    };
+    let records = stopped_until(79.5).await;
+    assert_eq!(silent(&records), 0);
+    let reasons: Vec<&str> = statuses(&records).iter().map(|each| &*each.reason).collect();
+    assert!(reasons.iter().filter(|each| **each == "stopped on purpose").count() > 55);
+    assert_eq!(reasons.last(), Some(&""));
+    assert!(silent(&stopped_until(50.0).await) > 20, "it was started and sends nothing");
 }
 
 #[tokio::test]

@@ -24,7 +24,7 @@ const NOTHING: u8 = 0;
 const DECLARED: u8 = 1;
 /// None of the streams that should have samples has any.
 const AWAITED: u8 = 2;
-/// A stream that should have samples has some.
+/// A stream that should have samples has some, or one was stopped on purpose.
 const SENT: u8 = 3;
 
 impl Supply {
@@ -59,6 +59,11 @@ impl Supply {
         if self.0.stage.load(Ordering::Acquire) == AWAITED && self.awaited().contains(&id) {
             self.rise(SENT);
         }
+    }
+
+    /// Notes that a stream was stopped on purpose.
+    pub(super) fn stopped(&self) {
+        self.rise(SENT);
     }
 
     fn rise(&self, stage: u8) {
@@ -96,6 +101,14 @@ mod tests {
         supply.sent(ecg);
         supply.declared(StreamId(3), &stream(Signal::Eda, Shape::Sample));
         assert_eq!(supply.lack(), None, "one of several streams is its own matter");
+    }
+
+    #[test]
+    fn a_source_that_was_stopped_on_purpose_lacks_nothing() {
+        let supply = Supply::default();
+        supply.declared(StreamId(0), &stream(Signal::Ecg, Shape::Wave));
+        supply.stopped();
+        assert_eq!(supply.lack(), None);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::publishers::PublishedBy;
 use crate::simulated_time::breaks_simulated_time;
 use crate::source::Reading;
 use crate::standstill::standstill;
+use crate::stopped::Stopped;
 use crate::stream::Origin;
 use crate::time::Time;
 use crate::track::{Track, Word};
@@ -33,6 +34,7 @@ impl Pump {
         match self.track(reading.stream).and_then(|track| track.word) {
             Some(Word::Computers) => self.take_clock_report(reading, log_time),
             Some(Word::Publishers) => self.take_publishers(reading),
+            Some(Word::Stopped) => self.take_stopped(reading, log_time),
             Some(Word::Happenings) if breaks_simulated_time(&reading.data) => {
                 // Clocks in simulated time begin a new epoch.
                 self.clocks.begin_epoch_of_simulated_time();
@@ -67,6 +69,15 @@ impl Pump {
         let Some(report) = PublishedBy::read(&track.stream, &reading.data) else { return };
         if let Some(track) = self.raw_track(&report.stream) {
             track.published_by = report.complaint(&track.stream);
+        }
+    }
+
+    /// Applies a reading's report that a stream was stopped on purpose, or goes on.
+    fn take_stopped(&mut self, reading: &Reading, log_time: Time) {
+        let Some(track) = self.track(reading.stream) else { return };
+        let Some(report) = Stopped::read(&track.stream, &reading.data) else { return };
+        if let Some(track) = self.raw_track(&report.stream) {
+            track.life.was_stopped(report.is_stopped, log_time);
         }
     }
 
