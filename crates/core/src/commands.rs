@@ -96,10 +96,10 @@ impl CommandSettings {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum Refused {
     /// The study does not allow it.
-    #[error("not allowed: list `{verb}` below [commands] in `{setting}`")]
+    #[error("not allowed: list `{word}` below [commands] in `{setting}`")]
     NotAllowed {
-        /// The verb.
-        verb: &'static str,
+        /// The word that would allow it and as little else as possible: its verb, with the component of a `do`.
+        word: String,
         /// The setting that would allow it.
         setting: String,
     },
@@ -213,8 +213,11 @@ impl Commands {
     /// Whether a command is allowed and a component carries it out.
     pub(crate) fn check(&self, sender: &Sender, command: &Command) -> Result<(), Refused> {
         if !self.0.settings.allow(sender, command) {
-            let (verb, setting) = (command.verb(), sender.setting().to_owned());
-            return Err(Refused::NotAllowed { verb, setting });
+            let word = match command {
+                Command::Do { component, .. } => format!("{} {component}", command.verb()),
+                other => other.verb().to_owned(),
+            };
+            return Err(Refused::NotAllowed { word, setting: sender.setting().to_owned() });
         }
         if matches!(command, Command::Stop | Command::Mark(_)) {
             return Ok(());
@@ -275,7 +278,7 @@ mod tests {
     fn what_is_not_allowed_is_refused_with_the_setting_that_allows_it() {
         let commands = Commands::default();
         let refused = commands.check(&ros(), &Command::Stop).unwrap_err();
-        assert_eq!(refused, Refused::NotAllowed { verb: "stop", setting: "ros".into() });
+        assert_eq!(refused, Refused::NotAllowed { word: "stop".into(), setting: "ros".into() });
         assert_eq!(commands.check(&Sender::keys(), &Command::Stop), Ok(()));
 
         let ros_may = CommandSettings { ros: vec!["mark".into()], ..CommandSettings::default() };
@@ -293,6 +296,10 @@ mod tests {
         let may = |command: &str| settings.allow(&tablet, &command.parse().unwrap());
         assert!(may("do nback start 2"));
         assert!(!may("do camera start") && !may("stop"));
+        let refused =
+            Commands::new(settings.clone()).check(&tablet, &"do camera start".parse().unwrap());
+        let text = refused.unwrap_err().to_string();
+        assert_eq!(text, "not allowed: list `do camera` below [commands] in `dashboard`");
         let nobody = Sender::through("lsl", "");
         assert!(!settings.allow(&nobody, &Command::Stop));
     }
