@@ -88,7 +88,7 @@ pub const DEVICES: &[KnownDevice] = &[
     KnownDevice::new(
         "microphone",
         (25.0, 25.0),
-        "no published figure: a block of the sound system",
+        "no published figure: converter and driver, and a block of the sound system",
     ),
     KnownDevice::new(
         "microphone_voice",
@@ -101,7 +101,6 @@ pub const DEVICES: &[KnownDevice] = &[
         "half an exposure, a frame read out (33 ms at 30 Hz), transfer",
     ),
     KnownDevice::new("camera", (50.0, 50.0), "as over USB, make unknown"),
-    KnownDevice::new("microphone", (10.0, 10.0), "converter and driver, in addition to the buffer"),
     KnownDevice::new(
         "keyboard",
         (30.0, 25.0),
@@ -115,6 +114,8 @@ pub const DEVICES: &[KnownDevice] = &[
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     #[test]
@@ -126,6 +127,12 @@ mod tests {
         assert_eq!(name("camera_front"), Some("camera"));
         assert_eq!(name("shimmer32"), None);
         assert_eq!(name(""), None);
+    }
+
+    #[test]
+    fn a_device_is_in_the_table_once() {
+        let names: BTreeSet<&str> = DEVICES.iter().map(|device| device.name).collect();
+        assert_eq!(names.len(), DEVICES.len());
     }
 
     #[test]
