@@ -45,8 +45,7 @@ impl BusId {
 
     /// Fails if there is no such bus; the message fits after "join ROS domain 233: ".
     pub(crate) fn check(&self) -> Result<&'static BusKind, String> {
-        let words = || BUSES.iter().map(|kind| kind.word).collect::<Vec<_>>().join(", ");
-        let kind = self.kind().ok_or_else(|| format!("expected one of the kinds {}", words()))?;
+        let kind = self.kind().ok_or_else(|| format!("expected one of the kinds {}", kinds()))?;
         (kind.check)(&self.address).map(|()| kind)
     }
 }
@@ -71,7 +70,8 @@ impl FromStr for BusId {
         if let Ok(domain) = text.parse::<i64>() {
             return known_domain(domain).ok_or_else(|| not_a_domain(domain));
         }
-        let (kind, address) = text.split_once(':').ok_or("expected a ROS domain, such as 12")?;
+        let (kind, address) =
+            text.split_once(':').ok_or_else(|| format!("expected {}", expected()))?;
         let id = BusId { kind: kind.to_owned(), address: address.to_owned() };
         id.check().map_err(|reason| format!("there is no such bus: {reason}"))?;
         Ok(id)
@@ -109,7 +109,7 @@ impl Visitor<'_> for NumberOrText {
     type Value = BusId;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a ROS domain, such as 12")
+        f.write_str(&expected())
     }
 
     fn visit_i64<E: Error>(self, domain: i64) -> Result<BusId, E> {
@@ -128,6 +128,16 @@ impl Visitor<'_> for NumberOrText {
         id.check().map_err(|reason| E::custom(format!("there is no bus \"{text}\": {reason}")))?;
         Ok(id)
     }
+}
+
+/// The words of the kinds of buses.
+fn kinds() -> String {
+    BUSES.iter().map(|kind| kind.word).collect::<Vec<_>>().join(", ")
+}
+
+/// How a bus is written in a study.
+fn expected() -> String {
+    format!("a ROS domain, such as 12, or a bus as KIND:ADDRESS (kinds: {})", kinds())
 }
 
 /// The bus of a ROS domain, if there is such a domain.
@@ -152,7 +162,7 @@ impl JsonSchema for BusId {
             "description": "A ROS domain by its number, or a bus as \"KIND:ADDRESS\".",
             "anyOf": [
                 { "type": "integer", "minimum": 0, "maximum": highest },
-                { "type": "string", "pattern": "^[a-z]+:.+$" },
+                { "type": "string", "pattern": "^[a-z][a-z0-9_]*:.+$" },
             ],
         })
     }
@@ -181,12 +191,11 @@ mod tests {
 
     #[test]
     fn a_bus_that_does_not_exist_is_refused_with_what_was_expected() {
-        assert!(text("twelve").unwrap_err().contains("expected a ROS domain, such as 12"));
+        let expected = "expected a ROS domain, such as 12, or a bus as KIND:ADDRESS (kinds: dds";
+        assert!(text("twelve").unwrap_err().contains(expected));
         assert!(text("smoke:12").unwrap_err().contains("expected one of the kinds dds"));
         assert!(text("dds:233").unwrap_err().contains("expected 0 to 232"));
-        assert!(
-            "twelve".parse::<BusId>().unwrap_err().contains("expected a ROS domain, such as 12")
-        );
+        assert!("twelve".parse::<BusId>().unwrap_err().contains(expected));
         assert_eq!("300".parse::<BusId>(), Err(not_a_domain(300)));
         assert!("smoke:12".parse::<BusId>().unwrap_err().contains("expected one of the kinds dds"));
         let negative: Result<BusId, Error> = BusId::deserialize((-1_i64).into_deserializer());

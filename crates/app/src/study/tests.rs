@@ -86,13 +86,14 @@ fn a_misspelt_key_is_shown_at_its_place_with_the_right_one() {
 #[test]
 fn a_mistyped_value_is_shown_at_its_place() {
     insta::assert_snapshot!(shown("[[sources]]\ntype = \"robots\"\ndomain = \"zero\"\n"), @r#"
-     × invalid type: string "zero", expected a ROS domain, such as 12
+     × invalid type: string "zero", expected a ROS domain, such as 12, or a bus as
+     │ KIND:ADDRESS (kinds: dds)
       ╭─[study.toml:3:10]
     2 │ type = "robots"
     3 │ domain = "zero"
       ·          ──────
       ╰────
-     help: write a ROS domain, such as 12
+     help: write a ROS domain, such as 12, or a bus as KIND:ADDRESS (kinds: dds)
     "#);
 }
 
