@@ -280,8 +280,9 @@ impl Outlet {
     }
 
     /// Receives the requests that [`Command::Do`] sends to this component, until the returned value is dropped.
-    pub fn requests(&self, component: &'static str) -> mpsc::Receiver<Instruction> {
-        self.commands(move |command| matches!(command, Command::Do { component: asked, .. } if asked == component))
+    pub fn requests(&self, component: impl Into<String>) -> mpsc::Receiver<Instruction> {
+        let component = component.into();
+        self.commands(move |command| matches!(command, Command::Do { component: asked, .. } if *asked == component))
     }
 
     /// Whether a reading can't be recorded, which is reported once for each stream.

@@ -36,7 +36,9 @@ pub trait Source: Send {
 pub struct Reading {
     /// The stream that it belongs to.
     pub stream: StreamId,
-    /// The number given by its publisher or its recording; `None` when it has none.
+    /// The number given by its publisher or its recording; `None` when it has none. It numbers readings: a wave has one
+    /// number, however many samples it has, and the next wave the next. A device that numbers its samples, as readings of
+    /// the crate `devices` do, gives `None` with a wave and reports gaps by [`Outlet::lost`].
     pub index: Option<u64>,
     /// The device's own clock [ns]; `None` when it has none.
     pub device_time: Option<i64>,

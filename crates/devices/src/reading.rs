@@ -54,8 +54,9 @@ impl Channel {
 pub struct Reading {
     /// The name of the [`Stream`].
     pub stream: &'static str,
-    /// The number of the first sample since the session was created. Samples known to be lost are
-    /// counted, so a jump is a gap of that length.
+    /// The number of the first sample since the session was created: it counts samples, and not readings as the index of
+    /// a reading of a session (`teampulse_core::source::Reading`) does. Samples known to be lost are counted, so a jump
+    /// is a gap of that length.
     pub index: u64,
     /// The device's own clock at the first sample \[ns\], since an epoch that the device's module
     /// documents; `None` where the device has no clock.

@@ -16,6 +16,19 @@ use crate::graph::{Gid, Graph};
 ///
 /// Topic and type names are ROS's own (`/robot1/odom`, `nav_msgs/msg/Odometry`); the mapping to names on
 /// the wire is internal.
+///
+/// # Contract
+/// - No bus delivers its own messages: a subscription never receives what the same bus publishes, nor a client the
+///   replies of its own services.
+/// - Messages of one publisher are delivered in order, each once, one at a time for each subscription. A transient-local
+///   publisher's last messages are delivered to late joiners, before newer ones.
+/// - The bus matches publishers and subscriptions by their QoS, as ROS 2 does; a pair that does not match exchanges nothing
+///   and is reported as [`Incident::IncompatibleQos`]. For [`Asked::Adaptive`] it is also the bus that finds the QoS that
+///   matches all publishers, and adapts it when one joins.
+/// - Once a [`Subscription`] has been dropped, its callback is not called again. The drop may wait for a call under way:
+///   callbacks must neither drop their subscription nor call the bus.
+/// - All of it is called from several threads. Joining ([`BusKind::join`](crate::buses::BusKind)) may block for as long as
+///   it takes to open the transport: a bus is joined once, on its first use. What opens an endpoint may not.
 #[async_trait]
 pub trait Bus: Send + Sync {
     /// The name of the bus in messages: `ROS domain 0`.
@@ -73,7 +86,7 @@ pub trait Bus: Send + Sync {
 /// The quality of service that a subscription requests.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Asked {
-    /// A QoS compatible with all offers, as rosbag2 chooses it, and adapted when publishers join; keeps the
+    /// A QoS compatible with all offers, as rosbag2 chooses it, and adapted by the bus when publishers join; keeps the
     /// last `depth` messages.
     Adaptive {
         /// The number of messages kept until they are taken.

@@ -34,7 +34,7 @@ pub struct BusKind {
     pub join: Join,
 }
 
-/// Joins the bus at an address.
+/// Joins the bus at an address. It may block.
 pub type Join = fn(&str, &Node) -> Result<Arc<dyn Bus>, BusError>;
 
 /// Our node on a bus.
