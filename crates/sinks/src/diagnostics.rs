@@ -14,7 +14,7 @@ use crate::SinkContext;
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Diagnostics {
-    /// The ROS domain; by default that of the session.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default that of the session.
     pub domain: Option<BusId>,
 }
 

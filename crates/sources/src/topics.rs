@@ -30,7 +30,7 @@ pub struct Topics {
     /// `"blur"`: pictures are recorded with hidden faces only, by the worker of the type `blur`.
     #[serde(default)]
     pub faces: Faces,
-    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the domain of `ROS_DOMAIN_ID`, else 0.
     pub domain: Option<BusId>,
 }
 

@@ -50,7 +50,7 @@ pub struct Play {
     /// Plays onto the network, where real robots may receive it
     #[arg(long)]
     network: bool,
-    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0
+    /// The ROS domain, or another bus as KIND:ADDRESS; by default the domain of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID")]
     domain: Option<BusId>,
     /// Publishes nothing: the bag is only shown in a browser, until Ctrl-C

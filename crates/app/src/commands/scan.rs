@@ -49,7 +49,7 @@ pub struct Scan {
     /// How long to listen
     #[arg(long, value_name = "SECS", default_value = "4", value_parser = seconds)]
     seconds: f64,
-    /// The ROS domains to scan; by default that of `ROS_DOMAIN_ID`, else 0
+    /// The ROS domains to scan, and other buses as KIND:ADDRESS; by default the domain of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     domains: Vec<BusId>,
     /// Prints one JSON array: of each domain, and of Bluetooth, serial ports, cameras, microphones, input devices and

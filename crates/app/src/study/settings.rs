@@ -54,8 +54,8 @@ pub struct SessionSettings {
     pub name: String,
     /// The session's clock: `host`, or `/clock` to follow simulated time on ROS.
     pub clock: SessionClock,
-    /// The ROS domain of `/clock`, `/session/events` and the published streams; by default that of
-    /// `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`, of `/clock`, `/session/events` and the published streams; by
+    /// default the domain of `ROS_DOMAIN_ID`, else 0.
     pub domain: Option<BusId>,
     /// A folder with the definitions of types that no node on the network provides, as a ROS workspace
     /// installs them: `<folder>/share/<package>/msg/<Type>.msg`.

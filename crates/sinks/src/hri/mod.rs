@@ -61,7 +61,7 @@ pub struct Hri {
     /// The namespace of the topics.
     #[serde(default = "namespace")]
     pub namespace: String,
-    /// The ROS domain; without it that of the session.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; without it that of the session.
     #[serde(default)]
     pub domain: Option<BusId>,
 }

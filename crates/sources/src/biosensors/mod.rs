@@ -50,7 +50,7 @@ pub struct Biosensors {
     /// The person who wears them, by pseudonym, if the topics' namespace names nobody; `p007` wears
     /// `/p007/biosensors/empatica_e4`.
     pub person: String,
-    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the domain of `ROS_DOMAIN_ID`, else 0.
     #[serde(default)]
     pub domain: Option<BusId>,
 }

@@ -85,7 +85,7 @@ pub struct Hri {
     /// The namespace of all of these topics.
     #[serde(default = "namespace")]
     pub namespace: String,
-    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, or else 0.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the domain of `ROS_DOMAIN_ID`, else 0.
     #[serde(default)]
     pub domain: Option<BusId>,
 }

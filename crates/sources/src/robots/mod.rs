@@ -41,7 +41,7 @@ pub struct Robots {
     /// The namespaces of the robots. A `*` stands for any part of a token; the token that contains it is the robot's
     /// id: `robot1` for `/robot*`. `/` takes everything on the domain as one robot, which then needs a `prefix`.
     pub namespace: String,
-    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the domain of `ROS_DOMAIN_ID`, else 0.
     pub domain: Option<BusId>,
     /// The namespace given to a robot that has none: its topic `/odom` becomes `<prefix>/odom`.
     pub prefix: Option<Pattern>,

@@ -59,7 +59,7 @@ pub struct RosAudio {
     /// Whether the sound itself is recorded, too: everything that is said can then be understood.
     #[serde(default)]
     pub raw_audio: bool,
-    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the domain of `ROS_DOMAIN_ID`, else 0.
     #[serde(default)]
     pub domain: Option<BusId>,
 }

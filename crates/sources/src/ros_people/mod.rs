@@ -38,7 +38,7 @@ pub struct RosPeople {
     /// id, a pseudonym: `p001` for `/humans/persons/*`.
     #[schemars(with = "String")]
     pub namespace: Pattern,
-    /// The ROS domain; by default that of `ROS_DOMAIN_ID`, else 0.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the domain of `ROS_DOMAIN_ID`, else 0.
     pub domain: Option<BusId>,
 }
 
