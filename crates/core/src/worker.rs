@@ -21,7 +21,8 @@ const MOST_BYTES: usize = 64 << 20;
 /// readings. It never holds up the pump.
 ///
 /// It receives the newest record of each stream, of all at once ([`Feed::next`]) or of one after the other
-/// ([`Feed::next_one`]); older ones that it did not get to are skipped and counted. Events are not skipped, nor are the streams that it [keeps](Worker::keeps). Its outputs are raw streams with
+/// ([`Feed::next_one`]); older ones that it did not get to are skipped and counted. Events are not skipped, nor are
+/// the streams that it [keeps](Worker::keeps). Its outputs are raw streams with
 /// [`inputs`](crate::stream::Stream::inputs), stamped (`source_time`) with the time of its input: those stamps are
 /// trusted however long it took. They are recorded, and never computed again in a replay.
 pub trait Worker: Send {
