@@ -96,6 +96,20 @@ def test_check_asks_for_the_room_that_the_study_keeps_free(stage, team):
     assert not (stage.folder / "sessions").exists()
 
 
+def test_a_recording_begins_in_the_fallback_where_nothing_can_be_recorded(stage, team):
+    no_folder, fallback = stage.folder / "file", stage.folder / "other disk"
+    no_folder.write_text("")
+    fallback.mkdir()
+    study = stage.study(TEAM.replace('type = "bag"', f'type = "bag"\nfallback = "{fallback}"'), "two.toml")
+    note = f"is a file, not a folder to write into: the recording begins in {fallback}"
+    answer = stage.ask("check", study, "--out", no_folder)
+    assert answer.returncode == 0 and note in answer.stdout, answer.stdout
+    session = stage.ask("run", study, "--out", no_folder, "--duration", 2)
+    assert session.returncode == 0 and note in session.stdout + session.stderr, session.stderr
+    [bag] = fallback.iterdir()
+    assert stage.ask("info", bag).returncode == 0
+
+
 def test_check_lists_robots_and_topics_of_people_that_the_study_does_not_name(stage, team):
     sources = '[[sources]]\ntype = "robots"\nnamespace = "/robot1"\n[[sources]]\ntype = "people"\n'
     odd = "/humans/persons/p001/h10/hr"

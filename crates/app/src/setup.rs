@@ -242,6 +242,25 @@ impl Setup {
         })
     }
 
+    /// Why a recording could neither begin in `out` nor in its fallback, and why it could not continue there.
+    pub fn unfit_folders(&self, out: &Path) -> Vec<String> {
+        let unfit = unfit(out, self.keep_free_bytes());
+        let unfit = unfit.filter(|_| self.fallback_for(out).is_none());
+        unfit.into_iter().chain(self.unfit_fallback()).collect()
+    }
+
+    /// The fallback in which a recording begins if nothing can be recorded in `out`, with the reason for that; `None` if
+    /// it can, or there is no fallback with room.
+    pub fn fallback_for(&self, out: &Path) -> Option<(PathBuf, String)> {
+        let reason = unfit(out, self.keep_free_bytes())?;
+        let fallback = self.bags().into_iter().find_map(|bag| bag.fallback)?;
+        let is_fit = unfit(&fallback, self.keep_free_bytes()).is_none();
+        is_fit.then(|| {
+            let instead = format!("{reason}: the recording begins in {}", fallback.display());
+            (fallback, instead)
+        })
+    }
+
     fn bags(&self) -> Vec<Bag> {
         self.study.settings_of("sinks", "bag").unwrap_or_default()
     }

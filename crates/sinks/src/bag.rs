@@ -38,7 +38,8 @@ pub struct Bag {
     /// What happens when the recording fails, as on a full disk: `retry` (it continues in a new bag, in a folder beside
     /// the first whose name ends in a number, as soon as that can be created) or `end`.
     pub on_failure: OnFailure,
-    /// Another folder, preferably on another disk, in which the recording continues when it fails in its own.
+    /// Another folder, preferably on another disk, in which the recording continues when it fails in its own, or begins
+    /// when nothing can be recorded there.
     pub fallback: Option<PathBuf>,
     /// Whether the recording starts paused, as with `ros2 bag record --start-paused`: nothing is recorded until the
     /// command `start_recording`.

@@ -78,8 +78,8 @@ impl Check {
         output::line(format!("study    ok    {}", self.study.display()));
         output::lines(notes.iter().map(|note| format!("note     {note}")));
         output::lines(machine::check(&self.out));
-        let (buses, keep_free_bytes) = (Arc::clone(&setup.buses), setup.keep_free_bytes());
-        let unfit_fallback = setup.unfit_fallback();
+        let (buses, unfit) = (Arc::clone(&setup.buses), setup.unfit_folders(&self.out));
+        let instead = setup.fallback_for(&self.out).map(|(_, instead)| instead);
         // What is computed is known once it runs: for the alerts that may watch it.
         let features = if alerts.is_empty() { Vec::new() } else { setup.features()? };
         let parts = Parts { sources, features, ..Parts::default() };
@@ -105,7 +105,7 @@ impl Check {
         idle.extend(notes::alerting_of_nothing(&alerts, &received, &computed));
         let overruled = lacks::overruled(!phases.is_empty(), &own_phases);
         let lacking = lacking(&required, &heard, &buses);
-        let notes = idle.iter().chain(&overruled).chain(&lacking);
+        let notes = idle.iter().chain(&overruled).chain(&lacking).chain(&instead);
         output::lines(notes.map(|note| format!("note     {note}")));
         let unmet = unsupplied.added_to(required.missing(&heard)).into_iter();
         output::lines(faults.iter().map(|fault| format!("fault    {fault}")));
@@ -114,8 +114,7 @@ impl Check {
         missing.extend(worn.missing);
         let is_all_there = missing.is_empty();
         missing.extend(workers.unread());
-        missing.extend(machine::unfit(&self.out, keep_free_bytes));
-        missing.extend(unfit_fallback);
+        missing.extend(unfit);
         // As `run`, which does not begin where nothing can be recorded.
         let exit = if is_all_there { Exit::Failed } else { Exit::DeviceMissing };
         Ok(if is_go(&missing) { Exit::Fine } else { exit })

@@ -60,7 +60,11 @@ pub async fn watch(
     out: PathBuf,
 ) -> Result<Exit, Failure> {
     let stop = Stop::default();
-    if let Some(reason) = machine::unfit(&out, setup.keep_free_bytes()) {
+    let mut out = out;
+    if let Some((fallback, instead)) = setup.fallback_for(&out) {
+        say(format!("note: {instead}"));
+        out = fallback;
+    } else if let Some(reason) = machine::unfit(&out, setup.keep_free_bytes()) {
         return Err(Failure::new(format!("nothing can be recorded: {reason}"))
             .hint("give another folder with --out"));
     }
