@@ -106,7 +106,6 @@ mod tests {
     use teampulse_core::stream::{Shape, Subject};
 
     use crate::study::Study;
-    use crate::supplies::Supplies;
 
     use super::*;
 
@@ -127,12 +126,8 @@ mod tests {
         let study = Study::parse(Path::new("study.toml"), text.to_owned()).expect("a study");
         let required = Requirements::of(&study).expect("settings that read");
         let whats = |streams: &Streams| {
-            let absent = Absent::of(
-                &required,
-                streams,
-                &Unsupplied { unopened: Vec::new(), supplies: Supplies::default() },
-                Duration::from_secs(20),
-            );
+            let absent =
+                Absent::of(&required, streams, &Unsupplied::default(), Duration::from_secs(20));
             absent.0.into_iter().map(|it| it.what).collect::<Vec<_>>()
         };
         let streams = Streams::default();
@@ -151,16 +146,11 @@ mod tests {
             let required =
                 Requirements { robots, people, voices, topics: Vec::new(), lsl: Vec::new(), kinds };
             let lasted = Duration::from_secs(20);
-            Absent::of(
-                &required,
-                &Streams::default(),
-                &Unsupplied { unopened: Vec::new(), supplies: Supplies::default() },
-                lasted,
-            )
-            .0
-            .into_iter()
-            .map(|it| it.what)
-            .collect::<Vec<_>>()
+            Absent::of(&required, &Streams::default(), &Unsupplied::default(), lasted)
+                .0
+                .into_iter()
+                .map(|it| it.what)
+                .collect::<Vec<_>>()
         };
         assert_eq!(absent(&["marker_lines", "ttl"]), [""; 0]);
         assert_eq!(absent(&["inputs"]), ["every source of the study"]);

@@ -22,31 +22,32 @@ const SENDS_NOTHING: &str =
 /// seconds.
 pub const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What the sources of a study have supplied so far, by their names; clones share it.
+/// What the sources of a study have supplied so far, with their names, by their places in the study; clones share it.
 #[derive(Clone, Default)]
-pub struct Supplies(Arc<Mutex<BTreeMap<String, Supply>>>);
+pub struct Supplies(Arc<Mutex<BTreeMap<usize, (String, Supply)>>>);
 
 impl Supplies {
     /// The same sources, watched once they run, but for those that may be silent.
     pub fn watching(&self, sources: Sources) -> Sources {
-        let watched = |(name, source): (String, Box<dyn Source>)| {
+        let watched = |(place, (name, source)): (usize, (String, Box<dyn Source>))| {
             let source: Box<dyn Source> = if source.may_be_silent() {
                 source
             } else {
                 let (name, supplies) = (name.clone(), self.clone());
-                Box::new(Watched { name, source, supplies, is_reported: false })
+                Box::new(Watched { place, name, source, supplies, is_reported: false })
             };
             (name, source)
         };
-        sources.into_iter().map(watched).collect()
+        sources.into_iter().enumerate().map(watched).collect()
     }
 
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Supply>> {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<usize, (String, Supply)>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// The sources of a study from which a session received nothing.
+#[derive(Default)]
 pub struct Unsupplied {
     /// Those whose device could not be opened, with the reason.
     pub unopened: Vec<(String, SourceError)>,
@@ -57,18 +58,24 @@ pub struct Unsupplied {
 impl Unsupplied {
     /// Adds them to what is missing, unless those of their type are among it.
     pub fn added_to(&self, mut missing: Vec<Unmet>) -> Vec<Unmet> {
+        let is_named = |missing: &[Unmet], name: &str| {
+            missing.iter().any(|each| each.what.starts_with(&format!("{name}:")))
+        };
+        let by_own_rules = missing.len();
         for (name, error) in &self.unopened {
-            if !missing.iter().any(|each| each.what.starts_with(&format!("{name}:"))) {
+            if !is_named(&missing, name) {
                 missing.push(lacking(format!("{name}: failed to {error}"), error.hint()));
             }
         }
-        for (name, supply) in self.supplies.lock().iter() {
+        for (name, supply) in self.supplies.lock().values() {
             let kind = name.split(' ').next().unwrap_or(name);
             let is_of_kind = |each: &Unmet| {
                 let rest = each.what.strip_prefix(kind);
                 rest.is_some_and(|rest| rest.starts_with([':', ' ']))
             };
-            if let (Some(lack), false) = (supply.lack(), missing.iter().any(is_of_kind)) {
+            let is_reported =
+                missing[..by_own_rules].iter().any(is_of_kind) || is_named(&missing, name);
+            if let (Some(lack), false) = (supply.lack(), is_reported) {
                 missing.push(lacking(format!("{name}: {lack}"), SENDS_NOTHING));
             }
         }
@@ -78,6 +85,7 @@ impl Unsupplied {
 
 /// A source that is watched.
 struct Watched {
+    place: usize,
     name: String,
     source: Box<dyn Source>,
     supplies: Supplies,
@@ -87,14 +95,14 @@ struct Watched {
 #[async_trait]
 impl Source for Watched {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        self.supplies.lock().insert(self.name.clone(), outlet.supply());
+        self.supplies.lock().insert(self.place, (self.name.clone(), outlet.supply()));
         let ended = tokio::select! {
             ended = self.source.run(outlet) => ended,
             never = report(&self.name, &mut self.is_reported, outlet) => match never {},
         };
         if matches!(ended, Err(SourceError::Fatal { .. })) {
             // It is reported by its error.
-            self.supplies.lock().remove(&self.name);
+            self.supplies.lock().remove(&self.place);
         }
         ended
     }
@@ -109,4 +117,24 @@ async fn report(name: &str, is_reported: &mut bool, outlet: &Outlet) -> Infallib
         outlet.happen(passing(format!("{name}: {lack} in {secs} s; {SENDS_NOTHING}")));
     }
     std::future::pending().await
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_source_that_sends_nothing_is_named_unless_the_rules_of_its_type_named_one() {
+        let unsupplied = Unsupplied::default();
+        for (place, name) in ["camera p001", "camera p002", "gsr"].into_iter().enumerate() {
+            unsupplied.supplies.lock().insert(place, (name.to_owned(), Supply::default()));
+        }
+        let names = |missing: &[&str]| {
+            let missing = missing.iter().map(|what| lacking(*what, "")).collect();
+            let all = unsupplied.added_to(missing).into_iter();
+            all.map(|each| each.what.split(':').next().unwrap_or("").to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&[]), ["camera p001", "camera p002", "gsr"]);
+        assert_eq!(names(&["gsr 2: not found"]), ["gsr 2", "camera p001", "camera p002"]);
+    }
 }
