@@ -7,9 +7,9 @@ use teampulse_timefilter::clock::{ClockKind, Probe};
 
 use crate::data::{Data, Event, EventKind};
 use crate::publishers;
-use crate::qos::Qos;
+use crate::session_streams::own_events;
 use crate::stopped;
-use crate::stream::{Shape, Signal, Stream, Subject};
+use crate::stream::Stream;
 use crate::time::Time;
 
 /// The topic that states which computer stamps a stream.
@@ -72,11 +72,7 @@ impl ClockReport {
                 "how far another computer's clock is ahead, and the round trip of the probe",
             ),
         };
-        let mut stream = Stream::raw(topic, Subject::session(), Shape::Event);
-        stream.signal = Signal::Event;
-        stream.qos = vec![Qos::latched(1000)];
-        stream.doc = doc.into();
-        stream
+        own_events(topic, doc)
     }
 
     /// The event of this report. The label of the first kind is the stream's name and the computer,

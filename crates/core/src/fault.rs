@@ -1,9 +1,8 @@
 //! Faults of the session itself, as events.
 
 use crate::data::{Event, EventKind};
-use crate::qos::Qos;
-use crate::session_streams::session_events;
-use crate::stream::{Origin, Shape, Signal, Stream, Subject};
+use crate::session_streams::{own_events, session_events};
+use crate::stream::{Origin, Stream};
 
 /// The topic of the features that panicked; a replay computes it again.
 pub const FAULTS: &str = "/teampulse/faults";
@@ -35,10 +34,6 @@ fn fault(label: impl Into<String>, duration_secs: f64) -> Event {
 
 /// The stream of the features that panicked.
 pub(crate) fn faults() -> Stream {
-    let mut stream = Stream::raw(FAULTS, Subject::session(), Shape::Event);
-    stream.origin = Origin::Derived;
-    stream.signal = Signal::Event;
-    stream.qos = vec![Qos::latched(1000)];
-    stream.doc = "features that panicked and are disabled from then on".into();
-    stream
+    let doc = "features that panicked and are disabled from then on";
+    Stream { origin: Origin::Derived, ..own_events(FAULTS, doc) }
 }

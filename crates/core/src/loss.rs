@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::data::{Data, Event, EventKind};
-use crate::qos::Qos;
-use crate::stream::{Shape, Signal, Stream, Subject};
+use crate::session_streams::own_events;
+use crate::stream::Stream;
 
 /// Where samples were lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,14 +19,11 @@ impl Loss {
     /// The stream of such losses: fault events whose label is the stream that lost and whose value is the number of
     /// samples, those within waves; NaN when it is unknown.
     pub fn stream(self) -> Stream {
-        let mut stream = Stream::raw(self.topic(), Subject::session(), Shape::Event);
-        stream.signal = Signal::Event;
-        stream.qos = vec![Qos::latched(1000)];
-        stream.doc = match self {
-            Loss::OnTheWay => "samples lost between a publisher and this session".into(),
-            Loss::InOurQueue => "samples dropped in this session's own queue".into(),
+        let doc = match self {
+            Loss::OnTheWay => "samples lost between a publisher and this session",
+            Loss::InOurQueue => "samples dropped in this session's own queue",
         };
-        stream
+        own_events(self.topic(), doc)
     }
 
     /// The event of a loss of samples; `None` when their number is unknown.

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::data::{Data, Event, EventKind};
-use crate::qos::Qos;
-use crate::stream::{About, Shape, Signal, Stream, Subject};
+use crate::session_streams::own_events;
+use crate::stream::{About, Stream};
 
 /// The topic that states who publishes other topics.
 pub(crate) const TOPIC: &str = "/teampulse/published_by";
@@ -24,12 +24,10 @@ const BETWEEN: &str = "; ";
 impl PublishedBy {
     /// The stream of these reports.
     pub(crate) fn stream() -> Stream {
-        let mut stream = Stream::raw(TOPIC, Subject::session(), Shape::Event);
-        stream.signal = Signal::Event;
-        stream.qos = vec![Qos::latched(1000)];
-        stream.doc =
-            "who publishes a topic that has, or had, several publishers: topic, names".into();
-        stream
+        own_events(
+            TOPIC,
+            "who publishes a topic that has, or had, several publishers: topic, names",
+        )
     }
 
     /// The event of this report: the label is the topic and the names, the value their number.
@@ -63,6 +61,7 @@ impl PublishedBy {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stream::{Shape, Subject};
 
     fn published_by(names: &[&str]) -> PublishedBy {
         let publishers = names.iter().map(|name| (*name).to_owned()).collect();

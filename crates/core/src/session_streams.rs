@@ -11,13 +11,18 @@ pub const END: &str = "end";
 /// The topic of the events of a session.
 pub const SESSION_EVENTS: &str = "/session/events";
 
-/// The stream of the events of a session: phases, markers, its end.
-pub fn session_events() -> Stream {
-    let mut stream = Stream::raw(SESSION_EVENTS, Subject::session(), Shape::Event);
+/// A stream of events of the session itself, kept for late joiners.
+pub(crate) fn own_events(topic: &str, doc: &str) -> Stream {
+    let mut stream = Stream::raw(topic, Subject::session(), Shape::Event);
     stream.signal = Signal::Event;
     stream.qos = vec![Qos::latched(1000)];
-    stream.doc = "phases, markers and faults of the session".into();
+    stream.doc = doc.into();
     stream
+}
+
+/// The stream of the events of a session: phases, markers, its end.
+pub fn session_events() -> Stream {
+    own_events(SESSION_EVENTS, "phases, markers and faults of the session")
 }
 
 /// The event with which a session ends.
@@ -38,12 +43,8 @@ pub const CLOCKS: &str = "/teampulse/clocks";
 
 /// The stream of the events of the clocks of devices and computers.
 pub(crate) fn clock_events() -> Stream {
-    let mut stream = Stream::raw(CLOCKS, Subject::session(), Shape::Event);
-    stream.origin = Origin::Derived;
-    stream.signal = Signal::Event;
-    stream.qos = vec![Qos::latched(1000)];
-    stream.doc = "clocks that restart, jump, wrap, run fast or are off".into();
-    stream
+    let doc = "clocks that restart, jump, wrap, run fast or are off";
+    Stream { origin: Origin::Derived, ..own_events(CLOCKS, doc) }
 }
 
 /// The stream of descriptions of all streams.

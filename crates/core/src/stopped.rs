@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::data::{Data, Event, EventKind};
-use crate::qos::Qos;
-use crate::stream::{About, Shape, Signal, Stream, Subject};
+use crate::session_streams::own_events;
+use crate::stream::{About, Stream};
 
 /// The topic that states which streams were stopped.
 pub(crate) const TOPIC: &str = "/teampulse/stopped";
@@ -21,12 +21,8 @@ pub(crate) struct Stopped {
 impl Stopped {
     /// The stream of these reports.
     pub(crate) fn stream() -> Stream {
-        let mut stream = Stream::raw(TOPIC, Subject::session(), Shape::Event);
-        stream.signal = Signal::Event;
-        stream.qos = vec![Qos::latched(1000)];
-        stream.doc =
-            "whether a stream was stopped on purpose: topic; 1, or 0 where it goes on".into();
-        stream
+        let doc = "whether a stream was stopped on purpose: its topic; 1 if so, 0 if it goes on";
+        own_events(TOPIC, doc)
     }
 
     /// The event of this report: the label is the topic.
@@ -47,6 +43,7 @@ impl Stopped {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stream::{Shape, Subject};
 
     #[test]
     fn a_report_survives_its_event() {
