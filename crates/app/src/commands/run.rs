@@ -57,10 +57,9 @@ pub async fn watch(
     setup: Setup,
     beside: Sources,
     duration_secs: Option<f64>,
-    out: PathBuf,
+    mut out: PathBuf,
 ) -> Result<Exit, Failure> {
     let stop = Stop::default();
-    let mut out = out;
     if let Some((fallback, instead)) = setup.fallback_for(&out) {
         say(format!("note: {instead}"));
         out = fallback;

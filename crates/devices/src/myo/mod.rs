@@ -2,7 +2,7 @@
 //!
 //! Sources: github.com/thalmiclabs/myo-bluetooth (`myohw.h`, Apache-2.0), which says big endian where the device sends
 //! little endian; the clients dl-myo, myo-raw, Dongleless-myo and Open-Myo, whose issues are cited. UUIDs are
-//! `d506XXXX-a904-deb9-4748-2c7f4a124842`; the supplied USB dongle is not needed.
+//! `d506nnnn-a904-deb9-4748-2c7f4a124842`, with `nnnn` from the table; the supplied USB dongle is not needed.
 //!
 //! | characteristic | bytes | |
 //! |---|---|---|

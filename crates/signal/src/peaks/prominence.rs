@@ -42,12 +42,12 @@ fn bases(
     let mut bases = Vec::new();
     let mut higher: Vec<(f64, Lowest)> = Vec::new();
     let mut next_peak = peaks.next();
-    let mut before = f64::NAN;
+    let mut previous = f64::NAN;
     for index in 0..count {
         let here = height(index);
         let after = if index + 1 < count { height(index + 1) } else { f64::NAN };
-        let is_between = before < here && here < after || before > here && here > after;
-        before = here;
+        let is_between = previous < here && here < after || previous > here && here > after;
+        previous = here;
         if is_between {
             continue;
         }
