@@ -16,6 +16,7 @@ mod controls;
 mod notes;
 mod required;
 mod supplies;
+mod room;
 mod absent;
 mod stop;
 mod recorded;

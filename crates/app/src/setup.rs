@@ -39,10 +39,10 @@ use crate::controls::Controls;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::folder::{Claimed, bag_folder};
-use crate::machine::unfit;
 use crate::network::default_bus;
 use crate::notes;
 use crate::required::Requirements;
+use crate::room::Room;
 use crate::study::{SessionClock, Study, StudyError};
 use crate::supplies::Supplies;
 
@@ -229,40 +229,10 @@ impl Setup {
         Ok(sinks)
     }
 
-    /// The disk space that a recording needs to begin, beyond what every recording needs [bytes].
-    pub fn keep_free_bytes(&self) -> u64 {
-        self.bags().iter().map(keep_free_bytes).max().unwrap_or(0)
-    }
-
-    /// Why a recording could not continue in its fallback.
-    pub fn unfit_fallback(&self) -> Option<String> {
-        self.bags().iter().find_map(|bag| {
-            let reason = unfit(bag.fallback.as_deref()?, keep_free_bytes(bag))?;
-            Some(format!("the recording could not continue in its fallback: {reason}"))
-        })
-    }
-
-    /// Why a recording could neither begin in `out` nor in its fallback, and why it could not continue there.
-    pub fn unfit_folders(&self, out: &Path) -> Vec<String> {
-        let unfit = unfit(out, self.keep_free_bytes());
-        let unfit = unfit.filter(|_| self.fallback_for(out).is_none());
-        unfit.into_iter().chain(self.unfit_fallback()).collect()
-    }
-
-    /// The fallback in which a recording begins if nothing can be recorded in `out`, with the reason for that; `None` if
-    /// it can, or there is no fallback with room.
-    pub fn fallback_for(&self, out: &Path) -> Option<(PathBuf, String)> {
-        let reason = unfit(out, self.keep_free_bytes())?;
-        let fallback = self.bags().into_iter().find_map(|bag| bag.fallback)?;
-        let is_fit = unfit(&fallback, self.keep_free_bytes()).is_none();
-        is_fit.then(|| {
-            let instead = format!("{reason}: the recording begins in {}", fallback.display());
-            (fallback, instead)
-        })
-    }
-
-    fn bags(&self) -> Vec<Bag> {
-        self.study.settings_of("sinks", "bag").unwrap_or_default()
+    /// Where a recording into `out` has room.
+    pub fn room(&self, out: &Path) -> Room {
+        let bags: Vec<Bag> = self.study.settings_of("sinks", "bag").unwrap_or_default();
+        Room::of(&bags, out)
     }
 
     /// The settings of the terminal's view.
@@ -477,11 +447,6 @@ fn name(kinds: &[String], place: usize, own: Option<String>) -> String {
         None if is_alone => kind.clone(),
         None => format!("{kind} {number}"),
     }
-}
-
-/// The space that a bag leaves free [bytes].
-fn keep_free_bytes(bag: &Bag) -> u64 {
-    bag.keep_free_mib.saturating_mul(1 << 20)
 }
 
 /// The tidy files of a bag: as the study configures them, or with defaults; none where it disables them.

@@ -78,8 +78,7 @@ impl Check {
         output::line(format!("study    ok    {}", self.study.display()));
         output::lines(notes.iter().map(|note| format!("note     {note}")));
         output::lines(machine::check(&self.out));
-        let (buses, unfit) = (Arc::clone(&setup.buses), setup.unfit_folders(&self.out));
-        let instead = setup.fallback_for(&self.out).map(|(_, instead)| instead);
+        let (buses, room) = (Arc::clone(&setup.buses), setup.room(&self.out));
         // What is computed is known once it runs: for the alerts that may watch it.
         let features = if alerts.is_empty() { Vec::new() } else { setup.features()? };
         let parts = Parts { sources, features, ..Parts::default() };
@@ -105,7 +104,7 @@ impl Check {
         idle.extend(notes::alerting_of_nothing(&alerts, &received, &computed));
         let overruled = lacks::overruled(!phases.is_empty(), &own_phases);
         let lacking = lacking(&required, &heard, &buses);
-        let notes = idle.iter().chain(&overruled).chain(&lacking).chain(&instead);
+        let notes = idle.iter().chain(&overruled).chain(&lacking).chain(&room.instead);
         output::lines(notes.map(|note| format!("note     {note}")));
         let unmet = unsupplied.added_to(required.missing(&heard)).into_iter();
         output::lines(faults.iter().map(|fault| format!("fault    {fault}")));
@@ -114,7 +113,7 @@ impl Check {
         missing.extend(worn.missing);
         let is_all_there = missing.is_empty();
         missing.extend(workers.unread());
-        missing.extend(unfit);
+        missing.extend(room.unfit.into_iter().chain(room.unfit_fallback));
         // As `run`, which does not begin where nothing can be recorded.
         let exit = if is_all_there { Exit::Failed } else { Exit::DeviceMissing };
         Ok(if is_go(&missing) { Exit::Fine } else { exit })

@@ -9,7 +9,6 @@ use crate::absent::Absent;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::folder::holds_something;
-use crate::machine;
 use crate::network;
 use crate::outcome::conclude;
 use crate::output::{last_line, pasted, say};
@@ -57,19 +56,21 @@ pub async fn watch(
     setup: Setup,
     beside: Sources,
     duration_secs: Option<f64>,
-    mut out: PathBuf,
+    out: PathBuf,
 ) -> Result<Exit, Failure> {
     let stop = Stop::default();
-    if let Some((fallback, instead)) = setup.fallback_for(&out) {
-        say(format!("note: {instead}"));
-        out = fallback;
-    } else if let Some(reason) = machine::unfit(&out, setup.keep_free_bytes()) {
+    let room = setup.room(&out);
+    if let Some(reason) = room.unfit {
         return Err(Failure::new(format!("nothing can be recorded: {reason}"))
             .hint("give another folder with --out"));
     }
-    if let Some(reason) = setup.unfit_fallback() {
+    if let Some(reason) = room.unfit_fallback {
         return Err(Failure::new(reason).hint("give another folder as `fallback`, or none"));
     }
+    if let Some(instead) = room.instead {
+        say(format!("note: {instead}"));
+    }
+    let out = room.folder;
     if let Ok(target) = std::fs::read_link(&out) {
         say(format!("{} is a link: the recording is in {}", out.display(), target.display()));
     }
