@@ -128,7 +128,7 @@ def test_nobody_on_ros_commands_a_session_that_does_not_say_so(stage):
 
 def test_a_key_is_a_command_with_its_sender_and_time(stage):
     out = stage.folder / "sessions"
-    study = stage.study(STUDY)
+    study = stage.study(STUDY + '[keys]\nl = "mark robot lost"\ns = "split"\nb = "do nback start 2"\n')
     pid, terminal = pty.fork()
     if pid == 0:
         os.environ.update(ROS_DOMAIN_ID=str(stage.domain))
@@ -142,7 +142,14 @@ def test_a_key_is_a_command_with_its_sender_and_time(stage):
             shown.extend(os.read(terminal, 65536))
 
     show(b"next baseline")
-    for keys, answer in ((b"\x0e", b"phase: baseline"), (b"a", b"marker: a"), (b"q", b"end the recording?")):
+    for keys, answer in (
+        (b"\x0e", b"phase: baseline"),
+        (b"a", b"marker: a"),
+        (b"l", b"marker: robot lost"),
+        (b"s", b"command of keys: split"),
+        (b"b", b"`do nback start 2`"),
+        (b"q", b"end the recording?"),
+    ):
         os.write(terminal, keys)
         show(answer)
     os.write(terminal, b"y")
@@ -157,9 +164,10 @@ def test_a_key_is_a_command_with_its_sender_and_time(stage):
 
     bag = harness.the_bag(out)
     commands = events(bag, "command")
-    assert [label for _, label in commands] == ["keys next_phase", "keys mark a", "keys stop"]
+    asked = ["next_phase", "mark a", "mark robot lost", "split", "stop"]
+    assert [label for _, label in commands] == [f"keys {words}" for words in asked]
     assert [label for _, label in events(bag, "phase")] == ["baseline"]
-    assert [label for _, label in events(bag, "marker")] == ["a"]
+    assert [label for _, label in events(bag, "marker")] == ["a", "robot lost"]
 
 
 def test_a_recording_that_begins_paused_begins_by_command_with_the_seconds_before(stage):

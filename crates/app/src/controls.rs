@@ -9,6 +9,8 @@ use teampulse_core::time::Time;
 use teampulse_sinks::{Scroll, View};
 use teampulse_sources::session::{Key, Keys, ScheduleHandle, marker};
 
+use crate::study::KeyCommands;
+
 /// The question before a key ends a recording.
 const END: &str = "end the recording?  y ends it, any other key continues";
 
@@ -28,6 +30,7 @@ pub struct Controls {
     phases: ScheduleHandle,
     growth: Growth,
     clock: Clock,
+    keys: KeyCommands,
     /// The command that the user was asked to confirm.
     asked: Option<Command>,
 }
@@ -35,7 +38,13 @@ pub struct Controls {
 impl Controls {
     /// Controls that scroll a view and switch phases.
     pub fn new(view: View, phases: ScheduleHandle, growth: Growth) -> Controls {
-        Controls { view, phases, growth, clock: Clock::host(), asked: None }
+        let (clock, keys) = (Clock::host(), KeyCommands::default());
+        Controls { view, phases, growth, clock, keys, asked: None }
+    }
+
+    /// Sends the commands of a study's `[keys]`.
+    pub fn with_keys(self, keys: KeyCommands) -> Controls {
+        Controls { keys, ..self }
     }
 
     /// Starts reading the keys; `None` where there is no terminal to read from.
@@ -51,15 +60,34 @@ impl Controls {
             return matches!(key, Key::Char('y' | 'Y')).then_some(asked);
         }
         let stage = self.growth.on_disk().stage;
-        match (key, stage) {
-            (Key::Char('q'), Stage::Open) => self.ask(END, Command::Stop, now),
-            (Key::Char('q'), _) => return Some(Command::Stop),
-            (Key::Control('p'), Stage::Open) => self.ask(STOP, Command::StopRecording, now),
+        match (key, &stage) {
+            (Key::Char('q'), _) => return self.send(Command::Stop, &stage, now),
+            (Key::Control('p'), Stage::Open) => {
+                return self.send(Command::StopRecording, &stage, now);
+            }
             (Key::Control('p'), Stage::Paused { .. }) => return Some(Command::StartRecording),
             (Key::Control('k'), Stage::Paused { .. }) => return Some(Command::Snapshot),
             (Key::Control('p' | 'k'), _) => self.view.ask(NOT_PAUSED, now),
-            (key, _) => return self.press_other(key, now),
+            (key, _) => {
+                let own =
+                    if let Key::Char(name) = key { self.keys.of(name).cloned() } else { None };
+                return match own {
+                    Some(command) => self.send(command, &stage, now),
+                    None => self.press_other(key, now),
+                };
+            }
         }
+        None
+    }
+
+    /// Returns a command to be sent; asks first if it would end a recording.
+    fn send(&mut self, command: Command, stage: &Stage, now: Time) -> Option<Command> {
+        let question = match (&command, stage) {
+            (Command::Stop, Stage::Open) => END,
+            (Command::StopRecording, Stage::Open) => STOP,
+            _ => return Some(command),
+        };
+        self.ask(question, command, now);
         None
     }
 
@@ -142,6 +170,21 @@ mod tests {
         assert_eq!(press(keep), Some(Command::Snapshot));
         assert_eq!(press(toggle), Some(Command::StartRecording));
         assert_eq!(press(Key::Char('q')), Some(Command::Stop));
+    }
+
+    #[test]
+    fn a_key_sends_the_command_of_the_study_and_asks_before_it_ends_a_recording() {
+        let settings = [("b", "do nback start 2"), ("l", "mark robot lost"), ("e", "stop")];
+        let settings = settings.map(|(key, command)| (key.to_owned(), command.to_owned()));
+        let keys = KeyCommands::read(&settings.into()).unwrap();
+        let growth = Growth::default();
+        growth.begin(Path::new("bag"));
+        let mut controls = controls(&growth).with_keys(keys);
+        let mut press = |key| controls.press(Key::Char(key)).map(|command| command.to_string());
+        assert_eq!(press('b').as_deref(), Some("do nback start 2"));
+        assert_eq!(press('l').as_deref(), Some("mark robot lost"));
+        assert_eq!(press('m').as_deref(), Some("mark m"));
+        assert_eq!((press('e'), press('y').as_deref()), (None, Some("stop")));
     }
 
     #[test]

@@ -22,7 +22,7 @@ use teampulse_ros::buses::Buses;
 use teampulse_ros::sink::Publish;
 use teampulse_sinks::{
     ALLOWED, Announce, Bag, Colours, DashboardContext, Ended, Estimates, FindUnmet, Kept,
-    PhasePlan, RosContext, SHOWN, SinkContext, TerminalContext, Tidy, View,
+    MarkerSettings, PhasePlan, RosContext, SHOWN, SinkContext, TerminalContext, Tidy, View,
 };
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
@@ -157,7 +157,8 @@ impl Setup {
         sources.push(("events".into(), Box::new(events)));
         let phases = Phases::new(self.study.general.phases.clone(), self.phases.clone());
         sources.push(("phases".into(), Box::new(phases)));
-        let controls = Controls::new(self.view.clone(), self.phases.clone(), self.growth.clone());
+        let controls = Controls::new(self.view.clone(), self.phases.clone(), self.growth.clone())
+            .with_keys(self.study.key_commands()?);
         if let Some(keys) = controls.open() {
             self.view.explain_keys();
             sources.push(("keys".into(), Box::new(keys)));
@@ -268,9 +269,19 @@ impl Setup {
         DashboardContext {
             phases: general.phases.iter().map(plan).collect(),
             commands: general.commands.verbs_of("dashboard"),
+            markers: self.markers(),
             required,
             announce: self.dashboard.clone(),
         }
+    }
+
+    /// The markers that keys set, also on the dashboard.
+    fn markers(&self) -> Vec<MarkerSettings> {
+        // A mistake in a key is an error before this.
+        let keys = self.study.key_commands().unwrap_or_default();
+        let marker =
+            |(key, label): (char, &str)| MarkerSettings { label: label.to_owned(), key: Some(key) };
+        keys.markers().map(marker).collect()
     }
 
     /// What the study requires of the received streams.

@@ -1,6 +1,7 @@
 //! A study: the sources, features and sinks of a session, in one TOML file.
 
 mod settings;
+mod key_commands;
 mod error;
 mod syntax;
 mod mistyped;
@@ -30,6 +31,7 @@ use self::place::{nearest_place, walk};
 use self::plain::plain;
 
 pub use self::error::{StudyError, is_near};
+pub use self::key_commands::KeyCommands;
 pub use self::settings::{FeatureSettings, General, SessionClock, SessionSettings, Shown};
 
 /// The longest name of a session [bytes]: the time and a number are appended to it, and a file system
@@ -263,8 +265,14 @@ impl Study {
         }
     }
 
-    /// Fails where an unknown command is allowed, or one to an unknown component.
+    /// The commands of the terminal's letters and digits.
+    pub fn key_commands(&self) -> Result<KeyCommands, StudyError> {
+        KeyCommands::read(&self.general.keys).map_err(|error| self.misplaced(error))
+    }
+
+    /// Fails where an unknown command is allowed, or one to an unknown component, or a key has no valid command.
     pub fn check_commands(&self) -> Result<(), StudyError> {
+        self.key_commands()?;
         self.check_commanders()?;
         let Some((setting, place, word)) = self.general.commands.unknown() else { return Ok(()) };
         let verbs = VERBS.map(|(verb, _, _)| verb);

@@ -73,6 +73,8 @@ pub struct DashboardContext {
     pub phases: Vec<PhasePlan>,
     /// The verbs of the commands that are allowed from it.
     pub commands: Vec<&'static str>,
+    /// The markers that the study's keys set, besides those of the dashboard's own settings.
+    pub markers: Vec<MarkerSettings>,
     /// Returns the requirements of the study that the received streams do not meet.
     pub required: Option<FindUnmet>,
     /// Called with the addresses.
@@ -109,6 +111,9 @@ impl Component<dyn Sink, SinkContext> for Dashboard {
             key: marker.key.map(String::from).unwrap_or_default(),
             label: marker.label,
         };
+        let has_own = |key| self.markers.iter().any(|own| own.key == key);
+        let of_keys = context.dashboard.markers.iter().filter(|other| !has_own(other.key)).cloned();
+        let markers = self.markers.iter().cloned().chain(of_keys);
         let tokens = self.tokens.as_deref().map(Tokens::read).transpose();
         let tokens = tokens.map_err(|error| {
             let message = format!("failed to {error}");
@@ -123,7 +128,7 @@ impl Component<dyn Sink, SinkContext> for Dashboard {
             tls,
             names: self.names,
             local: local_addresses().into_iter().map(IpAddr::V4).collect(),
-            markers: self.markers.into_iter().map(marker).collect(),
+            markers: markers.map(marker).collect(),
         };
         Ok(Box::new(teampulse_dashboard::Dashboard::new(session(context), settings)))
     }

@@ -27,7 +27,7 @@ pub use aligned::Aligned;
 pub use announcements::Announcements;
 pub use bag::{Bag, Continuation, ContinuingBag};
 pub use csv::{Csv, tables_beside};
-pub use dashboard::{ALLOWED, Announce, DashboardContext};
+pub use dashboard::{ALLOWED, Announce, DashboardContext, MarkerSettings};
 pub use ros::RosContext;
 pub use teampulse_dashboard::wire::{PhasePlan, Unmet};
 pub use teampulse_dashboard::{Addresses, FindUnmet};

@@ -86,6 +86,8 @@ function shifted(event: KeyboardEvent): boolean {
 }
 
 function bare(event: KeyboardEvent): boolean {
+  const own = live.model.hello?.markers.find((each) => each.key === event.key);
+  if (own) return mark(own.label, event);
   const page = PAGES[Number(event.key) - 1];
   if (page) {
     place.go(page.key);
@@ -95,8 +97,11 @@ function bare(event: KeyboardEvent): boolean {
     document.querySelector<HTMLElement>("input[type=search]")?.focus();
     return true;
   }
-  if (!/^[a-z]$/.test(event.key) || !live.actions.may("mark")) return false;
-  const label = live.model.hello?.markers.find((each) => each.key === event.key)?.label ?? event.key;
+  return /^[a-z]$/.test(event.key) && mark(event.key, event);
+}
+
+function mark(label: string, event: KeyboardEvent): boolean {
+  if (!live.actions.may("mark")) return false;
   live.actions.command(`mark ${label}`, event.timeStamp);
   return true;
 }

@@ -27,6 +27,9 @@ pub struct General {
     pub alerts: Vec<Threshold>,
     /// Who may command the session while it runs; by default only the terminal's keys.
     pub commands: CommandSettings,
+    /// The commands that letters and digits of the terminal send instead of setting a marker named after the key:
+    /// `b = "do nback start 2"`. Those that set a marker, as `l = "mark robot lost"`, apply to the dashboard, too.
+    pub keys: BTreeMap<String, String>,
     /// Whether the session is also shown in a browser, at <http://127.0.0.1:8742>; `[[sinks]]` with the type
     /// `dashboard` has its settings.
     pub dashboard: Shown,
