@@ -61,7 +61,7 @@ def test_a_node_commands_what_the_study_allows(stage):
     assert [label for _, label in events(bag, "phase")] == ["baseline"]
     assert [label for _, label in events(bag, "marker")] == ["robot 2 lost"]
     [refused] = [label for _, label in events(bag, "fault") if "refused" in label]
-    assert "not allowed: list `abort_phase` below [commands] in `ros`" in refused
+    assert "not allowed: add `abort_phase` to `ros` below [commands]" in refused
     assert len(list(bag.glob("*.mcap"))) == 2
     times = [time for time, _ in commands]
     assert times == sorted(times) and times[0] <= events(bag, "phase")[0][0]

@@ -48,7 +48,7 @@ def test_a_disk_that_stands_still_for_a_while_loses_nothing_and_is_said(stage, d
     recorder, _ = recording(stage, disk, "--size", 1024, "--rate", 200)
     disk.stall()
     began = time.monotonic()
-    recorder.wait_for("bag: stalled; .* wait in memory")
+    recorder.wait_for("bag: stalled; .* waiting in memory")
     # The disk is what is slow here.
     time.sleep(max(0, STANDS_STILL_SECS - (time.monotonic() - began)))
     disk.work()

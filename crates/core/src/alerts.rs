@@ -11,8 +11,8 @@ use crate::stream::{Origin, Shape, Stream};
 /// The topic of alerts about robots, the team and the session.
 pub const ALERTS: &str = "/team/alerts";
 
-/// The family of streams of alerts. Those about a person have a stream of their own, which is as private as everything
-/// else about that person; those on estimates belong to the family of the estimates.
+/// The family of alert streams. Alerts about a person have their own stream, which is as private as everything else
+/// about that person; alerts on estimates belong to the family of estimates.
 pub const FAMILY: &str = "alerts";
 
 /// Whether a stream holds alerts.
@@ -21,17 +21,17 @@ pub fn holds_alerts(stream: &Stream) -> bool {
     stream.name == ALERTS || is_concluded && matches!(&*stream.family, FAMILY | "estimates")
 }
 
-/// A robot or a person needs someone, or no longer does.
+/// A report that a robot or a person needs someone, or no longer does.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Alert {
-    /// The robot or the person: one word; `team` and `session` for alerts about neither.
+    /// The name of the robot or the person, one word; `team` or `session` if the alert is about neither.
     pub who: String,
     /// The reason.
     pub why: Why,
     /// The state of the alert.
     pub stage: Stage,
-    /// How urgent it is, if the study states it; part of the label while the alert is raised, and throughout where
-    /// nobody has to act.
+    /// The urgency, if the study states it. The label shows it while the alert is raised; [`Tier::Note`] also shows
+    /// once the alert is unknown or over.
     pub tier: Option<Tier>,
 }
 
@@ -51,7 +51,7 @@ pub enum Tier {
 impl Tier {
     const ALL: [Tier; 3] = [Tier::Act, Tier::Soon, Tier::Note];
 
-    /// As written in a study.
+    /// The word for this tier in a study.
     pub fn word(self) -> &'static str {
         match self {
             Tier::Act => "act",
@@ -61,16 +61,16 @@ impl Tier {
     }
 }
 
-/// Why a robot or a person needs someone; in the order of its words.
+/// Why a robot or a person needs someone; ordered by the displayed text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Why {
-    /// It is silent.
+    /// Nothing arrives from the robot or the person.
     Offline,
     /// The sensor with this name repeats the same values.
     Stuck(String),
-    /// Its diagnostics report an error.
+    /// The robot's diagnostics report an error.
     Diagnostics,
-    /// A number is beyond its limit, in words: `battery below 20 %`.
+    /// A value is beyond its limit, in words: `battery below 20 %`.
     Limit(String),
 }
 
@@ -90,7 +90,7 @@ impl Why {
         }
     }
 
-    /// How urgent it is by default.
+    /// The default urgency for this reason.
     pub fn tier(&self) -> Tier {
         match self {
             Why::Offline | Why::Diagnostics => Tier::Act,
@@ -128,9 +128,9 @@ impl PartialOrd for Why {
 pub enum Stage {
     /// Someone is needed.
     Raised,
-    /// A person has commanded the robot since.
+    /// A person has commanded the robot since the alert was raised.
     Answered,
-    /// Whether someone is still needed is not known: the number has been missing for too long.
+    /// It is unknown whether someone is still needed: no value has arrived for too long.
     Unknown,
     /// The alert is over.
     Over,
@@ -139,7 +139,7 @@ pub enum Stage {
 impl Stage {
     const ALL: [Stage; 4] = [Stage::Raised, Stage::Answered, Stage::Unknown, Stage::Over];
 
-    /// The word for programs.
+    /// The machine-readable word for this stage.
     pub fn word(self) -> &'static str {
         match self {
             Stage::Raised => "raised",
@@ -149,7 +149,7 @@ impl Stage {
         }
     }
 
-    /// The words in a label of an alert of this tier, if the label states it.
+    /// The phrase for this stage in a label; `tier` is `None` if the label does not state it.
     fn words(self, tier: Option<Tier>) -> &'static str {
         match (self, tier) {
             (Stage::Raised, None) => " needs someone: ",
@@ -164,14 +164,14 @@ impl Stage {
         }
     }
 
-    /// Whether the label of an alert of this tier states the tier.
+    /// Whether labels at this stage state the tier.
     fn states(self, tier: Tier) -> bool {
         self.words(Some(tier)) != self.words(None)
     }
 }
 
 impl Alert {
-    /// The label of its event: `robot2 needs someone: offline`.
+    /// The label of the alert's event: `robot2 needs someone: offline`.
     pub fn label(&self) -> String {
         format!("{}{}{}", self.who, self.stage.words(self.tier), self.why)
     }
@@ -182,7 +182,7 @@ impl Alert {
             let stated = Tier::ALL.into_iter().filter(move |&tier| stage.states(tier));
             stated.map(Some).chain([None]).map(move |tier| (stage, tier))
         });
-        // One phrase may be the end of another, so who it is about is a single word.
+        // One phrase may be the end of another, so `who` must be a single word.
         kinds.find_map(|(stage, tier)| {
             let (who, why) = label.split_once(stage.words(tier))?;
             let is_word = !who.is_empty() && !who.contains(' ');
@@ -190,7 +190,7 @@ impl Alert {
         })
     }
 
-    /// How urgent it is.
+    /// The urgency stated by the study, or else the default for the reason.
     pub fn urgency(&self) -> Tier {
         self.tier.unwrap_or_else(|| self.why.tier())
     }

@@ -15,20 +15,19 @@ pub struct Clock(Arc<Kind>);
 
 #[derive(Debug)]
 enum Kind {
-    /// Its offset from the machine's clock at the start [s], and its skew [ppm]; both positive
-    /// where it is ahead.
+    /// The host's clock, with an offset at the start [s] and a skew [ppm]; both are positive if this clock is ahead.
     Host { wall_at_start: Time, started: Moment, ahead_secs: f64, fast_ppm: f64 },
     Set {
         nanos: AtomicI64,
-        /// How far the session's time is ahead of the time that was set [ns]: the session's time continues evenly when
-        /// the other jumps.
+        /// How far the session's time is ahead of simulated time [ns]: the session's time continues evenly when
+        /// simulated time jumps.
         ahead_nanos: AtomicI64,
     },
 }
 
 impl Clock {
-    /// The host's clock: its wall clock now, and its monotonic clock from now on, even while the machine sleeps. A
-    /// later step of the wall clock does not move it; see [`Clock::wall_offset_nanos`].
+    /// The host's clock. It starts at the wall clock's time and then follows the monotonic clock that also runs while
+    /// the machine sleeps. Later steps of the wall clock do not affect it; see [`Clock::wall_offset_nanos`].
     pub fn host() -> Clock {
         Clock::host_off(0.0, 0.0)
     }
@@ -39,13 +38,13 @@ impl Clock {
         Clock(Arc::new(Kind::Host { wall_at_start, started, ahead_secs, fast_ppm }))
     }
 
-    /// A clock that shows the time it was last set to: simulated time, a recording's, or a test's. Until
-    /// then it shows [`Time::EPOCH`].
+    /// A clock that shows the time to which it was last set: simulated time, or the time of a recording or a test.
+    /// Until it is first set, it shows [`Time::EPOCH`].
     pub fn settable() -> Clock {
         Clock(Arc::new(Kind::Set { nanos: AtomicI64::new(0), ahead_nanos: AtomicI64::new(0) }))
     }
 
-    /// The time of the session.
+    /// The session's current time.
     pub fn now(&self) -> Time {
         match &*self.0 {
             Kind::Host { wall_at_start, started, ahead_secs, fast_ppm } => {
@@ -58,8 +57,8 @@ impl Clock {
         }
     }
 
-    /// Sets the time of a settable clock; returns whether it moved. It never goes back, and a host's clock
-    /// can't be set.
+    /// Sets the time of a settable clock; returns whether it moved. The time never goes back, and a host's clock can't
+    /// be set.
     pub fn set(&self, now: Time) -> bool {
         match &*self.0 {
             Kind::Host { .. } => false,
@@ -98,8 +97,8 @@ impl Clock {
         now.nanos().saturating_sub(between)
     }
 
-    /// How much the machine's wall clock was stepped and slewed since this clock began [ns]. Zero for a
-    /// settable clock.
+    /// How much the machine's wall clock was stepped and slewed since this clock was created [ns]. Zero for a settable
+    /// clock.
     pub fn wall_offset_nanos(&self) -> i64 {
         match &*self.0 {
             Kind::Host { wall_at_start, started, .. } => {
@@ -111,14 +110,14 @@ impl Clock {
     }
 }
 
-/// The wall clock and the monotonic moment at which it had this time.
+/// Reads the wall clock and the monotonic clock at the same moment.
 fn wall_and_moment(wall: impl Fn() -> Time, moment: impl Fn() -> Moment) -> (Time, Moment) {
     let (wall, moment) = fastest(wall, || moment().0);
     (wall, Moment(moment))
 }
 
-/// The time of one clock and that of a monotonic one at the same moment: of three readings the fastest, as another
-/// program may run in the middle of one.
+/// Reads a clock and a monotonic clock at the same moment. Takes the fastest of three readings, as this thread may be
+/// interrupted during a reading.
 fn fastest(clock: impl Fn() -> Time, monotonic: impl Fn() -> Duration) -> (Time, Duration) {
     let reading = || {
         let (before, now, after) = (monotonic(), clock(), monotonic());
@@ -139,15 +138,15 @@ pub fn wall() -> Time {
     Time::from_nanos(nanos)
 }
 
-/// The machine's monotonic clock, which stands still while the machine sleeps: the one that programs on one machine
-/// stamp with when they share no other clock.
+/// The machine's `CLOCK_MONOTONIC`, which stops while the machine sleeps. Programs on one machine stamp with it when
+/// they share no other clock.
 pub fn monotonic() -> Duration {
     let now = clock_gettime(ClockId::Monotonic);
     Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
 }
 
-/// A moment of the machine's monotonic clock, which continues while the machine sleeps: a laptop's closed lid
-/// appears as a silence, not as a step of the wall clock.
+/// A moment on the machine's `CLOCK_BOOTTIME`, which continues while the machine sleeps: a laptop's closed lid appears
+/// as silence, not as a step of the wall clock.
 #[derive(Clone, Copy, Debug)]
 struct Moment(Duration);
 

@@ -26,19 +26,19 @@ pub use hindsight::Hindsight;
 use owner::Owner;
 pub use settings::{ClockSettings, IntervalLatency};
 
-/// The computer whose clock stamps everything in simulated time: the session's own.
+/// The computer name for streams stamped in simulated time, which is the session's own clock.
 pub const SIMULATED_TIME: &str = "simulated time";
-/// The computer that stamps messages of sources on this host, such as the pictures of its cameras.
+/// The computer name for messages stamped by sources on this host, such as camera images.
 pub const THIS_HOST: &str = "this host";
 
-/// The name in a study of the device of a stream (`[clocks.imu]`): the last token of its device, or
-/// of its topic where it has no device.
+/// The name of a stream's device in a study (`imu` in `[clocks.imu]`): the last token of the stream's device, or of its
+/// topic if it has no device.
 pub fn device_of(stream: &Stream) -> &str {
     let name = if stream.device.is_empty() { &stream.name } else { &stream.device };
     last_token(name)
 }
 
-/// How the samples of a session get their times.
+/// Assigns times to the samples of a session.
 #[derive(Default)]
 pub struct Clocks {
     settings: BTreeMap<String, ClockSettings>,
@@ -50,7 +50,7 @@ pub struct Clocks {
     places: BTreeMap<Owner, usize>,
     /// The clock of each stream, by its id.
     of: Vec<Option<Placed>>,
-    /// The streams of each topic that have a clock.
+    /// The streams that have a clock, by topic.
     streams: BTreeMap<String, Vec<StreamId>>,
     /// The number of breaks of simulated time.
     simulated_epoch: u32,
@@ -59,16 +59,16 @@ pub struct Clocks {
 /// How samples get their times.
 #[derive(Default)]
 enum Timing {
-    /// They are corrected.
+    /// Times are corrected.
     #[default]
     Corrected,
-    /// They are kept as stamped.
+    /// Times are kept as stamped.
     Stamped,
-    /// Those of devices are kept as stamped by `retime`; the other clocks are modelled.
+    /// Times of devices are kept as stamped by `retime`; other clocks are modelled.
     Retimed,
-    /// They are corrected, and the stamps of devices are collected.
+    /// Times are corrected, and the stamps of devices are collected.
     Collecting(Hindsight),
-    /// They are corrected using all stamps of devices.
+    /// Times are corrected using all stamps of devices.
     Known(Hindsight),
 }
 
@@ -83,25 +83,25 @@ struct Placed {
 /// An event of a clock.
 #[derive(Debug)]
 pub(crate) struct Reported {
-    /// The clock, of those in use.
+    /// The index of the clock among those in use.
     pub(crate) clock: usize,
-    /// Whose clock it is, and what happened.
+    /// The clock's owner and what happened.
     pub(crate) label: String,
     pub(crate) event: ClockEvent,
 }
 
-/// Stamped when measured.
+/// No latency: messages are stamped when they are measured.
 const NO_LATENCY: Latency = Latency::new(0.0, 0.0);
 
 /// One clock in use.
 struct Clock {
     owner: Owner,
     model: Box<dyn ClockModel>,
-    /// Whether its stamps are shifted.
+    /// How far the clock's stamps are off [s], if they are.
     off_secs: Option<f64>,
-    /// Its latency over links with a known connection interval.
+    /// The device's latency over links with a known connection interval.
     by_interval: Option<ByInterval>,
-    /// The bounds of beats that a strap reports without their times.
+    /// The bounds on the times of beats, for straps that report beats without times.
     by_beats: Option<ByBeats>,
 }
 
@@ -114,7 +114,7 @@ impl Clock {
                 format!("{owner} {SIMULATED}")
             }
             ClockEvent::Off { secs } if is_far(*secs) => {
-                format!("{owner} does not count from 1970: placed by probes of its clock")
+                format!("{owner} does not count from 1970: its offset is known from probes")
             }
             _ => format!("{owner} {event}"),
         }
@@ -122,7 +122,7 @@ impl Clock {
 }
 
 impl Clocks {
-    /// Clocks that correct times; `settings` by the name of the device.
+    /// Clocks that correct times, with `settings` by device name.
     pub fn new(settings: BTreeMap<String, ClockSettings>) -> Clocks {
         Clocks { settings, ..Clocks::default() }
     }
@@ -142,8 +142,8 @@ impl Clocks {
         Clocks { settings, timing: Timing::Collecting(hindsight.clone()), ..Clocks::default() }
     }
 
-    /// Clocks that correct times with the stamps of the whole recording, which is read a second
-    /// time. Samples are stamped with these times from then on.
+    /// Clocks that correct times in a second pass over a recording, using all its stamps. Samples are stamped with the
+    /// corrected times.
     pub fn with_hindsight(
         settings: BTreeMap<String, ClockSettings>,
         hindsight: Hindsight,
@@ -151,7 +151,7 @@ impl Clocks {
         Clocks { settings, timing: Timing::Known(hindsight), ..Clocks::default() }
     }
 
-    /// Whether waves get their period by the session's clock.
+    /// Whether the periods of waves are converted to the session's clock.
     pub(crate) fn stamps_anew(&self) -> bool {
         matches!(self.timing, Timing::Known(_))
     }
@@ -195,7 +195,7 @@ impl Clocks {
         Corrected { measured: corrected.measured.saturating_sub(latency_nanos), ..corrected }
     }
 
-    /// Assigns the streams of this name to the clock of this computer from now on.
+    /// Assigns the streams of a topic to a computer's clock from now on.
     pub(crate) fn stamped_by(&mut self, stream: String, computer: String) {
         if self.computers.get(&stream) != Some(&computer) {
             for id in self.streams.remove(&stream).unwrap_or_default() {
@@ -211,7 +211,7 @@ impl Clocks {
         self.at_work[clock].model.probe(probe);
     }
 
-    /// Takes in a break of simulated time.
+    /// Begins a new epoch after a break of simulated time.
     pub(crate) fn begin_epoch_of_simulated_time(&mut self) {
         self.simulated_epoch += 1;
     }
@@ -266,7 +266,7 @@ impl Clocks {
         if is_simulated(secs, kind) {
             return Some(format!("{} {SIMULATED}", clock.owner));
         }
-        // A clock that does not count from 1970 is right where probes show from when.
+        // A clock that does not count from 1970 is no fault: its offset is known from probes.
         (!is_far(secs)).then(|| format!("the clock of {} is {secs:+.3} s off", clock.owner))
     }
 
@@ -294,9 +294,9 @@ impl Clocks {
         placed
     }
 
-    /// Whose clock stamps a stream. Messages without a known sender are assigned to their subject: a
-    /// robot counts as one computer until its computers are known. Samples in our own shapes that another
-    /// computer stamped are already placed by the device's clock, in that computer's time.
+    /// The owner of the clock that stamps a stream. Messages without a known sender are assigned to their subject: a
+    /// robot counts as one computer until its computers are known. Samples in our own shapes that another computer
+    /// stamped were already corrected by the device's clock there, to that computer's time.
     fn owner_of(&self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Owner {
         let device = || stream.device.clone();
         let computer = self.computers.get(&stream.name).map(String::as_str);
@@ -358,7 +358,7 @@ impl Clocks {
         }
     }
 
-    /// The study's latencies of the device by connection interval; `None` where it has none.
+    /// The study's latencies of a device by connection interval; `None` if there are none.
     fn by_interval(&self, owner: &Owner) -> Option<ByInterval> {
         let (Owner::Device(_, device) | Owner::Counted(_, device)) = owner else { return None };
         let intervals = &self.settings.get(last_token(device))?.intervals;
@@ -366,7 +366,7 @@ impl Clocks {
         (!intervals.is_empty()).then(|| ByInterval::new(base, intervals.clone()))
     }
 
-    /// The bounds of the beats of a strap; `None` for any other device.
+    /// The bounds on the times of a strap's beats; `None` for any other device.
     fn by_beats(&self, owner: &Owner) -> Option<ByBeats> {
         let Owner::Device(_, device) = owner else { return None };
         let device = last_token(device);
@@ -385,13 +385,13 @@ impl Clocks {
         }
     }
 
-    /// The study's latency of a stream of messages: a driver's messages are stamped later than they were measured.
+    /// The study's latency for a stream of messages: drivers stamp messages later than they were measured.
     fn latency_of(&self, stream: &Stream) -> Latency {
         let known = self.settings.get(device_of(stream));
         known.and_then(ClockSettings::latency).unwrap_or(NO_LATENCY)
     }
 
-    /// The latency of a kind of device: from the study, else from the table.
+    /// The clock settings of a kind of device: from the study, else from the table of known devices.
     fn settings_of(&self, device: &str) -> OneWaySettings {
         let device = last_token(device);
         let known = KnownDevice::find(device);
@@ -406,7 +406,7 @@ impl Clocks {
     }
 }
 
-/// Whether a late joiner of the stream receives earlier samples; the session's own streams are complete
+/// Whether late joiners receive the stream's earlier samples. False for the session's own streams, which are complete
 /// from the start.
 fn is_kept(stream: &Stream) -> bool {
     let kept = |qos: &Qos| qos.durability == Durability::TransientLocal;

@@ -25,19 +25,19 @@ const VIBRATION_SECS: f64 = 0.5;
 pub enum Command {
     /// `stop`: ends the session.
     Stop,
-    /// `split`: begins the next file of the bag.
+    /// `split`: starts the next file of the bag.
     Split,
-    /// `start_recording`: begins a bag, with the seconds before it that were kept.
+    /// `start_recording`: starts a bag, including the last seconds before the command.
     StartRecording,
     /// `stop_recording`: ends the bag; the session continues.
     StopRecording,
-    /// `snapshot`: writes the last seconds, which are kept while nothing is recorded, into a bag.
+    /// `snapshot`: writes the last seconds, which are buffered while nothing is recorded, to a bag.
     Snapshot,
-    /// `next_phase`: begins the next phase of the study; the phases after it shift accordingly.
+    /// `next_phase`: starts the next phase of the study; the phases after it shift accordingly.
     NextPhase,
     /// `repeat_phase`: restarts the current phase, or the last one.
     RepeatPhase,
-    /// `abort_phase`: ends the current phase; the next one begins by command.
+    /// `abort_phase`: ends the current phase; the next one starts on command.
     AbortPhase,
     /// `mark LABEL`: sets a marker.
     Mark(String),
@@ -48,9 +48,9 @@ pub enum Command {
         /// How long it vibrates [s].
         secs: f64,
     },
-    /// `do COMPONENT REQUEST`: sends a component of the session a request of its own, `do nback start 2`.
+    /// `do COMPONENT REQUEST`: sends a request to a component of the session: `do nback start 2`.
     Do {
-        /// The component's name in commands: `nback`.
+        /// The name of the component in commands: `nback`.
         component: String,
         /// The request, in words that the component understands; may be empty.
         request: String,
@@ -60,11 +60,15 @@ pub enum Command {
 /// Every verb with its arguments and what it does, as shown in documentation.
 pub const VERBS: [(&str, &str, &str); 11] = [
     ("stop", "", "ends the session"),
-    ("split", "", "begins the next file of the bag"),
-    ("start_recording", "", "begins a bag, with the seconds before it that were kept"),
+    ("split", "", "starts the next file of the bag"),
+    ("start_recording", "", "starts a bag, including the last seconds before the command"),
     ("stop_recording", "", "ends the bag; the session continues"),
-    ("snapshot", "", "writes the seconds that are kept while nothing is recorded into a bag"),
-    ("next_phase", "", "begins the next phase of the study"),
+    (
+        "snapshot",
+        "",
+        "writes the last seconds, which are buffered while nothing is recorded, to a bag",
+    ),
+    ("next_phase", "", "starts the next phase of the study"),
     ("repeat_phase", "", "restarts the current phase"),
     ("abort_phase", "", "ends the current phase"),
     ("mark", "LABEL", "sets a marker"),
@@ -73,7 +77,7 @@ pub const VERBS: [(&str, &str, &str); 11] = [
 ];
 
 impl Command {
-    /// Its verb.
+    /// The command's verb.
     pub fn verb(&self) -> &'static str {
         match self {
             Command::Stop => "stop",
@@ -139,7 +143,7 @@ impl FromStr for Command {
 }
 
 fn vibration(argument: &str) -> Result<Command, CommandError> {
-    let expected = "who wears the device, and seconds up to 10: `vibrate p001 0.5`";
+    let expected = "the wearer of the device, and a duration up to 10 s: `vibrate p001 0.5`";
     let wrong = CommandError::Argument { verb: "vibrate", expected };
     let mut words = argument.split_whitespace();
     let (subject, secs) = (words.next(), words.next());
@@ -161,7 +165,7 @@ fn request(argument: &str) -> Result<Command, CommandError> {
     Ok(Command::Do { component: component.to_owned(), request: request.trim().to_owned() })
 }
 
-/// Whether a text is a word such as `nback`, as components are called in studies.
+/// Whether a text can be the name of a component in a study, such as `nback`.
 fn is_token(text: &str) -> bool {
     let is_part = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
     text.starts_with(|first: char| first.is_ascii_lowercase()) && text.chars().all(is_part)
@@ -170,7 +174,7 @@ fn is_token(text: &str) -> bool {
 /// Why a text is not a command. The message fits after "failed to".
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum CommandError {
-    /// Its verb is not one of [`VERBS`].
+    /// The verb is not one of [`VERBS`].
     #[error(
         "read a command: there is no `{verb}`; expected stop, split, start_recording, stop_recording, \
          snapshot, next_phase, repeat_phase, abort_phase, mark, vibrate or do"
@@ -187,10 +191,10 @@ pub enum CommandError {
         /// The expected argument.
         expected: &'static str,
     },
-    /// It is too long.
-    #[error("read a command of {bytes} bytes: expected 1000 at most")]
+    /// The text is too long.
+    #[error("read a command of {bytes} bytes: expected at most 1000")]
     Long {
-        /// Its length [bytes].
+        /// The length of the text [bytes].
         bytes: usize,
     },
 }
@@ -213,8 +217,8 @@ impl Sender {
         Sender::through("ros", node)
     }
 
-    /// A sender that a component knows by this name, which may be empty: `dashboard`, `tablet`. The component has the
-    /// name of its setting below `[commands]`.
+    /// A sender behind a component, such as the client `tablet` of the `dashboard`; the name may be empty. `component`
+    /// is also the name of the setting below `[commands]`.
     pub fn through(component: &str, name: &str) -> Sender {
         let name = name.replace(|c: char| c.is_whitespace() || c.is_control(), "_");
         Sender { component: component.to_owned(), name }
@@ -246,12 +250,13 @@ pub struct Instruction {
     pub sender: Sender,
     /// The command.
     pub command: Command,
-    /// When it was given, by the session's clock: when a key or a button was pressed, which may be earlier than now.
+    /// When the command was given, by the session's clock: when a key or a button was pressed, which may be earlier
+    /// than now.
     pub at: Time,
 }
 
-/// A command that was accepted, and who sent it: an event of the kind `command` on `/session/events`,
-/// whose label is the sender and the command, `ros:/operator_panel next_phase`.
+/// A command that was accepted, and who sent it. It is recorded as an event of the kind `command` on `/session/events`,
+/// whose label is the sender and the command: `ros:/operator_panel next_phase`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accepted {
     /// Who sent it.
@@ -261,7 +266,7 @@ pub struct Accepted {
 }
 
 impl Accepted {
-    /// The event that records it.
+    /// The event that records the command.
     pub fn event(&self) -> Event {
         let label = format!("{} {}", self.sender, self.command);
         Event { kind: EventKind::Command, label, value: f64::NAN, duration_secs: 0.0 }

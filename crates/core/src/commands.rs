@@ -11,21 +11,22 @@ use tokio::sync::{mpsc, watch};
 use crate::command::{Command, Instruction, Sender, VERBS};
 use crate::worker::Feed;
 
-/// How many commands wait for one receiver.
+/// The most commands that may wait for one receiver.
 const DEPTH: usize = 64;
-/// How many different refusals are reported.
+/// The most different refusals that are reported.
 const MOST_REFUSALS: usize = 100;
 
-/// Who may command the session, by where a command comes from: verbs, `do COMPONENT`, or `*` for everything.
+/// The commands that are allowed, by where they come from: verbs, `do COMPONENT`, or `*` for everything.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(default)]
 pub struct CommandSettings {
-    /// From the terminal's keys.
+    /// Commands allowed from the terminal's keys.
     pub keys: Vec<String>,
-    /// From ROS nodes, as `std_msgs/String` on `/session/commands`. Any node on the network can publish there.
+    /// Commands allowed from ROS nodes, as `std_msgs/String` on `/session/commands`. Any node on the network can
+    /// publish there.
     pub ros: Vec<String>,
-    /// From people and programs behind a component of the session, by the component's `type`. Nothing is allowed
-    /// without this setting.
+    /// Commands allowed from people and programs behind a component of the session, by the component's `type`. Nothing
+    /// is allowed without this setting.
     #[serde(flatten)]
     pub components: BTreeMap<String, Vec<String>>,
 }
@@ -38,12 +39,12 @@ impl Default for CommandSettings {
 }
 
 impl CommandSettings {
-    /// No command is allowed.
+    /// Settings that allow no command.
     pub fn nobody() -> CommandSettings {
         CommandSettings { keys: Vec::new(), ..CommandSettings::default() }
     }
 
-    /// The first word that is not a verb, and so allows nothing: its setting, its place there, and the word.
+    /// The first word that is not a verb, and so allows nothing: the setting, the word's index in it, and the word.
     pub fn unknown(&self) -> Option<(&str, usize, &str)> {
         let known = |word: &str| {
             let verb = word.split_once(' ').map_or(word, |(verb, _)| verb);
@@ -58,14 +59,14 @@ impl CommandSettings {
         })
     }
 
-    /// Allows these verbs from a component, unless the study says what is allowed from there.
+    /// Allows these verbs from a component, unless the study sets what is allowed.
     pub fn allow_by_default(&mut self, component: &str, verbs: &[&str]) {
         let verbs = || verbs.iter().map(|verb| (*verb).to_owned()).collect();
         self.components.entry(component.to_owned()).or_insert_with(verbs);
     }
 
-    /// The verbs that are allowed from a component, in the order of their documentation; `do` if it is allowed for any
-    /// component.
+    /// The verbs that are allowed from a component, in the order of their documentation; includes `do` if it is allowed
+    /// for any component.
     pub fn verbs_of(&self, component: &str) -> Vec<&'static str> {
         let words = self.components.get(component).map(Vec::as_slice).unwrap_or_default();
         let verbs = VERBS.iter().map(|(verb, _, _)| *verb);
@@ -95,10 +96,10 @@ impl CommandSettings {
 /// Why a command was refused. The message fits after the command's name.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum Refused {
-    /// The study does not allow it.
-    #[error("not allowed: list `{word}` below [commands] in `{setting}`")]
+    /// The study does not allow the command.
+    #[error("not allowed: add `{word}` to `{setting}` below [commands]")]
     NotAllowed {
-        /// The word that would allow it and as little else as possible: its verb, with the component of a `do`.
+        /// The narrowest word that would allow the command: the verb, and for `do` also the component.
         word: String,
         /// The setting that would allow it.
         setting: String,
@@ -106,7 +107,7 @@ pub enum Refused {
     /// No component carries out this command.
     #[error("nothing in this session carries it out")]
     NoReceiver,
-    /// The receiver has not yet taken earlier commands.
+    /// The receiver has too many earlier commands waiting.
     #[error("too many commands are already waiting")]
     Busy,
 }
@@ -156,7 +157,7 @@ impl Receiver {
 
     fn take(&self, instruction: &Instruction) {
         match &self.by {
-            // A full queue was refused before.
+            // Commands for a full queue were already refused by `check`.
             By::Queue(queue) => drop(queue.try_send(instruction.clone())),
             By::Event => {}
             By::Worker(feed) => feed.command(instruction.clone()),
@@ -248,7 +249,7 @@ impl Commands {
         known.len() < MOST_REFUSALS && known.insert(refusal.to_owned())
     }
 
-    /// Resolves when the session was asked to stop.
+    /// Resolves once the session is asked to stop.
     pub(crate) async fn stopped(&self) {
         let mut stop = self.0.stop.subscribe();
         if stop.wait_for(|stop| *stop).await.is_err() {
@@ -299,7 +300,7 @@ mod tests {
         let refused =
             Commands::new(settings.clone()).check(&tablet, &"do camera start".parse().unwrap());
         let text = refused.unwrap_err().to_string();
-        assert_eq!(text, "not allowed: list `do camera` below [commands] in `dashboard`");
+        assert_eq!(text, "not allowed: add `do camera` to `dashboard` below [commands]");
         let nobody = Sender::through("lsl", "");
         assert!(!settings.allow(&nobody, &Command::Stop));
     }

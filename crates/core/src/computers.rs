@@ -17,20 +17,20 @@ pub(crate) const STAMPED_BY: &str = "/teampulse/stamped_by";
 /// The topic of probes of other computers' clocks.
 const PROBES: &str = "/teampulse/clock_probes";
 
-/// The topics of reports on computers' clocks, on publishers and on stopped streams: too frequent to be shown to users,
-/// or said already by the command.
+/// The topics of reports on computers' clocks, publishers and stopped streams. They are not shown to users: they are
+/// too frequent, or repeat a command.
 pub const UNTOLD: [&str; 4] = [STAMPED_BY, PROBES, publishers::TOPIC, stopped::TOPIC];
 
-/// Stamps further in the past than this are those of a simulation that started at 0 [s]: ten years.
+/// Stamps further in the past than this, ten years, come from a clock that started at 0 [s].
 const SIMULATED_SECS: f64 = 10.0 * 365.25 * 86_400.0;
 
-/// Whether stamps with this offset [s] are of simulated time. Not if the computer's clock was probed, as simulations do
-/// not answer probes: that clock has another epoch, such as when the computer was switched on.
+/// Whether stamps with this offset [s] are in simulated time. They are not if the computer's clock was probed, as
+/// simulations do not answer probes: that clock has another epoch, such as the boot of the computer.
 pub fn is_simulated(offset_secs: f64, clock: ClockKind) -> bool {
     is_far(offset_secs) && clock != ClockKind::TwoWay
 }
 
-/// Whether a clock this far ahead [s] does not count from 1970.
+/// Whether a clock with this offset [s] does not count from 1970.
 pub(crate) fn is_far(offset_secs: f64) -> bool {
     offset_secs < -SIMULATED_SECS
 }
@@ -42,20 +42,20 @@ pub const SIMULATED: &str =
 /// A report on another computer's clock.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClockReport {
-    /// This computer's clock stamps a stream.
+    /// A computer's clock stamps a stream.
     StampedBy {
         /// The stream's topic.
         stream: String,
         /// The computer.
         computer: String,
     },
-    /// A probe of this computer's clock has ended.
+    /// A probe of a computer's clock has ended.
     Probed {
         /// The computer.
         computer: String,
-        /// How far its clock is ahead [s].
+        /// How far the computer's clock is ahead [s].
         offset_secs: f64,
-        /// The round trip [s].
+        /// The round-trip time of the probe [s].
         round_trip_secs: f64,
     },
 }
@@ -65,18 +65,18 @@ impl ClockReport {
     pub(crate) fn stream(&self) -> Stream {
         let (topic, doc) = match self {
             ClockReport::StampedBy { .. } => {
-                (STAMPED_BY, "whose clock stamps a stream: topic, computer")
+                (STAMPED_BY, "which computer's clock stamps a stream: topic, computer")
             }
             ClockReport::Probed { .. } => (
                 PROBES,
-                "how far another computer's clock is ahead, and the round trip of the probe",
+                "how far another computer's clock is ahead, and the round-trip time of the probe",
             ),
         };
         own_events(topic, doc)
     }
 
-    /// The event of this report. The label of the first kind is the stream's name and the computer,
-    /// separated by a space; the value of the second is the offset [s], its duration the round trip [s].
+    /// The event of this report. For `StampedBy`, the label is the stream's name and the computer, separated by a
+    /// space; for `Probed`, the value is the offset [s] and the duration the round-trip time [s].
     pub(crate) fn event(&self) -> Data {
         let (label, value, duration_secs) = match self {
             ClockReport::StampedBy { stream, computer } => {
@@ -89,7 +89,7 @@ impl ClockReport {
         Data::Event(Arc::new(Event { kind: EventKind::Clock, label, value, duration_secs }))
     }
 
-    /// The report in a sample of the stream of this name; `None` for any other stream.
+    /// Reads the report from a sample of a report stream; `None` for any other stream.
     pub fn read(stream: &Stream, data: &Data) -> Option<ClockReport> {
         let Data::Event(event) = data else { return None };
         match stream.name.as_str() {
@@ -109,7 +109,7 @@ impl ClockReport {
         }
     }
 
-    /// The probe of an exchange that was reported at `arrival`.
+    /// The probe for the clock model, from an exchange that was reported at `arrival`.
     pub(crate) fn probe(offset_secs: f64, round_trip_secs: f64, arrival: Time) -> Probe {
         Probe { arrival: arrival.nanos(), offset_secs, round_trip_secs }
     }

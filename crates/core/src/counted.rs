@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-/// A count with its noun, and with its verb where that differs: `1 row is missing`, `2 rows are missing`.
+/// Formats a count with its noun, and with its verb where that differs, too: `1 row is missing`, `2 rows are missing`.
 pub fn counted<N: Copy + Display + PartialEq + From<u8>>(
     count: N,
     one: &str,

@@ -18,7 +18,7 @@ pub enum Data {
     Sample(Arc<[f64]>),
     /// Several samples.
     Wave(Wave),
-    /// Several samples.
+    /// The values of a feature over one window.
     Feature(Arc<FeatureValues>),
     /// Something that happened.
     Event(Arc<Event>),
@@ -31,7 +31,7 @@ pub enum Data {
 }
 
 impl Data {
-    /// Its heap memory [bytes]; shared data count in full.
+    /// The heap memory of the data [bytes]; shared data count in full.
     #[must_use]
     pub fn held_bytes(&self) -> usize {
         match self {
@@ -51,7 +51,7 @@ impl Data {
         }
     }
 
-    /// The number of samples: those of a wave, which is at least 1; 1 of anything else.
+    /// The number of samples: at least 1 for a wave, and 1 for any other shape.
     #[must_use]
     pub fn samples(&self) -> u32 {
         let Data::Wave(wave) = self else { return 1 };
@@ -80,14 +80,14 @@ impl Data {
     }
 }
 
-/// A run of samples with one period, as from one notification of a device.
+/// A run of samples with one period, such as those in one notification of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wave {
     /// Time from one sample to the next [ns].
     pub period_ns: f64,
-    /// How many numbers a sample has.
+    /// The number of channels in each sample.
     pub channels: u32,
-    /// Sample by sample, each with its channels; a whole number of samples.
+    /// The values, sample by sample and channel by channel; a whole number of samples.
     pub samples: Arc<[f64]>,
 }
 
@@ -135,7 +135,7 @@ pub enum Reason {
     Undefined = 5,
     /// No baseline to compare with has ended yet.
     NoBaseline = 6,
-    /// The event has not happened, or is over; or there was nothing to measure in the window, as speech.
+    /// The event has not happened or is over, or the window contains nothing to measure, such as no speech.
     Nothing = 7,
     /// The baseline is too short to estimate how much its values vary.
     BriefBaseline = 8,
@@ -182,11 +182,11 @@ impl fmt::Display for Reason {
 pub struct Event {
     /// The kind of event.
     pub kind: EventKind,
-    /// Its label: the name of the phase, the text of the marker, the stream with the fault.
+    /// The label: the name of the phase, the text of the marker, the stream with the fault.
     pub label: String,
-    /// Its value; NaN where it has none.
+    /// The value; NaN if there is none.
     pub value: f64,
-    /// Its duration [s]; 0 if instantaneous, NaN where unknown.
+    /// The duration [s]; 0 if instantaneous, NaN where unknown.
     pub duration_secs: f64,
 }
 

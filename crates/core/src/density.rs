@@ -1,21 +1,20 @@
 //! Detects waves that overlap in time: samples that arrive faster than stated.
 //!
-//! A wave states the time from one of its samples to the next, and a description the rate of its stream. Where
-//! there are more samples than that between the stamps of the first wave and the last, waves overlap in time,
-//! and features computed from them have a wrong time base. A function of corrected times and log times, so
-//! that a replay has the same result.
+//! A wave states its sampling period, and a description states the rate of its stream. If more samples than that lie
+//! between the stamps of the first wave and the last, waves overlap in time, and features computed from them have a
+//! wrong time base. The result depends only on corrected times and log times, so a replay has the same result.
 
 use std::collections::VecDeque;
 
 use crate::time::Time;
 
-/// The span of a stream that is examined [s], and the number of its waves.
+/// The minimum span of a stream that is examined [s], and its minimum number of waves.
 const LEAST_SECS: f64 = 10.0;
 const LEAST_WAVES: u64 = 8;
 /// The length of the stretches in which waves are counted [s].
 const STRETCH_SECS: f64 = 1.0;
-/// Tolerance for a rate: clocks of devices are off by less than a thousandth, and waves that are stamped by their
-/// arrival jitter.
+/// The tolerated ratio of the counted rate to the stated one: device clocks are off by less than a thousandth, and
+/// waves that are stamped on arrival jitter.
 const TOLERATED: f64 = 1.1;
 /// The largest number of stretches that are kept.
 const MOST_STRETCHES: usize = 256;
@@ -24,7 +23,7 @@ const MOST_STRETCHES: usize = 256;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Density {
     stretches: VecDeque<Stretch>,
-    /// The counts of the newest complete stretches.
+    /// The rates over the newest complete stretches, if the stated rate is exceeded.
     exceeded: Option<Exceeded>,
 }
 
@@ -45,8 +44,8 @@ struct Exceeded {
 }
 
 impl Density {
-    /// Takes in a wave of this many samples, in order; the stated rate [Hz] is that of its period
-    /// or of the stream's description, whichever is lower.
+    /// Takes in a wave of this many samples, in order; the stated rate [Hz] comes from its period or from the stream's
+    /// description, whichever is lower.
     pub(crate) fn came(&mut self, samples: u64, measured: Time, log_time: Time, stated_hz: f64) {
         let goes_on = self.stretches.back_mut().filter(|stretch| {
             measured.secs_since(stretch.measured) < STRETCH_SECS
@@ -61,7 +60,7 @@ impl Density {
         self.stretches.push_back(Stretch { measured, log_time, waves: 1, samples });
     }
 
-    /// Examines the stretches before a wave that begins at a time.
+    /// Examines the stretches before a wave that begins at `until`.
     fn judge(&mut self, until: Time, stated_hz: f64) {
         let (mut waves, mut samples) = (0_u64, 0_u64);
         let enough = self.stretches.iter().rposition(|stretch| {
@@ -82,11 +81,13 @@ impl Density {
         self.exceeded = is_exceeded.then_some(Exceeded { rate_hz, stated_hz });
     }
 
-    /// The fault of the stream while it lasts.
+    /// The current fault of the stream, if any.
     pub(crate) fn complaint(&self) -> Option<String> {
         let Exceeded { rate_hz, stated_hz } = self.exceeded?;
         let [comes, stated] = [rate_hz, stated_hz].map(|hz| format!("{hz:.0}"));
-        Some(format!("its waves overlap: {comes} samples/s arrive, stated {stated}/s"))
+        Some(format!(
+            "its waves overlap: {comes} samples/s arrive instead of the stated {stated}/s"
+        ))
     }
 }
 
@@ -114,7 +115,7 @@ mod tests {
 
     #[test]
     fn waves_that_overlap_are_marked_with_both_rates() {
-        let expected = "its waves overlap: 2000 samples/s arrive, stated 1000/s";
+        let expected = "its waves overlap: 2000 samples/s arrive instead of the stated 1000/s";
         assert_eq!(said(2.0, 15.0).as_deref(), Some(expected));
         for times in [1.25, 1.5, 3.9, 62.5] {
             assert!(said(times, 15.0).is_some(), "{times} times the rate");

@@ -16,10 +16,10 @@ use crate::time::Time;
 ///
 /// An extractor that panics is disabled from then on, and so is a feature that panics in `accepts`; all others go on.
 pub(crate) struct Extractors {
-    /// By name; `None` for a feature that has panicked.
+    /// The features with their names; `None` for one that has panicked.
     features: Vec<(&'static str, Option<Arc<dyn Feature>>)>,
     at_work: Vec<AtWork>,
-    /// By feature and scope.
+    /// The index of each extractor, by feature and scope.
     shared: BTreeMap<(usize, Sharing), usize>,
     /// The extractors that receive a stream, by its id.
     listeners: BTreeMap<StreamId, Vec<usize>>,
@@ -67,7 +67,7 @@ enum Sharing {
     Session,
 }
 
-/// The output of extractors, in order.
+/// A declaration or a sample from an extractor.
 pub(crate) enum Given {
     /// An output was declared, or declared again with more details.
     Declared { output: Output, stream: Box<Stream> },
@@ -95,8 +95,8 @@ impl Extractors {
         }
     }
 
-    /// A stream was declared: every feature that accepts it joins. No feature receives the stream of a
-    /// second publisher of a person's topic.
+    /// Joins a declared stream to every feature that accepts it. No feature receives the stream of a second publisher
+    /// of a person's topic.
     pub(crate) fn join(&mut self, id: StreamId, stream: &Stream, given: &mut VecDeque<Given>) {
         if !stream.beside.is_empty() {
             return;
@@ -125,8 +125,8 @@ impl Extractors {
         }
     }
 
-    /// The extractor of a feature for a stream, started if there is none yet; `None` where the
-    /// feature does not accept the stream.
+    /// The index of a feature's extractor for a stream, which is started if needed; `None` if the feature does not
+    /// accept the stream.
     fn at_work_on(
         &mut self,
         feature: usize,
@@ -153,7 +153,7 @@ impl Extractors {
         Ok(Some(index))
     }
 
-    /// Notes the session's id of a declared output.
+    /// Stores the session's id for a declared output.
     pub(crate) fn name(&mut self, output: Output, id: StreamId) {
         let ids = &mut self.at_work[output.by].ids;
         match ids.get_mut(output.id.0) {
@@ -190,7 +190,7 @@ impl Extractors {
         }
     }
 
-    /// Notes for all extractors that nothing could be received until then.
+    /// Notifies all extractors that nothing could be received until `until`.
     pub(crate) fn stood_still(&mut self, until: Time, given: &mut VecDeque<Given>) {
         for (index, at_work) in self.at_work.iter_mut().enumerate() {
             let waits = |extractor: &mut dyn Extractor, _: &mut Outputs| {
@@ -205,7 +205,7 @@ impl Extractors {
         std::mem::take(&mut self.broken)
     }
 
-    /// Drops all features; their output stays.
+    /// Drops all features; their earlier output stays.
     pub(crate) fn leave_out_all(&mut self) {
         self.features.clear();
         self.listeners.clear();

@@ -4,7 +4,7 @@ use crate::data::{Event, EventKind};
 use crate::session_streams::{own_events, session_events};
 use crate::stream::{Origin, Stream};
 
-/// The topic of the features that panicked; a replay computes it again.
+/// The topic that reports features that panicked; a replay recomputes it.
 pub const FAULTS: &str = "/teampulse/faults";
 
 /// A fault that lasts: it is reported once and stays on the screen.
@@ -22,7 +22,7 @@ pub(crate) fn with_hint(label: String, hint: &str) -> String {
     if hint.is_empty() { label } else { format!("{label}; {hint}") }
 }
 
-/// Whether an event is a fault of the session itself that lasts.
+/// Whether an event is a lasting fault of the session itself.
 pub fn is_lasting(stream: &Stream, event: &Event) -> bool {
     let is_own = stream.name == FAULTS || stream.name == session_events().name;
     is_own && event.kind == EventKind::Fault && event.duration_secs.is_nan()
@@ -32,7 +32,7 @@ fn fault(label: impl Into<String>, duration_secs: f64) -> Event {
     Event { kind: EventKind::Fault, label: label.into(), value: f64::NAN, duration_secs }
 }
 
-/// The stream of the features that panicked.
+/// The stream that reports features that panicked.
 pub(crate) fn faults() -> Stream {
     let doc = "features that panicked and are disabled from then on";
     Stream { origin: Origin::Derived, ..own_events(FAULTS, doc) }

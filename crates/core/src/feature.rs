@@ -15,10 +15,10 @@ use crate::units::spelt;
 /// Configuration is separate from state: one `Feature` starts an [`Extractor`] for each stream (or
 /// each subject) that it accepts.
 pub trait Feature: Send + Sync {
-    /// Whether it runs on this stream. One that works with phases accepts [their streams](Phases::hears), too.
+    /// Whether the feature runs on this stream. A feature that uses phases also accepts [their streams](Phases::hears).
     fn accepts(&self, stream: &Stream) -> bool;
 
-    /// Whether each stream has an extractor of its own, or all streams about a subject share one.
+    /// Which streams share an extractor; by default each stream has its own.
     fn scope(&self) -> Scope {
         Scope::Stream
     }
@@ -30,11 +30,11 @@ pub trait Feature: Send + Sync {
 /// Which streams share an extractor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
-    /// Each stream has its own.
+    /// Each stream has its own extractor.
     Stream,
-    /// All accepted streams about one subject share one.
+    /// All accepted streams about one subject share an extractor.
     Subject,
-    /// All accepted streams of the session share one.
+    /// All accepted streams of the session share an extractor.
     Session,
 }
 
@@ -42,28 +42,27 @@ pub enum Scope {
 ///
 /// No I/O, no clock, no blocking. The same input gives the same output, bit for bit.
 pub trait Extractor: Send {
-    /// Another stream joins, or a known one is declared again with more details; also called for the first stream,
-    /// before its first sample. Declare outputs here.
+    /// Called when a stream joins, before its first sample, and when it is declared again with more details. Declare
+    /// outputs here.
     fn join(&mut self, id: StreamId, stream: &Stream, out: &mut Outputs);
 
-    /// Phases have begun, ended or become known with this sample, which is pushed next: [`Outputs::phases`] has
-    /// changed.
+    /// Called before a sample that changes the phases is pushed: [`Outputs::phases`] already includes the change.
     fn phases_changed(&mut self, _by: &Sample, _out: &mut Outputs) {}
 
-    /// A sample that arrived in order.
+    /// Takes in a sample that arrived in order.
     fn push(&mut self, sample: &Sample, out: &mut Outputs);
 
-    /// A sample that arrived late; its `measured` is its true time.
+    /// Takes in a sample that arrived late; `measured` is its true time.
     fn push_late(&mut self, _sample: &Sample, _out: &mut Outputs) {}
 
-    /// Time has passed. Called every 100 ms of session time, after all earlier samples.
+    /// Advances the time. Called every 100 ms of session time, after all earlier samples.
     fn tick(&mut self, _now: Time, _out: &mut Outputs) {}
 
-    /// teampulse itself was suspended; silence until this time, which is still ahead, means nothing.
+    /// Called after teampulse itself was suspended: silence until this time, which is still to come, means nothing.
     fn stood_still(&mut self, _until: Time) {}
 }
 
-/// The outputs of an extractor, and the phases that its runner keeps for it.
+/// The outputs of an extractor, and the phases that are available to it.
 #[derive(Debug, Default)]
 pub struct Outputs {
     /// `Some` only during a call.
@@ -82,7 +81,7 @@ pub(crate) struct Emitted {
     pub(crate) data: Data,
 }
 
-/// An output of an extractor, by the order in which it declared them.
+/// Identifies an output of an extractor, numbered in the order of declaration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutputId(pub(crate) usize);
 
@@ -97,8 +96,8 @@ impl Outputs {
         self.phases.clone().unwrap_or_default()
     }
 
-    /// Declares an output stream of this extractor; the same name again keeps its id and replaces
-    /// the declaration. Its units are converted to their machine-readable spelling.
+    /// Declares an output stream of this extractor; a repeated name keeps its id and replaces the declaration. Its
+    /// units are converted to their machine-readable spelling.
     pub fn declare(&mut self, mut stream: Stream) -> OutputId {
         stream.channels.iter_mut().for_each(|channel| channel.unit = spelt(&channel.unit));
         let known = self.declared.iter().position(|known| known.name == stream.name);
@@ -128,14 +127,14 @@ impl Outputs {
     }
 }
 
-/// An extractor outside of a session, with the phases from the streams that join it.
+/// An extractor that runs outside a session, with the phases from the streams that join it.
 pub struct StandaloneExtractor {
     extractor: Box<dyn Extractor>,
     phases: Arc<Phases>,
 }
 
 impl StandaloneExtractor {
-    /// This extractor.
+    /// Wraps an extractor.
     pub fn new(extractor: Box<dyn Extractor>) -> StandaloneExtractor {
         StandaloneExtractor { extractor, phases: Arc::default() }
     }
@@ -175,7 +174,7 @@ impl Extractor for StandaloneExtractor {
     }
 }
 
-/// Passes a sample to an extractor, after the phases that change with it.
+/// Passes a sample to an extractor, after a notice if the sample changed the phases.
 pub(crate) fn pushed(
     extractor: &mut dyn Extractor,
     (sample, turn): (&Sample, Turn),

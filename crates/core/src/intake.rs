@@ -1,26 +1,26 @@
 //! Limits what features compute: one publisher must not hold up the session.
 //!
-//! A stream of waves says how fast its samples come; one whose waves overlap gives many times as many. The
-//! excess is recorded like everything else, but not passed to features, and counted. All of it is a function of log
-//! times, so that a replay skips the same samples.
+//! A stream of waves states its rate, but delivers many times as many samples if its waves overlap. The excess is
+//! recorded like everything else; it is counted, but not passed to features. The limits depend only on the data and on
+//! log times, so a replay skips the same samples.
 
 use crate::counted::counted;
 use crate::data::Data;
 use crate::stream::Stream;
 use crate::time::Time;
 
-/// The most numbers of a stream that features take at once, and in each second from then on.
+/// The most numbers that features take from one stream: in a burst, and per second after it.
 const NUMBERS: Bucket = Bucket::new(1_000_000.0, 200_000.0);
-/// The same limit for all streams together.
+/// The most numbers that features take from all streams together: in a burst, and per second after it.
 const OF_ALL: Bucket = Bucket::new(2_000_000.0, 600_000.0);
-/// The time that the samples of waves may cover at once, by their own period, and in each second from then on [s]: a
-/// device that sends stored samples may be far behind, and waves that overlap are no longer believed.
+/// The most time that the samples of waves may cover, by their period: in a burst [s], and per second after it. A
+/// device that sends stored samples may be far behind; waves beyond the limit overlap, and are not used.
 const SPAN_SECS: Bucket = Bucket::new(60.0, 4.0);
 
-/// How long a report on skipped samples stays in force [s].
+/// How long a fault about skipped samples is reported [s].
 const COMPLAINT_SECS: f64 = 10.0;
 
-/// The remaining budget.
+/// A token bucket: at most `most` in a burst, and `per_sec` after it.
 #[derive(Clone, Copy, Debug)]
 struct Bucket {
     most: f64,
@@ -55,7 +55,7 @@ impl Default for Shared {
 pub(crate) struct Intake {
     numbers: Bucket,
     span_secs: Bucket,
-    /// How many samples were skipped, and when the last of them arrived.
+    /// The number of skipped samples, and when the last of them arrived.
     left_out: u64,
     newest: Option<Time>,
 }
@@ -67,7 +67,7 @@ impl Default for Intake {
 }
 
 impl Intake {
-    /// Whether the budget at `now` is sufficient; samples beyond it are counted.
+    /// Whether the budget at `now` suffices for a reading; the samples of a refused reading are counted.
     pub(crate) fn admits(
         &mut self,
         all: &mut Shared,
@@ -94,7 +94,7 @@ impl Intake {
         fits
     }
 
-    /// The fault of the stream while it lasts.
+    /// The current fault of the stream, if any.
     pub(crate) fn complaint(&self, now: Time) -> Option<String> {
         let is_new = self.newest.is_some_and(|newest| now.secs_since(newest) <= COMPLAINT_SECS);
         let left_out = self.left_out;
@@ -124,7 +124,7 @@ impl Cost {
         };
         let samples = wave.samples.len() / wave.channels.max(1) as usize;
         let span_secs = samples as f64 * wave.period_ns / 1e9;
-        // Gaps by its period at the declared rate are filled in as missing.
+        // A wave costs at least its span at the declared rate: features fill its gaps with missing values.
         let declared = span_secs * stream.rate_hz * width;
         let numbers = declared.max(wave.samples.len() as f64);
         Cost { samples: samples as u64, numbers, span_secs }

@@ -1,5 +1,4 @@
-//! State that was published once and still applies: a recording that continues in another bag begins with
-//! it.
+//! State that was published once and still applies: when a recording continues in another bag, that bag begins with it.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,12 +21,12 @@ const MOST: usize = 100_000;
 #[derive(Clone, Debug, Default)]
 pub struct Latched(BTreeMap<(Rank, StreamId, String), Record>);
 
-/// An event as it could be published at a later time.
+/// An event that still applies, in the form in which it can be published again at a later time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandingEvent {
-    /// Its stream.
+    /// The id of the event's stream.
     pub id: StreamId,
-    /// The stream itself.
+    /// The event's stream.
     pub stream: Arc<Stream>,
     /// The event.
     pub event: Event,
@@ -47,7 +46,7 @@ enum Rank {
 }
 
 impl Latched {
-    /// Takes in an event. Of two events about the same state the newer one is valid, in whichever order they arrive.
+    /// Takes in an event. Of two events about the same state the newer one applies, in whichever order they arrive.
     pub fn take(&mut self, record: &Record) {
         let Data::Event(event) = &record.sample.data else { return };
         let Some((rank, about)) = about(record, event) else { return };
@@ -61,8 +60,7 @@ impl Latched {
         }
     }
 
-    /// The state at a time, as events that could be published then, in the order of publication; a phase
-    /// has its remaining length.
+    /// The state at a time, as events to publish then, in order; a phase has its remaining length.
     pub fn at(&self, at: Time) -> Vec<StandingEvent> {
         let valid = self.0.iter().filter(|(_, record)| record.sample.log_time <= at);
         let valid = valid.filter_map(|((rank, id, _), record)| {
@@ -89,7 +87,7 @@ impl Latched {
     }
 }
 
-/// The key of an event that is valid until there is another with the same key.
+/// The key of an event that applies until another event has the same key; `None` for any other event.
 fn about(record: &Record, event: &Event) -> Option<(Rank, String)> {
     let Record { stream, sample, .. } = record;
     let of_session = stream.about == About::Session;
@@ -112,14 +110,15 @@ fn about(record: &Record, event: &Event) -> Option<(Rank, String)> {
     Some((Rank::Origin, topic))
 }
 
-/// An event as it could be published again; of losses only whether they can be counted, as none has occurred since.
+/// An event as it can be published again. A count of losses becomes 0, as none has occurred since; only whether losses
+/// can be counted still applies.
 fn countable(stream: &Stream, event: &Event) -> Event {
     let is_count = Loss::of_stream(stream).is_some() && event.value.is_finite();
     Event { value: if is_count { 0.0 } else { event.value }, ..event.clone() }
 }
 
-/// A phase as it could be published this long after it began [s]: with its remaining length, or as the absence of a
-/// phase if it is over.
+/// A phase as it can be published this long after it began [s]: with its remaining length, or without a name if it is
+/// over.
 fn rest(event: &Event, since_secs: f64) -> Event {
     let is_over = event.duration_secs > 0.0 && event.duration_secs <= since_secs;
     if is_over {

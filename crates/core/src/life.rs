@@ -17,7 +17,7 @@ use usual::{Heard, UsualRate, is_stale};
 const WINDOW_SECS: usize = 10;
 /// The number of delays that are kept for the median.
 const DELAYS: usize = 32;
-/// How often a stream without any samples is reported: there may be thousands.
+/// The interval at which a stream without any samples is reported [s]: there may be thousands of such streams.
 const SILENT_SECS: u32 = 30;
 
 /// The counts of a stream within one second.
@@ -33,14 +33,14 @@ struct Second {
 #[derive(Clone, Debug)]
 pub(crate) struct Life {
     usual: UsualRate,
-    /// Whether it is irregular, so that a silence means nothing.
+    /// Whether the stream is irregular, so that silence means nothing.
     irregular: bool,
     now: Time,
     first: Option<Time>,
     seconds: VecDeque<Second>,
     current: Second,
     newest: Option<Time>,
-    /// Whether it was stopped on purpose.
+    /// Whether the stream was stopped on purpose.
     stopped: bool,
     /// Until when nothing could be received, as this process was suspended or the stream was stopped.
     deaf_until: Option<Time>,
@@ -84,7 +84,7 @@ impl Life {
         }
     }
 
-    /// The health of an irregular stream: no rate is learned, and a silence is not a fault.
+    /// The health of an irregular stream: no rate is learned, and silence is no fault.
     pub(crate) fn irregular() -> Life {
         Life { irregular: true, ..Life::new(0.0) }
     }
@@ -96,7 +96,7 @@ impl Life {
         }
     }
 
-    /// Counts a sample, or a run of this many.
+    /// Counts the arrival of a reading with this many samples.
     pub(crate) fn arrived(
         &mut self,
         samples: u32,
@@ -129,12 +129,12 @@ impl Life {
         self.current.late += 1;
     }
 
-    /// Notes that nothing could be received until then: a silence counts from there.
+    /// Notes that nothing could be received until `until`: silence is counted from then on.
     pub(crate) fn stood_still(&mut self, until: Time) {
         self.deaf_until = self.deaf_until.max(Some(until));
     }
 
-    /// Notes that it was stopped on purpose, or goes on from then: until then its silence means nothing.
+    /// Notes that the stream was stopped on purpose, or resumed, at `at`: its silence before then means nothing.
     pub(crate) fn was_stopped(&mut self, is_stopped: bool, at: Time) {
         self.stopped = is_stopped;
         self.stood_still(at);
@@ -184,8 +184,8 @@ impl Life {
         }
     }
 
-    /// Whether its status is due: every second once a sample has arrived; before that in the first second and
-    /// occasionally.
+    /// Whether the stream's status is due: every second once a sample has arrived; before that, in the first second and
+    /// every 30 s.
     pub(crate) fn is_due(&self) -> bool {
         self.newest.is_some() || self.silent_secs % SILENT_SECS == 1
     }
@@ -248,12 +248,12 @@ impl Life {
         }
     }
 
-    /// The given time, or the end of a standstill after it.
+    /// The later of a time and the end of the last standstill.
     fn heard_since(&self, moment: Time) -> Time {
         self.deaf_until.map_or(moment, |until| until.max(moment))
     }
 
-    /// The fault of a stream that has samples, or of its clock.
+    /// The fault of a stream that delivers samples, or of its clock.
     fn complaint(&self, of_clock: Option<String>) -> Option<String> {
         let lost = self.sum(|second| second.lost);
         let disbelieved = self.sum(|second| second.disbelieved);
@@ -280,7 +280,7 @@ impl Life {
         if late > 0 {
             return Some(format!("{late} out of order in the last {WINDOW_SECS} s"));
         }
-        (duplicates > 0).then(|| format!("{duplicates} twice in the last {WINDOW_SECS} s"))
+        (duplicates > 0).then(|| format!("{duplicates} duplicated in the last {WINDOW_SECS} s"))
     }
 
     fn too_slow(&self) -> Option<String> {

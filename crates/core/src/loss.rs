@@ -16,8 +16,8 @@ pub enum Loss {
 }
 
 impl Loss {
-    /// The stream of such losses: fault events whose label is the stream that lost and whose value is the number of
-    /// samples, those within waves; NaN when it is unknown.
+    /// The stream of such losses: fault events whose label is the affected stream and whose value is the number of lost
+    /// samples, counting each sample in a wave; NaN if unknown.
     pub fn stream(self) -> Stream {
         let doc = match self {
             Loss::OnTheWay => "samples lost between a publisher and this session",
@@ -26,7 +26,7 @@ impl Loss {
         own_events(self.topic(), doc)
     }
 
-    /// The event of a loss of samples; `None` when their number is unknown.
+    /// The event that reports a loss; `samples` is `None` if their number is unknown.
     pub fn event(self, stream: &str, samples: Option<u64>) -> Data {
         let label = stream.to_owned();
         let kind = EventKind::Fault;
@@ -34,7 +34,7 @@ impl Loss {
         Data::Event(Arc::new(Event { kind, label, value, duration_secs: 0.0 }))
     }
 
-    /// The kind of losses on a stream; `None` for any other stream.
+    /// The kind of losses that a stream reports; `None` for any other stream.
     pub fn of_stream(stream: &Stream) -> Option<Loss> {
         [Loss::OnTheWay, Loss::InOurQueue].into_iter().find(|loss| loss.topic() == stream.name)
     }

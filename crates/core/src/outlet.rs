@@ -27,9 +27,9 @@ pub use queue::Queue;
 use queue::{Budget, declaration_bytes, reading_bytes};
 pub use supply::Supply;
 
-/// How much one source may have waiting in front of the pump [bytes].
+/// The most that one source may have waiting in front of the pump [bytes].
 const BUDGET_BYTES: usize = 256 << 20;
-/// The same for a recording, which waits instead of dropping [bytes].
+/// The most that a recording may have waiting; it waits instead of dropping readings [bytes].
 const RECORDED_BYTES: usize = 4 << 20;
 
 /// A source's connection to the pump; clones share one budget.
@@ -126,7 +126,7 @@ impl Outlet {
         Ok(())
     }
 
-    /// States that a recording continues until a time, though nothing more of it is handed over.
+    /// States that a recording continues until a time, though no more readings are handed over.
     pub fn pass(&self, until: Time) {
         self.queue.push(|| Item::Passed { until });
     }
@@ -157,8 +157,8 @@ impl Outlet {
         self.push(reading, None);
     }
 
-    /// States that another computer's clock stamps a stream: `computer` names it, the
-    /// same for all streams that it stamps.
+    /// States that another computer's clock stamps a stream: `computer` is its name, which is the same for all streams
+    /// that it stamps.
     pub fn stamped_by(&self, stream: StreamId, computer: &str) {
         let stream = self.streams.get(stream).name.clone();
         self.report(&ClockReport::StampedBy { stream, computer: computer.to_owned() });
@@ -181,14 +181,14 @@ impl Outlet {
         self.hand_over(PublishedBy::stream(), published_by.event());
     }
 
-    /// States that a stream was stopped on purpose, such as by a command: until it has [`started`](Outlet::started), its
-    /// silence is no fault and its source is not missing. It stays stopped when the source is run again.
+    /// States that a stream was stopped on purpose, for example by a command: until it has [`started`](Outlet::started)
+    /// again, its silence is no fault and its source is not missing. It stays stopped when the source is run again.
     pub fn stopped(&self, stream: StreamId) {
         self.supply.stopped();
         self.report_stopped(stream, true);
     }
 
-    /// States that a stopped stream goes on: from now on its silence is a fault again.
+    /// States that a stopped stream has resumed: from now on its silence is a fault again.
     pub fn started(&self, stream: StreamId) {
         self.report_stopped(stream, false);
     }
@@ -203,8 +203,8 @@ impl Outlet {
         self.happen_at(event, None);
     }
 
-    /// The same, for an event that happened at a known time of the session's clock, such as a click in a browser:
-    /// up to eleven minutes ago, if it was annotated afterwards or had to wait for a connection.
+    /// Publishes an event that happened at a known time of the session's clock, such as a click in a browser: up to
+    /// eleven minutes ago, if it was annotated afterwards or had to wait for a connection.
     pub fn happen_at(&self, event: Event, at: Option<Time>) {
         let stream = self.declare(session_events());
         let data = Data::Event(Arc::new(event));
@@ -222,7 +222,7 @@ impl Outlet {
         self.command_at(sender, command, None)
     }
 
-    /// The same, for a command that was given at a known time of the session's clock.
+    /// Sends a command like [`command`](Outlet::command), but given at a known time of the session's clock.
     pub fn command_at(
         &self,
         sender: &Sender,
@@ -232,8 +232,8 @@ impl Outlet {
         self.carry_out(sender, command, at, 0.0)
     }
 
-    /// Labels a span [s] that began at a known time of the session's clock: a marker that lasts, for which the sender
-    /// must be allowed to `mark`.
+    /// Labels a span of time with a marker that begins at `begin` on the session's clock and lasts `duration_secs`. The
+    /// sender must be allowed to `mark`.
     pub fn annotate(
         &self,
         sender: &Sender,
@@ -253,7 +253,7 @@ impl Outlet {
     ) -> Result<(), Refused> {
         let commands = self.queue.commands();
         if let Err(refused) = commands.check(sender, &command) {
-            let label = format!("the command `{command}` of {sender} was refused: {refused}");
+            let label = format!("the command `{command}` from {sender} was refused: {refused}");
             if commands.is_new(&label) {
                 self.happen(passing(label));
             }
@@ -326,7 +326,7 @@ impl Outlet {
         &self.streams
     }
 
-    /// What was declared and handed over so far by this outlet and its clones.
+    /// The supply of this outlet and its clones: what they have declared and handed over so far.
     pub fn supply(&self) -> Supply {
         self.supply.clone()
     }
@@ -335,7 +335,7 @@ impl Outlet {
         self.budget.add(reading_bytes(&reading));
         self.supply.sent(reading.stream);
         let budget = Arc::clone(&self.budget);
-        // The arrival is read inside the queue's lock, so that it never goes back along the queue.
+        // The arrival is read inside the queue's lock, so that arrival times never go back along the queue.
         self.queue.push(|| {
             let arrival = arrival.unwrap_or_else(|| self.clock.now());
             Item::Arrived { reading, arrival, budget }

@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::pin::pin;
 use std::sync::{Mutex, PoisonError};
 
-/// The longest kept message of a panic [characters].
+/// The most characters of a panic message that are kept.
 const MESSAGE_CHARS: usize = 300;
 /// The most panics outside of any component that are kept.
 const MOST_STRAYS: usize = 16;
@@ -15,9 +15,9 @@ const MOST_STRAYS: usize = 16;
 /// A caught panic, displayed as its message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Panic {
-    /// The first line of its message, without control characters.
+    /// The first line of the panic's message, without control characters.
     pub message: String,
-    /// Where in the code it started; `None` without the [hook](install_hook).
+    /// Where in the code the panic started; `None` without the [hook](install_hook).
     pub place: Option<String>,
 }
 
@@ -47,8 +47,8 @@ pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, Panic> {
     })
 }
 
-/// The same for the work of a whole thread: the [hook](install_hook) leaves reporting to the
-/// caller, also for panics that are [caught] further down.
+/// Like [`caught`], for the work of a whole thread: the [hook](install_hook) leaves reporting to the caller, also for
+/// panics that are caught further down.
 pub fn watched<T>(work: impl FnOnce() -> T) -> Result<T, Panic> {
     let before = WATCHED.replace(true);
     let done = caught(work);
@@ -56,7 +56,7 @@ pub fn watched<T>(work: impl FnOnce() -> T) -> Result<T, Panic> {
     done
 }
 
-/// The same for a future.
+/// Like [`watched`], for a future.
 pub async fn watched_async<T>(work: impl Future<Output = T>) -> Result<T, Panic> {
     let mut work = pin!(work);
     std::future::poll_fn(|context| match watched(|| work.as_mut().poll(context)) {

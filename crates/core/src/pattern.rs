@@ -10,7 +10,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// Reads a pattern; it begins with a slash.
+    /// Parses a pattern, which must begin with a slash.
     pub fn parse(text: &str) -> Result<Pattern, String> {
         if text.starts_with('/') && !text.contains("//") {
             Ok(Pattern { text: text.trim_end_matches('/').to_owned() })
@@ -42,7 +42,7 @@ impl Pattern {
         true
     }
 
-    /// Whether its first token has no star.
+    /// Whether the first token has no star.
     pub fn is_rooted(&self) -> bool {
         self.text.split('/').nth(1).is_some_and(|first| !first.contains('*'))
     }
@@ -100,8 +100,8 @@ impl schemars::JsonSchema for Pattern {
     }
 }
 
-/// Whether a token matches a pattern in which `*` stands for any characters. Linear in the
-/// product of both lengths at most.
+/// Whether a token matches a pattern in which `*` stands for any characters. Takes time at most proportional to the
+/// product of both lengths.
 fn wildcard(pattern: &[u8], token: &[u8]) -> bool {
     let (mut at, mut from) = (0, 0);
     let mut star: Option<(usize, usize)> = None;

@@ -20,19 +20,19 @@ const MOST_PHASES: usize = 10_000;
 /// A phase of a session, or of one subject.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phase {
-    /// Its name.
+    /// The phase's name.
     pub label: String,
-    /// When it begins.
+    /// When the phase begins.
     pub begin: Time,
-    /// When it ends or ended, where that is known.
+    /// When the phase ends or ended, if known.
     pub end: Option<Time>,
 }
 
 /// The phases of all subjects in a session, as published.
 ///
 /// A phase begins when its event was measured. It ends after the length in its event, else at the start of the next
-/// phase, named or not, else with the session. Once a subject has phases on a stream of its own, those apply to it; to
-/// all others the session's apply.
+/// phase, named or not, else with the session. Once a subject has phases on its own stream, those apply to it; to all
+/// other subjects the session's phases apply.
 #[derive(Clone, Debug, Default)]
 pub struct Phases {
     session: Vec<Phase>,
@@ -86,8 +86,8 @@ impl Phases {
         }
     }
 
-    /// The phases of a subject in the order of their starts. More may come, and the last one's end
-    /// may become known or earlier; all others stay as they are.
+    /// The phases of a subject in the order of their starts. More may follow, and the end of the last one may become
+    /// known or move earlier; all others stay unchanged.
     pub fn of(&self, subject: &Subject) -> &[Phase] {
         self.own.get(subject).unwrap_or(&self.session)
     }
@@ -97,8 +97,7 @@ impl Phases {
         self.is_over
     }
 
-    /// Ends the session, and all phases with it: by its closing event, or by a caller that knows that
-    /// there is none.
+    /// Ends the session, and all phases with it: on its closing event, or when a caller knows that there is none.
     pub fn end(&mut self, at: Time) {
         self.is_over = true;
         for phases in self.own.values_mut().chain([&mut self.session]) {
@@ -113,7 +112,7 @@ pub fn name_of(label: &str) -> Option<&str> {
     (!label.is_empty()).then_some(if is_blank { UNNAMED } else { label })
 }
 
-/// Begins a phase and ends the previous one; returns whether anything changed. One without a name only ends the
+/// Begins a phase and ends the previous one; returns whether anything changed. A phase without a name only ends the
 /// previous one.
 fn begin(phases: &mut Vec<Phase>, at: Time, event: &Event) -> bool {
     let is_next = phases.last().is_none_or(|last| last.begin <= at);
@@ -129,7 +128,7 @@ fn begin(phases: &mut Vec<Phase>, at: Time, event: &Event) -> bool {
     true
 }
 
-/// Ends phases at `at` at the latest.
+/// Ends the last phase at `at`, unless it has ended earlier.
 fn cut(phases: &mut [Phase], at: Time) {
     if let Some(last) = phases.last_mut() {
         last.end = Some(last.end.map_or(at, |end| end.min(at)).max(last.begin));

@@ -9,12 +9,12 @@ use crate::stream::{About, Stream};
 /// The topic that states who publishes other topics.
 pub(crate) const TOPIC: &str = "/teampulse/published_by";
 
-/// The publishers of a topic, once there are two.
+/// The publishers of a topic, once there are several.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PublishedBy {
     /// The topic.
     pub(crate) stream: String,
-    /// Their names.
+    /// The names of the publishers.
     pub(crate) publishers: Vec<String>,
 }
 
@@ -37,7 +37,7 @@ impl PublishedBy {
         Data::Event(Arc::new(Event { kind, label, value, duration_secs: 0.0 }))
     }
 
-    /// The report in a sample of the stream of this name; `None` for any other stream.
+    /// Reads the report from a sample of this stream; `None` for any other stream.
     pub(crate) fn read(stream: &Stream, data: &Data) -> Option<PublishedBy> {
         let Data::Event(event) = data else { return None };
         if stream.name != TOPIC || stream.about != About::Session {

@@ -57,7 +57,7 @@ pub struct Pump {
     given: VecDeque<Given>,
     records: Vec<Record>,
     dropped: u64,
-    /// The number of readings that were skipped for lack of time, by stream.
+    /// The number of samples that were skipped for lack of time, by stream.
     left_out: BTreeMap<StreamId, u64>,
     broken: Vec<Broken>,
     /// Whether the end of the session was taken.
@@ -91,8 +91,8 @@ impl Pump {
         }
     }
 
-    /// A pump over a recording, whose readings keep their log times: equal ones, which other recorders write, stay
-    /// equal.
+    /// Makes this a pump over a recording, whose readings keep their log times: equal log times, which other recorders
+    /// write, stay equal.
     #[must_use]
     pub fn over_recording(self) -> Pump {
         Pump { step_nanos: 0, ..self }
@@ -131,7 +131,7 @@ impl Pump {
         }
     }
 
-    /// Advances the time to `now` until a batch is full; returns whether there is more.
+    /// Advances the time towards `now` until a batch is full; returns whether there is more.
     pub(crate) fn tick_towards(&mut self, now: Time) -> bool {
         while self.records.len() < BATCH {
             let Some(tick) = self.ticks.next_until(now.nanos()) else { return false };
@@ -140,7 +140,7 @@ impl Pump {
         true
     }
 
-    /// The time that is reached before an item is taken.
+    /// The time to which the pump advances before it takes an item.
     pub(crate) fn time_of(&self, item: &Item) -> Time {
         let is_raw = |track: &Track| track.stream.origin == Origin::Raw;
         match item {
@@ -154,7 +154,7 @@ impl Pump {
         }
     }
 
-    /// Resumes ticks after a time, without those before it.
+    /// Resumes ticks at `until`, and skips those before it.
     fn pause_until(&mut self, until: Time) {
         let mut ticks = Ticks::every(TICK.as_nanos() as i64);
         // The first call gives no tick: it sets when time begins.
@@ -173,7 +173,7 @@ impl Pump {
         }
     }
 
-    /// Ends a live session: the closing tick is recorded.
+    /// Ends a live session; the event that ends it is recorded.
     pub(crate) fn close(&mut self, now: Time) {
         for (stream, samples) in std::mem::take(&mut self.left_out) {
             self.take(Item::Dropped { stream, samples });
@@ -181,8 +181,8 @@ impl Pump {
         self.happen(end_event(), now);
     }
 
-    /// Ends a recording: where it has no end of its session, as it was cut off or imported, windows and phases end with
-    /// its last record. This end is computed with, but not recorded.
+    /// Ends a recording. If it lacks the event that ends a session, because it was cut off or imported, windows and
+    /// phases end with its last record. Features receive that end, but it is not recorded.
     pub(crate) fn close_recording(&mut self) {
         if self.has_ended {
             return;
@@ -221,7 +221,7 @@ impl Pump {
         self.take_own(session_events(), Data::Event(Arc::new(event)), now);
     }
 
-    /// Stops all computation from now on; raw readings are still taken.
+    /// Stops all features from now on; raw readings are still taken.
     pub(crate) fn leave_out_features(&mut self) {
         self.extractors.leave_out_all();
     }
@@ -324,7 +324,7 @@ impl Pump {
         }
     }
 
-    /// Declares the streams of a clock again, whose rate [Hz] proved wrong: what is computed from them depends on it.
+    /// Declares the streams of a clock again with a corrected rate [Hz], as features depend on it.
     fn correct_rate(&mut self, clock: usize, declared_hz: f64, hz: f64, tick: Time) {
         for id in self.clocks.streams_of(clock) {
             if self.track(id).is_some_and(|track| track.correct_rate(declared_hz, hz)) {
@@ -336,7 +336,7 @@ impl Pump {
         }
     }
 
-    /// Declares and records the output of extractors, and passes it to those that accept it.
+    /// Declares and records the output of extractors, and passes it to the extractors that accept it.
     fn settle(&mut self, log_time: Time) {
         self.settle_given(log_time);
         loop {
@@ -388,7 +388,7 @@ impl Pump {
     }
 
     fn take_derived(&mut self, stream: StreamId, measured: Time, log_time: Time, data: Data) {
-        // Numbers read from messages of others.
+        // Texts may come from messages of other programs.
         let data = data.cleaned();
         let track = self.track(stream).expect("an extractor declares before it emits");
         let index = track.number(None);
@@ -407,7 +407,7 @@ impl Pump {
         self.record(sample);
     }
 
-    /// A second has passed: publishes the health of the raw streams for which it is due.
+    /// Advances the health of all raw streams by a second, and publishes it where it is due.
     fn publish_health(&mut self, tick: Time, is_due: fn(&Life) -> bool) {
         let mut statuses = Vec::new();
         for track in self.tracks.iter_mut().flatten() {
@@ -448,7 +448,7 @@ impl Pump {
         self.tracks.get_mut(id.0 as usize)?.as_mut()
     }
 
-    /// Adds a stream. A second type on a topic gets a name of its own.
+    /// Adds a stream. A second type on the same topic is reported under its own name.
     fn add_track(&mut self, mut track: Track) {
         let named = self.streams.named(&track.stream.name);
         let is_reported = |pump: &mut Pump, id| {

@@ -17,7 +17,7 @@ pub struct Qos {
     pub lifespan: Option<Duration>,
     /// Who asserts that a publisher is alive.
     pub liveliness: Liveliness,
-    /// The longest time between two assertions; `None` asks for none.
+    /// The longest time between two assertions; `None` requires none.
     pub liveliness_lease: Option<Duration>,
 }
 

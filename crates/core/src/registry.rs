@@ -8,15 +8,15 @@ use thiserror::Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A row of a table of components: a kind of source, feature, sink or worker.
+/// An entry in a table of components: a kind of source, feature, sink or worker.
 pub struct Entry<T: ?Sized, C> {
-    /// Its name in a study: `type = "robots"`.
+    /// The component's name in a study: `type = "robots"`.
     pub kind: &'static str,
     /// Working settings, as written in a study; shown in the documentation and tested.
     pub example: &'static str,
     /// Builds the component from its settings.
     pub build: fn(Settings<'_>, &C) -> Result<Box<T>, SettingsError>,
-    /// The JSON schema of its settings, with their documentation.
+    /// The JSON schema of the component's settings, with their documentation.
     pub schema: fn() -> Schema,
 }
 
@@ -38,7 +38,7 @@ impl<T: ?Sized, C> Clone for Entry<T, C> {
 impl<T: ?Sized, C> Copy for Entry<T, C> {}
 
 impl<T: ?Sized, C> Entry<T, C> {
-    /// The row of the component with settings `S`.
+    /// Creates the entry of the component with settings `S`.
     pub const fn new<S: Component<T, C>>(kind: &'static str) -> Entry<T, C> {
         Entry {
             kind,
@@ -56,7 +56,7 @@ impl<T: ?Sized, C> Entry<T, C> {
     }
 }
 
-/// The settings of one component as written in a study, with their place in it.
+/// The settings of one component as written in a study, with their position in it.
 #[derive(Clone, Debug)]
 pub struct Settings<'a>(Spanned<DeValue<'a>>);
 
@@ -91,10 +91,10 @@ pub struct SettingsError {
     pub message: String,
     /// What the user can do; may be empty.
     pub hint: String,
-    /// The setting that is wrong, below the component: keys and numbers of entries, with dots
-    /// between, as `script.2.robot`; empty for the whole component.
+    /// The path of the wrong setting within the component: keys and indices separated by dots, such as
+    /// `script.2.robot`; empty for the whole component.
     pub path: String,
-    /// The bytes of the study that are wrong, if known; otherwise `path` leads to them.
+    /// The byte range of the wrong part of the study, if known; otherwise `path` locates it.
     pub span: Option<Range<usize>>,
 }
 

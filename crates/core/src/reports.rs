@@ -6,13 +6,13 @@ use crate::data::{Event, EventKind};
 
 /// The label of a report of the Instantaneous Self-Assessment.
 pub const ISA: &str = "isa";
-/// Its scale, from idle to overloaded.
+/// The scale of the Instantaneous Self-Assessment, from idle to overloaded.
 pub const SCALE: RangeInclusive<f64> = 1.0..=5.0;
 
 /// A report of the Instantaneous Self-Assessment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Isa<'a> {
-    /// The id of the person that its label names, `p001` in `isa p001`; empty in `isa`.
+    /// The id of the person named in the label: `p001` for `isa p001`; empty for `isa`.
     pub person: &'a str,
     /// The reported workload.
     pub value: f64,
@@ -33,18 +33,18 @@ impl Isa<'_> {
         Event { kind: EventKind::Report, label, value, duration_secs: 0.0 }
     }
 
-    /// Whether its value is on the scale; any other can't be used.
+    /// Whether the value is on the scale; other values can't be used.
     pub fn is_on_scale(&self) -> bool {
         SCALE.contains(&self.value)
     }
 }
 
-/// A report on any scale.
+/// A self-report on any scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rating<'a> {
     /// The scale: the first word of the label.
     pub scale: &'a str,
-    /// The id of the person that its label names, `p001` in `nasa_tlx p001`; empty in `nasa_tlx`.
+    /// The id of the person named in the label: `p001` for `nasa_tlx p001`; empty for `nasa_tlx`.
     pub person: &'a str,
     /// The reported number.
     pub value: f64,
@@ -67,7 +67,7 @@ impl Rating<'_> {
     }
 }
 
-/// A component that notes something itself, rather than a person through it.
+/// A component that writes its own notes, rather than those of a person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Noting {
     /// The recording.

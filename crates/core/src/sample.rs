@@ -11,33 +11,33 @@ use crate::time::Time;
 /// A sample with its time and its position in its stream.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// The stream that it belongs to.
+    /// The stream that the sample belongs to.
     pub stream: StreamId,
-    /// When it was measured, by the session's clock, as corrected by the time filter: the time of
-    /// the first sample of a wave, or of the end of a feature's window.
+    /// When the sample was measured, by the session's clock, as corrected by the time filter. For a wave it is the time
+    /// of the first sample; for a feature, the end of the window.
     pub measured: Time,
-    /// When the pump took it; never goes back. A derived sample has the log time of its cause.
+    /// When the pump took the sample; never goes back. A derived sample has the log time of its cause.
     pub log_time: Time,
-    /// The device's own clock [ns]; `None` when it has none.
+    /// The time by the device's own clock [ns]; `None` if it has no clock.
     pub device_time: Option<i64>,
-    /// The stamp of its source, by the clock of the source's host.
+    /// The source's stamp, by the clock of the source's host.
     pub source_time: Option<Time>,
-    /// From one sample of a wave to the next, by the session's clock [ns]; 0 for anything else.
+    /// The time from one sample of a wave to the next, by the session's clock [ns]; 0 for other shapes.
     pub period_ns: f64,
-    /// Its number in the stream; a jump is a gap.
+    /// The sample's number in its stream; a jump means a gap.
     pub index: u64,
-    /// Whether it arrived in order.
+    /// Whether the sample arrived in order.
     pub turn: Turn,
-    /// Its content.
+    /// The sample's content.
     pub data: Data,
 }
 
 /// Whether a sample arrived in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
-    /// After all samples that were measured before it.
+    /// It arrived after all samples that were measured before it.
     OnTime,
-    /// After one that was measured later; it keeps its true time.
+    /// It arrived after a sample that was measured later; it keeps its true time.
     Late,
     /// A duplicate; recorded, not fed to features.
     Duplicate,
@@ -56,12 +56,12 @@ pub struct Record {
     pub cdr: Bytes,
 }
 
-/// The memory of reference counts and of the place in a queue, beside the record itself [bytes].
+/// The memory of reference counts and of a queue entry, in addition to the record itself [bytes].
 const OVERHEAD_BYTES: usize = 64;
 
 impl Record {
-    /// Its memory in a queue, by which queues are bounded [bytes]: its data and its message, which share their bytes if
-    /// the message is from another program. Its stream is shared by all its records.
+    /// The record's memory in a queue, which limits the size of queues [bytes]: its data and its message, which share
+    /// their bytes if the message is from another program. The stream is not counted, as all its records share it.
     #[must_use]
     pub fn held_bytes(&self) -> usize {
         let data_bytes = match &self.sample.data {

@@ -40,7 +40,7 @@ const WALL_STEP_NANOS: i64 = 500_000_000;
 const SOURCES_PATIENCE: Duration = Duration::from_secs(5);
 /// How long a sink may take to end after the end was requested twice.
 const HURRIED: Duration = Duration::from_secs(5);
-/// How often a wait checks whether it is over.
+/// The interval at which a wait checks whether it is over.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// The parts of a session.
@@ -63,16 +63,16 @@ pub struct Session {
     pub workers: Vec<(String, Box<dyn Worker>)>,
     /// Converts samples to ROS messages.
     pub encode: Encode,
-    /// Its commands, and who may send them.
+    /// The session's commands, and who may send them.
     pub commands: Commands,
 }
 
 /// How time passes in a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// With the session's clock: ticks continue while no data arrive.
+    /// Time follows the session's clock: ticks continue while no data arrive.
     Live,
-    /// With the times of a recording, as fast as it can be read.
+    /// Time follows the times of a recording, as fast as it can be read.
     Recorded,
 }
 
@@ -100,7 +100,7 @@ pub struct Outcome {
 }
 
 impl Session {
-    /// A session over a recording, without commands, and at first without features and sinks.
+    /// A session over a recording, without commands, and initially without features and sinks.
     pub fn of_recording(source: impl Source + 'static, clocks: Clocks, encode: Encode) -> Session {
         Session {
             clock: Clock::settable(),
@@ -121,7 +121,7 @@ impl Session {
         self.run_until(stop, pending()).await
     }
 
-    /// The same; once `hurry` has resolved, too, sinks get only a few seconds to finish.
+    /// Runs like [`run`](Session::run); once `hurry` has also resolved, sinks get only a few seconds to finish.
     pub async fn run_until(
         self,
         stop: impl Future<Output = ()>,
@@ -130,7 +130,7 @@ impl Session {
         let queue = Queue::with_commands(self.commands.clone());
         let outlet = || queue.outlet(self.clock.clone(), self.streams.clone());
         if self.pace == Pace::Live {
-            // The first record: a recording begins when its session does, though its devices appear later.
+            // The first record: a recording begins with its session, even if devices appear later.
             outlet().declare(session_events());
         }
         let mut sources = Sources::default();
@@ -275,7 +275,7 @@ impl<F: Future<Output = ()>> Once<'_, F> {
     }
 }
 
-/// Resolves after this much of the machine's time, even where a test pauses the runtime's.
+/// Resolves after this much real time, even if a test pauses the runtime's clock.
 async fn passed(duration: Duration) {
     let began = Stopwatch::start();
     while began.elapsed() < duration {

@@ -8,7 +8,7 @@ use crate::stream::{About, Origin, Shape, Signal, Stream, Subject};
 /// The label of the event with which a session ends.
 pub const END: &str = "end";
 
-/// The topic of the events of a session.
+/// The topic of session events.
 pub const SESSION_EVENTS: &str = "/session/events";
 
 /// A stream of events of the session itself, kept for late joiners.
@@ -20,7 +20,7 @@ pub(crate) fn own_events(topic: &str, doc: &str) -> Stream {
     stream
 }
 
-/// The stream of the events of a session: phases, markers, its end.
+/// The stream of session events: phases, markers, faults and the end of the session.
 pub fn session_events() -> Stream {
     own_events(SESSION_EVENTS, "phases, markers and faults of the session")
 }
@@ -31,17 +31,17 @@ pub(crate) fn end_event() -> Event {
     Event { kind, label, value: f64::NAN, duration_secs: 0.0 }
 }
 
-/// Whether this event ends a session: the last losses have been reported by then.
+/// Whether this event ends a session; the last losses have been reported before it.
 pub(crate) fn is_end(stream: &Stream, data: &Data) -> bool {
     stream.about == About::Session
         && stream.name == SESSION_EVENTS
         && matches!(data, Data::Event(event) if event.kind == EventKind::Clock && event.label == END)
 }
 
-/// The topic of the events of clocks; a replay computes it again.
+/// The topic of clock events; a replay recomputes them.
 pub const CLOCKS: &str = "/teampulse/clocks";
 
-/// The stream of the events of the clocks of devices and computers.
+/// The stream of events about the clocks of devices and computers.
 pub(crate) fn clock_events() -> Stream {
     let doc = "clocks that restart, jump, wrap, run fast or are off";
     Stream { origin: Origin::Derived, ..own_events(CLOCKS, doc) }

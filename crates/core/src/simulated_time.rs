@@ -10,20 +10,20 @@ pub const SIMULATED_CLOCK: &str = "/clock";
 /// A break of simulated time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Break {
-    /// It went back by this much [s].
+    /// Simulated time went back by this much [s].
     Back(f64),
-    /// It jumped forward by this much [s].
+    /// Simulated time jumped forward by this much [s].
     Ahead(f64),
-    /// It published no new time for this long [s].
+    /// No new simulated time was published for this long [s].
     Stopped(f64),
-    /// It resumed; until then the session's time followed the host's clock for this long [s].
+    /// Simulated time resumed, after the session's time had followed the host's clock for this long [s].
     GoesOn(f64),
-    /// A second publisher of it appeared, and is not followed.
+    /// A second publisher of simulated time appeared, and is not followed.
     Several,
 }
 
 impl Break {
-    /// The event of this break: a label that begins with the topic, and its size [s].
+    /// The event that reports this break: its label begins with the topic, and its value is the size [s].
     pub fn event(self) -> Event {
         let (kind, value) = match self {
             Break::Back(secs) => (EventKind::Clock, -secs),
@@ -42,9 +42,9 @@ impl fmt::Display for Break {
             Break::Back(secs) => write!(f, "jumped back by {secs:.3} s"),
             Break::Ahead(secs) => write!(f, "jumped ahead by {secs:.3} s"),
             Break::Stopped(_) => {
-                f.write_str("stopped; the session's time continues by this host's clock")
+                f.write_str("stopped; the session's time follows this host's clock")
             }
-            Break::GoesOn(_) => f.write_str("goes on"),
+            Break::GoesOn(_) => f.write_str("resumed"),
             Break::Several => f.write_str("has two publishers; only the first is followed"),
         }
     }

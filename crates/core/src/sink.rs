@@ -13,38 +13,37 @@ use crate::stream::Stream;
 ///
 /// Each sink runs on a thread of its own, so it may block on its disk or its socket.
 pub trait Sink: Send {
-    /// Its name in messages: `bag`, `terminal`.
+    /// The sink's name in messages: `bag`, `terminal`.
     fn name(&self) -> &'static str;
 
-    /// What happens when it can't keep up with the samples.
+    /// What happens when the sink can't keep up with the samples.
     fn delivery(&self) -> Delivery;
 
-    /// Which streams it receives.
+    /// Which streams the sink receives.
     fn wants(&self) -> Wants {
         Wants::Everything
     }
 
-    /// Whether it may receive streams that are [shown live](crate::stream::Audience::Live) only, such as those of
-    /// cameras that the study does not record: a sink that shows them and keeps nothing of them.
+    /// Whether the sink may receive streams that are only [shown live](crate::stream::Audience::Live), such as cameras
+    /// that the study does not record. Such a sink shows them and stores nothing of them.
     fn shows_live(&self) -> bool {
         false
     }
 
-    /// The verbs of the [commands](crate::command::Command) that it carries out when it receives their
-    /// events.
+    /// The verbs of the [commands](crate::command::Command) that the sink carries out when it receives their events.
     fn carries_out(&self) -> &'static [&'static str] {
         &[]
     }
 
-    /// Takes records from the inbox until that is closed, then finishes its work.
+    /// Takes records from the inbox until it is closed, then finishes its work.
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError>;
 }
 
 /// What happens when a sink can't keep up with the samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
-    /// The sink gets every sample; when its queue is full the pump waits, for five seconds at most.
-    /// Then the sink is cut off, which counts as a loss, while the session goes on.
+    /// The sink gets every sample; when its queue is full, the pump waits for up to five seconds. Then the sink is cut
+    /// off, which counts as a loss, and the session goes on.
     Lossless,
     /// The sink gets the newest samples; those that it can't keep up with are skipped and counted.
     Fresh,
@@ -52,14 +51,14 @@ pub enum Delivery {
 
 /// Which streams a sink or a worker receives.
 pub enum Wants {
-    /// All of them.
+    /// All streams.
     Everything,
-    /// Those for which this is true.
+    /// The streams for which this function returns true.
     Only(Box<dyn Fn(&Stream) -> bool + Send>),
 }
 
 impl Wants {
-    /// Whether a stream is among them.
+    /// Whether a stream is wanted.
     pub fn include(&self, stream: &Stream) -> bool {
         match self {
             Wants::Everything => true,

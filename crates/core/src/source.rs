@@ -24,8 +24,8 @@ pub trait Source: Send {
     /// Runs until there is no more data, the device goes away or the outlet is closed.
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError>;
 
-    /// Whether nothing may come from it without anything being wrong, as from a port for markers; or whether what it
-    /// lacks is reported otherwise, as by a pattern of topics that need not all be published.
+    /// Whether the source may be silent without a fault, like a port for markers, or reports missing data in another
+    /// way, like a pattern of topics that need not all be published.
     fn may_be_silent(&self) -> bool {
         false
     }
@@ -34,17 +34,17 @@ pub trait Source: Send {
 /// A reading of a source: one sample with its original stamps.
 #[derive(Clone, Debug)]
 pub struct Reading {
-    /// The stream that it belongs to.
+    /// The stream that the reading belongs to.
     pub stream: StreamId,
-    /// The number given by its publisher or its recording; `None` when it has none. It numbers readings: a wave has one
-    /// number, however many samples it has, and the next wave the next. A device that numbers its samples, as readings of
-    /// the crate `devices` do, gives `None` with a wave and reports gaps by [`Outlet::lost`].
+    /// The number of the reading, from its publisher or its recording; `None` if it has none. Readings are numbered,
+    /// not samples: a wave has one number however many samples it has. A device that numbers its samples, like those in
+    /// the crate `devices`, gives `None` with a wave and reports gaps by [`Outlet::lost`].
     pub index: Option<u64>,
-    /// The device's own clock [ns]; `None` when it has none.
+    /// The time by the device's own clock [ns]; `None` if it has no clock.
     pub device_time: Option<i64>,
-    /// The stamp of its source, by the clock of the source's host.
+    /// The source's stamp, by the clock of the source's host.
     pub source_time: Option<Time>,
-    /// Its content.
+    /// The content of the reading.
     pub data: Data,
 }
 

@@ -11,7 +11,7 @@ use crate::fault::passing;
 /// The start of the event's label.
 const STOOD_STILL: &str = "teampulse itself stood still";
 
-/// The event that this process was suspended for this long.
+/// The event that reports that this process was suspended for this long.
 pub(crate) fn stood_still(lasted: Duration) -> Event {
     let secs = lasted.as_secs_f64();
     let label = format!(

@@ -9,44 +9,43 @@ use crate::text::{LONGEST_LABEL, LONGEST_NAME, is_clean};
 pub struct StreamStatus {
     /// The stream's name; for a second type on its topic, with the type appended: `/r1/x (a_msgs/msg/A)`.
     pub name: String,
-    /// Its place in the life cycle.
+    /// The stream's state in its life cycle.
     pub state: State,
-    /// Why it is not OK; empty when it is, unless it was stopped on purpose, which this says.
+    /// Why the stream is not OK; empty if it is OK, except that it also states that a stream was stopped on purpose.
     pub reason: String,
-    /// Its rate over the last seconds [Hz].
+    /// The rate over the last seconds [Hz].
     pub rate_hz: f64,
-    /// Time since its last sample arrived [s]; NaN before the first.
+    /// The time since the last sample arrived [s]; NaN before the first.
     pub age_secs: f64,
-    /// The number of readings taken, duplicates included: a wave counts once.
+    /// The number of readings taken, including duplicates; a wave counts once.
     pub received: u64,
-    /// The number of samples lost in transit, those within waves; `None` where that can't be known.
+    /// The number of samples lost in transit, counting each sample in a wave; `None` if it can't be known.
     pub lost_source: Option<u64>,
-    /// The number of samples lost in our own queue, those within waves.
+    /// The number of samples lost in our own queue, counting each sample in a wave.
     pub lost_queue: u64,
     /// The number of samples out of order.
     pub late: u64,
     /// The number of duplicates.
     pub duplicates: u64,
-    /// How its clock is modelled: 0 the host's, 1 one-way, 2 two-way, 3 by sample index, 4 another
-    /// computer's; see [`ClockKind`](teampulse_timefilter::clock::ClockKind).
+    /// How the stream's clock is modelled: 0 the host's clock, 1 one-way, 2 two-way, 3 by sample index, 4 another
+    /// computer's clock; see [`ClockKind`](teampulse_timefilter::clock::ClockKind).
     pub clock: u8,
-    /// The number of times that its clock was restarted.
+    /// How many times the clock has restarted.
     pub epoch: u32,
-    /// How far its clock is ahead of the session's [s]; NaN where unknown.
+    /// How far the clock is ahead of the session's [s]; NaN if unknown.
     pub offset_secs: f64,
-    /// How much faster its clock runs [ppm]; NaN where unknown.
+    /// How much faster the clock runs than the session's [ppm]; NaN if unknown.
     pub skew_ppm: f64,
-    /// The standard deviation of its delays around the shortest [s]; NaN where unknown.
+    /// The standard deviation of the delays around the shortest one [s]; NaN if unknown.
     pub jitter_secs: f64,
-    /// The standard uncertainty of `measured` [s]; 1.96 times as much on either side holds the
-    /// truth with a probability of 95 %. NaN where unknown.
+    /// The standard uncertainty of `measured` [s]: the true time is within 1.96 times this with a probability of 95 %.
+    /// NaN if unknown.
     pub sigma_secs: f64,
     /// The median time from measuring to arrival over the last seconds [s]; NaN where unknown.
     pub latency_secs: f64,
 }
 
-/// Half the width of an interval that holds the truth with a probability of 95 %, in standard
-/// uncertainties.
+/// Half the width of a 95 % interval, in standard uncertainties.
 pub(crate) const SIGMAS_95: f64 = 1.96;
 
 impl StreamStatus {
@@ -60,13 +59,13 @@ impl StreamStatus {
         self.name.split_once(' ').map_or(&self.name, |(topic, _)| topic)
     }
 
-    /// Whether its texts are [short and clean](crate::text); the second type on a topic has both in its name.
+    /// Whether the texts are [short and clean](crate::text); the name may be twice as long, as it may contain a topic
+    /// and a type.
     pub(crate) fn is_clean(&self) -> bool {
         is_clean(&self.name, 2 * LONGEST_NAME) && is_clean(&self.reason, LONGEST_LABEL)
     }
 
-    /// Half the width of the interval that holds the true time of a sample with a probability of
-    /// 95 % [s]; NaN where unknown.
+    /// Half the width of the 95 % interval of a sample's true time [s]; NaN if unknown.
     pub fn uncertainty_secs(&self) -> f64 {
         SIGMAS_95 * self.sigma_secs
     }
@@ -78,13 +77,13 @@ impl StreamStatus {
 pub enum State {
     /// Declared, without any sample so far.
     Never = 0,
-    /// Its rate is as declared or learned.
+    /// The rate is as declared or learned.
     Ok = 1,
-    /// It has samples, but with a fault.
+    /// Samples arrive, but with a fault.
     Degraded = 2,
-    /// Its next sample is overdue.
+    /// The next sample is overdue.
     Stale = 3,
-    /// It has had no samples for a long time.
+    /// No sample has arrived for a long time.
     Dead = 4,
 }
 

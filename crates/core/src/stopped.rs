@@ -9,19 +9,20 @@ use crate::stream::{About, Stream};
 /// The topic that states which streams were stopped.
 pub(crate) const TOPIC: &str = "/teampulse/stopped";
 
-/// That a stream was stopped on purpose, or goes on.
+/// A report that a stream was stopped on purpose, or has resumed.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Stopped {
     /// The stream's topic.
     pub(crate) stream: String,
-    /// Whether it was stopped; otherwise it goes on.
+    /// Whether the stream was stopped; otherwise it has resumed.
     pub(crate) is_stopped: bool,
 }
 
 impl Stopped {
     /// The stream of these reports.
     pub(crate) fn stream() -> Stream {
-        let doc = "whether a stream was stopped on purpose: its topic; 1 if so, 0 if it goes on";
+        let doc =
+            "whether a stream was stopped on purpose: its topic; 1 if so, 0 if it has resumed";
         own_events(TOPIC, doc)
     }
 
@@ -32,7 +33,7 @@ impl Stopped {
         Data::Event(Arc::new(Event { kind, label, value, duration_secs: 0.0 }))
     }
 
-    /// The report in a sample of the stream of this name; `None` for any other stream.
+    /// Reads the report from a sample of this stream; `None` for any other stream.
     pub(crate) fn read(stream: &Stream, data: &Data) -> Option<Stopped> {
         let Data::Event(event) = data else { return None };
         let is_its = stream.name == TOPIC && stream.about == About::Session;

@@ -15,7 +15,7 @@ pub use schema::Schema;
 pub use signal::Signal;
 pub use subject::{About, Subject};
 
-/// A stream of a session, by its index in the session's [`Streams`](crate::streams::Streams).
+/// Identifies a stream of a session, by its index in the session's [`Streams`](crate::streams::Streams).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StreamId(pub u32);
 
@@ -26,39 +26,39 @@ pub struct Stream {
     pub name: String,
     /// The measured signal.
     pub signal: Signal,
-    /// The kind of its subject.
+    /// The kind of subject.
     pub about: About,
-    /// The id of its subject: `robot1`, `p001`; empty for the team and the session.
+    /// The id of the subject: `robot1`, `p001`; empty for the team and the session.
     pub id: String,
     /// The device that measures: `battery_state`, `polar_h10`; may be empty.
     pub device: String,
-    /// Whether it came from outside or was computed here.
+    /// Whether the stream came from outside or was computed here.
     pub origin: Origin,
-    /// The shape of its samples.
+    /// The shape of the samples.
     pub shape: Shape,
-    /// The numbers of a sample, in their order.
+    /// The channels of a sample, in order.
     pub channels: Vec<Channel>,
-    /// The declared rate [Hz]; 0 where none is declared or it is irregular.
+    /// The declared rate [Hz]; 0 if none is declared or the stream is irregular.
     pub rate_hz: f64,
-    /// The streams it was computed from, by name.
+    /// The names of the streams that it was computed from.
     pub inputs: Vec<String>,
-    /// How it was computed: the recipe, with its window and its reference.
+    /// How the stream was computed: the method, with its window and its reference.
     pub method: String,
-    /// The family of its feature, such as `heart`, `skin` or `deployment`; empty for a raw stream.
+    /// The family of the feature that computed it, such as `heart`, `skin` or `deployment`; empty for a raw stream.
     pub family: String,
-    /// The span of its values; `None` if they are instantaneous.
+    /// The time span that each value covers; `None` if values are instantaneous.
     pub window: Option<Window>,
-    /// The topic of which this stream holds the samples of a second publisher: it is recorded, and no
-    /// feature receives it. Empty for any other stream.
+    /// The topic, if this stream holds the samples of another publisher of that topic: it is recorded, but no feature
+    /// receives it. Empty for any other stream.
     pub beside: String,
-    /// One sentence for readers.
+    /// A description in one sentence.
     pub doc: String,
-    /// Its first publisher, with the publisher's id on its bus; empty where that is unknown or
-    /// ourselves. A bag keeps it with its channel.
+    /// The first publisher, with its id on the bus; empty if it is unknown or if we are the publisher. A bag stores it
+    /// with the channel.
     pub publisher: String,
-    /// The quality of service that its publishers offer, or that it is published with.
+    /// The quality of service that publishers of the stream offer, or with which we publish it.
     pub qos: Vec<Qos>,
-    /// Which components receive it. No message mentions this.
+    /// Which components receive the stream. Not part of any message.
     pub audience: Audience,
 }
 
@@ -87,7 +87,7 @@ impl Stream {
         }
     }
 
-    /// Its heap memory [bytes].
+    /// The heap memory of the stream [bytes].
     #[must_use]
     pub fn held_bytes(&self) -> usize {
         let Stream { name, id, device, method, family, beside, doc, publisher, .. } = self;
@@ -112,7 +112,7 @@ impl Stream {
         Stream { inputs, ..Stream::concluded(name, input.subject(), family, shape) }
     }
 
-    /// A feature's stream of any name and subject.
+    /// A feature's stream with any name and subject.
     pub fn concluded(
         name: impl Into<String>,
         subject: Subject,
@@ -138,7 +138,7 @@ impl Stream {
         self
     }
 
-    /// The only input that it was derived from and is named after.
+    /// The stream's only input, if the stream is named after it.
     pub fn input(&self) -> Option<&str> {
         match self.inputs.as_slice() {
             [input] if self.name.starts_with(input.as_str()) => Some(input),
@@ -146,35 +146,35 @@ impl Stream {
         }
     }
 
-    /// Its name without its window: the same for all windows of a family on one input.
+    /// The stream's name without its window: the same for all windows of a family on one input.
     pub fn windowless_name(&self) -> &str {
         let window = self.window.map(|window| format!("/{window}")).unwrap_or_default();
         self.name.strip_suffix(&window).unwrap_or(&self.name)
     }
 
-    /// The stream of another publisher of the same topic: the second, the third, …
+    /// The stream of another publisher of the same topic; `number` is 2 for the second publisher.
     #[must_use]
     pub fn beside(&self, number: usize) -> Stream {
         let name = format!("{}/publisher_{number}", self.name);
         Stream { name, beside: self.name.clone(), ..self.clone() }
     }
 
-    /// Whether its health is published: that of every raw stream but the session's own events.
+    /// Whether the stream's health is published: true of every raw stream except the session's own events.
     pub fn has_health(&self) -> bool {
         let is_own = self.about == About::Session && self.shape == Shape::Event;
         self.origin == Origin::Raw && !is_own
     }
 
-    /// Whether it is the state of a person's wearable, its link or battery, reported when it changes: a silence means
-    /// nothing.
+    /// Whether the stream is the link or battery state of a person's wearable, which is reported only when it changes,
+    /// so that silence means nothing.
     pub fn is_reported_on_change(&self) -> bool {
         matches!(self.signal, Signal::Link | Signal::Battery)
             && self.about == About::Person
             && self.rate_hz == 0.0
     }
 
-    /// Whether it is irregular by nature, so that a silence means nothing: events, people's input, and the state of
-    /// their wearables.
+    /// Whether the stream is irregular by nature, so that silence means nothing: events, people's input, and the state
+    /// of their wearables.
     pub fn is_irregular(&self) -> bool {
         self.shape == Shape::Event || self.signal == Signal::Input || self.is_reported_on_change()
     }
@@ -231,18 +231,18 @@ impl Stream {
     }
 }
 
-/// How many times longer the names of derived streams may be than those from outside.
+/// How many times longer the names of derived streams may be than the names of raw ones.
 const DERIVED: usize = 4;
 
 /// One number of each sample of a stream.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Its name. In a [`Shape::Message`] it is the path of the field (`pose.pose.position.x`) whose
-    /// number is read from the message.
+    /// The channel's name. In a [`Shape::Message`] it is the path of the field (`pose.pose.position.x`) whose number is
+    /// read from the message.
     pub name: String,
-    /// Its unit, in SI (`V`, `m/s`, `1` for a fraction), as [`units`](crate::units) spells it.
+    /// The channel's unit, in SI (`V`, `m/s`, `1` for a fraction), as [`units`](crate::units) spells it.
     pub unit: String,
-    /// Factor from the message's own number to `unit`.
+    /// The factor that converts the number in the message to `unit`.
     pub scale: f64,
 }
 
@@ -278,21 +278,20 @@ impl fmt::Display for Window {
     }
 }
 
-/// Who receives a stream, besides features and workers. In order: who is let in later is let in by all before.
+/// Who receives a stream, besides features and workers. Each audience includes those before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Audience {
-    /// Nobody else: what is worked on before anything of it is seen, such as pictures whose faces are still to be
+    /// No sink: for data that are processed before anyone sees them, such as pictures in which faces must first be
     /// hidden.
     Workers,
-    /// What [shows it live](crate::sink::Sink::shows_live), too: it is neither recorded nor published.
+    /// Sinks that [show it live](crate::sink::Sink::shows_live): it is neither recorded nor published.
     Live,
     /// Every sink.
     #[default]
     Everybody,
 }
 
-/// Whether a stream came from outside or was computed here. A replay reads raw streams and computes
-/// derived ones again.
+/// Whether a stream came from outside or was computed here. A replay reads raw streams and recomputes derived ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Origin {
     /// From outside, kept unchanged.

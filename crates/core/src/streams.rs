@@ -5,8 +5,8 @@ use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
 use crate::stream::{Shape, Stream, StreamId};
 
-/// The streams of a session. Ids are given in the order of declaration and never reused, so a
-/// robot that comes back is the same robot.
+/// The streams of a session. Ids are given in the order of declaration and never reused, so a robot that comes back
+/// keeps its streams.
 #[derive(Clone, Debug, Default)]
 pub struct Streams(Arc<RwLock<Known>>);
 
@@ -14,15 +14,15 @@ pub struct Streams(Arc<RwLock<Known>>);
 #[derive(Debug, Default)]
 struct Known {
     streams: Vec<Arc<Stream>>,
-    /// The indices of the streams of each name.
+    /// The indices of the streams with each name.
     named: HashMap<String, Vec<usize>>,
 }
 
 impl Streams {
-    /// Declares a stream. One of the same name, origin and type keeps its id, and the new
+    /// Declares a stream. A stream with the same name, origin and type as a known one keeps its id, and the new
     /// declaration replaces the old one; another type on the same topic is another stream.
     ///
-    /// Its texts are [cut and cleaned](Stream::cleaned).
+    /// The stream's texts are [cut and cleaned](Stream::cleaned).
     pub fn declare(&self, stream: Stream) -> Declared {
         let stream = stream.cleaned();
         let mut declared = self.0.write().unwrap_or_else(PoisonError::into_inner);
@@ -46,14 +46,14 @@ impl Streams {
         Arc::clone(&self.known().streams[id.0 as usize])
     }
 
-    /// The first declared stream of a name.
+    /// The first declared stream with this name.
     pub fn find(&self, name: &str) -> Option<(StreamId, Arc<Stream>)> {
         let known = self.known();
         let index = *known.named.get(name)?.first()?;
         Some((StreamId(index as u32), Arc::clone(&known.streams[index])))
     }
 
-    /// The streams of a name, in the order in which they were declared.
+    /// The streams with this name, in the order in which they were declared.
     pub(crate) fn named(&self, name: &str) -> Vec<StreamId> {
         let known = self.known();
         let places = known.named.get(name).into_iter().flatten();
@@ -82,12 +82,12 @@ impl Streams {
 pub struct Declared {
     /// The stream's id.
     pub id: StreamId,
-    /// Whether it is new, or has changed.
+    /// Whether the stream is new, or has changed.
     pub is_new: bool,
 }
 
-/// Whether a description of the stream adds anything. Its publisher and its quality of service do not
-/// count: a replay, which knows these from the start, has the same descriptions.
+/// Whether a changed stream must be described again. Changes of its publisher or its quality of service do not count: a
+/// replay knows these from the start, and must have the same descriptions.
 fn is_described_anew(known: &Stream, stream: &Stream) -> bool {
     let (qos, publisher) = (known.qos.clone(), known.publisher.clone());
     known != stream && *known != Stream { publisher, qos, ..stream.clone() }

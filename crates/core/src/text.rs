@@ -3,7 +3,7 @@
 //! A label, a name or a unit comes from a robot, a bag or a study, and ends up on a terminal, in a table or as the name
 //! of a file. So it has no control characters (C0, DEL, C1), line or paragraph separators, or marks that change the
 //! direction of writing (which make a text look like a different one): each becomes a space. And it has a limited
-//! length. A clean text stays unchanged; cleaning twice changes nothing more.
+//! length. A clean text stays unchanged, so cleaning it twice is harmless.
 //!
 //! Messages from outside are not text: they are recorded byte for byte.
 
@@ -100,7 +100,7 @@ pub fn is_unwanted(each: char) -> bool {
     each.is_control() || turns || matches!(each, '\u{2028}' | '\u{2029}')
 }
 
-/// The first `count` characters.
+/// Cuts a text to its first `most` characters.
 fn cut(text: &mut String, most: usize) {
     if let Some((end, _)) = text.char_indices().nth(most) {
         text.truncate(end);

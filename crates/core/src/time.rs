@@ -89,7 +89,7 @@ impl fmt::Display for Time {
     }
 }
 
-/// Year, month and day of a count of days since 1970-01-01 in the proleptic Gregorian calendar.
+/// Converts a number of days since 1970-01-01 to year, month and day in the proleptic Gregorian calendar.
 ///
 /// Counts from 1 March of the year 0, so that the leap day is the last day of a year.
 fn civil_from_days(days: i64) -> (i64, i64, i64) {

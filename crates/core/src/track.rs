@@ -26,13 +26,13 @@ use crate::time::Time;
 /// The number of newest messages that a message is compared with to find duplicates.
 const NEIGHBOURS: usize = 4;
 
-/// Rates are the same up to this share.
+/// The relative difference up to which two rates count as equal.
 const SAME_RATE: f64 = 1e-6;
 /// The age from which a message may have been kept for late joiners [s].
 const KEPT_SECS: f64 = 1.0;
 /// How long after the first message, or after a silence, kept messages may arrive [s].
 const JOINING_SECS: f64 = 2.0;
-/// The shortest such silence [s].
+/// The shortest silence after which kept messages may arrive again [s].
 const SILENCE_SECS: f64 = 5.0;
 
 /// One stream: how its readings become samples.
@@ -43,13 +43,13 @@ pub(crate) struct Track {
     pub(crate) life: Life,
     intake: Intake,
     density: Density,
-    /// The name in reports of its health.
+    /// The stream's name in health reports.
     pub(crate) reported_as: String,
     /// The kind of losses that this stream reports, if any.
     pub(crate) gives: Option<Loss>,
     /// The reports in its readings that the pump itself acts on, if any.
     pub(crate) word: Option<Word>,
-    /// The fault of its publishers, if any.
+    /// The fault of the stream's publishers, if any.
     pub(crate) published_by: Option<String>,
     /// A declared rate that proved wrong, and the true one [Hz].
     wrong_rate: Option<(f64, f64)>,
@@ -57,7 +57,7 @@ pub(crate) struct Track {
     next_index: u64,
     /// The number of the last sample.
     last_index: Option<u64>,
-    /// The number of samples, those within waves and the lost ones included.
+    /// The number of samples, including those within waves and the lost ones.
     position: u64,
     /// The number of samples of the last reading.
     last_count: u32,
@@ -65,8 +65,7 @@ pub(crate) struct Track {
     neighbours: VecDeque<(Time, Bytes)>,
 }
 
-/// The reports in readings that the pump itself acts on; known by the stream's name, which does not
-/// change.
+/// The reports that the pump itself acts on; recognised by the stream's name, which does not change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Word {
     /// Events of the session.
@@ -91,14 +90,14 @@ impl Word {
     }
 }
 
-/// When messages that were kept for late joiners may arrive.
+/// The period in which messages that were kept for late joiners may arrive.
 #[derive(Debug)]
 struct Joining {
-    /// Whether any was kept.
+    /// Whether a publisher keeps messages for late joiners.
     is_kept: bool,
     /// When readings began to arrive, at first or after a silence.
     began: Time,
-    /// When the last one arrived.
+    /// When the last reading arrived.
     last: Time,
 }
 
@@ -129,8 +128,8 @@ impl Track {
         }
     }
 
-    /// Takes in a new declaration, in which a rate that proved wrong stays corrected. Returns whether it says anything
-    /// new: a replay corrects the rate itself, and then reads the declaration that was recorded.
+    /// Takes in a new declaration, in which a rate that proved wrong stays corrected. Returns whether it contains
+    /// anything new: a replay corrects the rate itself, and then reads the same declaration from the recording.
     pub(crate) fn redeclare(&mut self, stream: &Arc<Stream>) -> bool {
         let stream = self.with_true_rate(stream);
         let is_new = self.wrong_rate.is_none() || stream != self.stream;
@@ -139,7 +138,7 @@ impl Track {
         is_new
     }
 
-    /// Replaces the declared rate by the true one [Hz]; returns whether this stream has it.
+    /// Replaces the declared rate by the true one [Hz]; returns whether this stream had the declared rate.
     pub(crate) fn correct_rate(&mut self, declared_hz: f64, hz: f64) -> bool {
         let has_it = is_same_rate(self.stream.rate_hz, declared_hz);
         if has_it {
@@ -199,7 +198,7 @@ impl Track {
         if is_history {
             self.life.was_given_history(log_time);
         } else {
-            // A recording has no source's stamp of our own messages.
+            // A recording has no source stamp for our own messages.
             let source_time = reading.source_time.filter(|_| is_message);
             self.life.arrived(stamps.count, log_time, measured, source_time);
             if disbelieved {
@@ -241,7 +240,7 @@ impl Track {
         }
     }
 
-    /// The status of the stream at `now`, its clock included.
+    /// The status of the stream at `now`, including its clock.
     pub(crate) fn status(&self, now: Time, clocks: &Clocks) -> StreamStatus {
         let clock = clocks.state(self.id).unwrap_or(UNKNOWN);
         let of_publishers = || self.published_by.clone();
@@ -269,8 +268,8 @@ impl Track {
         }
     }
 
-    /// The number of the next sample: its publisher's `own`, if that continues the count, so that its gaps show here
-    /// too; otherwise one more than the last.
+    /// Numbers the next sample: with the publisher's `own` number if that is higher than the last one, so that gaps
+    /// show here, too; otherwise with the next number.
     pub(crate) fn number(&mut self, own: Option<u64>) -> u64 {
         let goes_on = |own: &u64| self.last_index.is_none_or(|last| *own > last);
         let index = own.filter(goes_on).unwrap_or(self.next_index);
@@ -279,7 +278,7 @@ impl Track {
         index
     }
 
-    /// Notes that this many samples are missing before the next reading; `None` where losses can't be known.
+    /// Notes that this many samples are missing before the next reading; `None` if losses can't be known.
     pub(crate) fn lost(&mut self, loss: Loss, samples: Option<u64>) {
         match loss {
             Loss::OnTheWay => self.life.lost_on_the_way(samples),
@@ -308,10 +307,10 @@ impl Track {
         Turn::OnTime
     }
 
-    /// Whether a publisher has kept a reading for late joiners: it was published long before it
-    /// arrived, and arrived with the first ones, or, as a message, after a silence.
+    /// Whether a publisher kept a reading for late joiners: it was published long before it arrived, and arrived with
+    /// the first readings or, if it is a message, after a silence.
     ///
-    /// Uses only values that a recording contains, too: the offers at the first reading, and stored
+    /// Uses only values that a recording contains, too: the quality of service offered at the first reading, and stored
     /// stamps.
     fn is_history(&mut self, reading: &Reading, log_time: Time) -> bool {
         let is_message = matches!(self.stream.shape, Shape::Message(_));

@@ -20,22 +20,22 @@ const MOST_BYTES: usize = 64 << 20;
 /// A component that is fed with streams on a thread of its own, as fast as it can take them, and offers its results as
 /// readings. It never holds up the pump.
 ///
-/// It receives the newest record of each stream, of all at once ([`Feed::next`]) or of one after the other
-/// ([`Feed::next_one`]); older ones that it did not get to are skipped and counted. Events are not skipped, nor are
-/// the streams that it [keeps](Worker::keeps). Its outputs are raw streams with
-/// [`inputs`](crate::stream::Stream::inputs), stamped (`source_time`) with the time of its input: those stamps are
-/// trusted however long it took. They are recorded, and never computed again in a replay.
+/// It receives the newest record of each stream, of all streams at once ([`Feed::next`]) or of one stream at a time
+/// ([`Feed::next_one`]); older records that it did not get to are skipped and counted. Events are not skipped, nor are
+/// records of the streams that it [keeps](Worker::keeps). Its outputs are raw streams with
+/// [`inputs`](crate::stream::Stream::inputs), stamped (`source_time`) with the time of the input: those stamps are
+/// trusted however long processing took. The outputs are recorded, and never recomputed in a replay.
 pub trait Worker: Send {
-    /// The streams that it is fed with.
+    /// The streams that the worker is fed with.
     fn wants(&self) -> Wants;
 
-    /// The streams of which it receives every record, in order, as long as no more than 64 MiB are waiting: sound, for
-    /// example, is of no use with blocks missing. By default the streams of events.
+    /// The streams of which the worker receives every record, in order, as long as no more than 64 MiB are waiting:
+    /// sound with missing blocks, for example, would be of no use. By default none; events are always kept.
     fn keeps(&self) -> Wants {
         Wants::Only(Box::new(|_| false))
     }
 
-    /// Whether it carries out a [command](crate::command::Command); the feed then delivers it.
+    /// Whether the worker carries out a [command](crate::command::Command); the feed then delivers it.
     fn carries_out(&self) -> Box<dyn Fn(&Command) -> bool + Send> {
         Box::new(|_| false)
     }
@@ -57,9 +57,9 @@ pub struct WorkerError {
 /// How much a worker has processed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorkerCounts {
-    /// The number of records that it received, without those over which it failed.
+    /// The number of records that the worker received, without those on which it failed.
     pub taken: u64,
-    /// The number of records that were skipped for newer ones, or over which it failed.
+    /// The number of records that were skipped for newer ones, or on which the worker failed.
     pub skipped: u64,
 }
 
@@ -68,7 +68,7 @@ pub struct WorkerCounts {
 pub enum Fed {
     /// Records, in the pump's order.
     Records(Vec<Record>),
-    /// A command that it carries out.
+    /// A command that the worker carries out.
     Command(Instruction),
     /// Nothing arrived within the given time.
     Silence,
@@ -83,7 +83,7 @@ pub struct Feed {
     shared: Arc<Shared>,
 }
 
-/// The pump's end of a worker's queue. Once it is dropped, the feed ends after the records that wait.
+/// The pump's end of a worker's queue. Once it is dropped, the feed ends after the waiting records.
 pub struct FeedPost {
     wants: Wants,
     keeps: Wants,
@@ -106,12 +106,12 @@ struct Waiting {
     commands: VecDeque<Instruction>,
     bytes: usize,
     came: u64,
-    /// How many records had been taken or skipped when a stream was last served by itself.
+    /// For each stream, how many records had been taken or skipped when it was last served.
     served: BTreeMap<StreamId, u64>,
     counts: WorkerCounts,
-    /// How many of those taken it may still be working on.
+    /// The number of taken records that the worker may still be processing.
     in_work: u64,
-    /// Whether nothing more arrives.
+    /// Whether nothing more will arrive.
     has_ended: bool,
     is_closed: bool,
 }
@@ -184,7 +184,7 @@ impl Shared {
     }
 }
 
-/// Makes the two ends of a worker's queue: of one in a session, or in a test of its own.
+/// Makes the two ends of a worker's queue, for a session or for a test of the worker.
 pub fn queue(worker: &dyn Worker, streams: Streams) -> (FeedPost, Feed) {
     feed(streams, worker.wants(), worker.keeps())
 }
@@ -198,7 +198,7 @@ fn feed(streams: Streams, wants: Wants, keeps: Wants) -> (FeedPost, Feed) {
 impl FeedPost {
     /// Queues the records that the worker wants; never waits.
     pub fn offer(&self, records: &[Record]) {
-        // Asked for each record, as of sinks: more may have become known of a stream.
+        // Checked for each record, as for sinks: a stream may have been declared again with more details.
         let mut wanted = records.iter().filter(|record| self.wants.include(&record.stream));
         let Some(first) = wanted.next() else { return };
         let mut state = self.shared.lock();
@@ -222,15 +222,16 @@ impl Feed {
         &self.streams
     }
 
-    /// Waits for the next item, at most for `patience`. Records are those of all streams that wait: those that arrive
-    /// while the worker processes them wait until it has processed all.
+    /// Waits for the next item, at most for `patience`. The waiting records of all streams are returned together; those
+    /// that arrive while the worker processes them wait for the next call.
     pub fn next(&self, patience: Duration) -> Fed {
         self.next_of(patience, Waiting::take)
     }
 
-    /// The same for a worker that takes its time for each record, as models of pictures do: there is one record at a
-    /// time, of the stream that was served least recently. Those of the others are still replaced by newer ones while
-    /// the worker processes it. Records of different streams do not come in the pump's order.
+    /// Waits like [`next`](Feed::next), but returns one record at a time, of the stream that was served least recently:
+    /// for workers that need long for each record, such as models for pictures. The waiting records of other streams
+    /// are still replaced by newer ones while the worker processes it. Records of different streams do not arrive in
+    /// the pump's order.
     pub fn next_one(&self, patience: Duration) -> Fed {
         self.next_of(patience, |state| state.take_one().into_iter().collect())
     }
@@ -256,7 +257,7 @@ impl Feed {
         if state.is_closed { Fed::Closed } else { Fed::Silence }
     }
 
-    /// How much was taken and skipped so far.
+    /// How many records were taken and skipped so far.
     pub fn counts(&self) -> WorkerCounts {
         self.shared.lock().counts
     }
@@ -280,7 +281,7 @@ impl Feed {
         self.shared.filled.notify_all();
     }
 
-    /// How many commands wait.
+    /// The number of waiting commands.
     pub(crate) fn waiting_commands(&self) -> usize {
         self.shared.lock().commands.len()
     }

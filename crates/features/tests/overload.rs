@@ -137,5 +137,5 @@ async fn waves_that_overlap_a_little_are_marked_with_both_rates() {
     let source = Overlapping { declared_hz: 1000.0, period_ns: 1e6, samples: 20 };
     let (waves, reason) = seen(source).await;
     assert_eq!(waves, WAVES);
-    assert_eq!(reason, "its waves overlap: 2000 samples/s arrive, stated 1000/s");
+    assert_eq!(reason, "its waves overlap: 2000 samples/s arrive instead of the stated 1000/s");
 }

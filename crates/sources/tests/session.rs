@@ -185,7 +185,7 @@ async fn a_node_may_command_what_the_study_allows_and_nothing_else() {
     let faults = labels(EventKind::Fault);
     assert_eq!(faults.len(), 3, "each is reported once: {faults:?}");
     for (place, what) in [
-        (0, "`abort_phase` of ros:/panel was refused: not allowed"),
+        (0, "`abort_phase` from ros:/panel was refused: not allowed"),
         (1, "`split`"),
         (2, "no `halt`"),
     ] {

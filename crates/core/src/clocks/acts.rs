@@ -1,12 +1,12 @@
-//! Actions of people are stamped by the session's own clock when they are done, and may arrive later.
+//! Actions of people: they are stamped by the session's clock when they happen, and may arrive later.
 
 use teampulse_timefilter::clock::Stamps;
 
 use crate::session_streams::session_events;
 use crate::stream::Stream;
 
-/// How far in the past an action may lie, and how far in the future, as the clock of a browser is only known from
-/// probes [ns]. An annotation may begin up to ten minutes before it is sent, and may take another minute to arrive.
+/// How far the time of an action may be in the past, and in the future [ns]. An annotation may begin up to ten minutes
+/// before it is sent, and take another minute to arrive; a browser's clock is only known from probes.
 const UNDER_WAY_NANOS: i64 = 660_000_000_000;
 const AHEAD_NANOS: i64 = 1_000_000_000;
 

@@ -1,4 +1,4 @@
-//! How accurately the beats of a strap without a clock are placed in time.
+//! How accurately the beats of a strap without a clock are timed.
 
 use std::collections::VecDeque;
 
@@ -10,32 +10,32 @@ pub(super) const STRAP: &str = "heart_rate_strap";
 const REMEMBERED: usize = 64;
 /// The longest interval between beats \[s\]: the largest possible error of the clock before the second measurement.
 const LONGEST_SECS: f64 = 2.0;
-/// A clock that goes back by this much was restarted, since intervals are missing \[ns\].
+/// A clock that goes back by at least this much was restarted after missing intervals \[ns\].
 const BACK_NANOS: i64 = 1_000_000_000;
 
 /// The bounds between which the time of the beats is known.
 ///
-/// A strap reports a beat in the first measurement after it: after the previous measurement arrived, and before this
-/// one did. The clock model does not use the former bound. Its error comes from beats that rarely fall just before a
-/// measurement, and does not show in the scatter of delays.
+/// A strap reports a beat in the first measurement after it, so the beat came after the previous measurement arrived
+/// and before this one did. The clock model does not use the earlier bound. Its error arises because beats rarely fall
+/// just before a measurement, and does not show in the scatter of delays.
 #[derive(Debug, Default)]
 pub(super) struct ByBeats {
     /// The latency that the model subtracts \[s\].
     latency_secs: f64,
     /// When this measurement and the previous one arrived \[ns\].
     arrivals: [Option<i64>; 2],
-    /// Whether a beat of this measurement was taken.
+    /// Whether this measurement has already delivered a beat.
     has_beats: bool,
-    /// The last beat, by the strap \[ns\].
+    /// The time of the last beat, by the strap \[ns\].
     last: Option<i64>,
-    /// The least and the greatest lead of the session's clock over the strap's, from each measurement \[s\].
+    /// The minimum and maximum lead of the session's clock over the strap's, for each measurement \[s\].
     ahead: VecDeque<(f64, f64)>,
-    /// The lead in the model \[s\].
+    /// The lead according to the model \[s\].
     model_secs: f64,
 }
 
 impl ByBeats {
-    /// The bounds of a clock whose model subtracts a latency \[s\].
+    /// Creates the bounds for a clock whose model subtracts a latency \[s\].
     pub(super) fn new(latency_secs: f64) -> ByBeats {
         ByBeats { latency_secs, ..ByBeats::default() }
     }
@@ -46,7 +46,7 @@ impl ByBeats {
         self.has_beats = false;
     }
 
-    /// Takes in a beat of the last measurement, by the strap and as the model places it \[ns\].
+    /// Takes in a beat of the last measurement: its time by the strap and its time by the model \[ns\].
     pub(super) fn beat(&mut self, device: i64, placed: i64) {
         let [Some(arrival), before] = self.arrivals else { return };
         let continues = self.last.is_some_and(|last| device > last.saturating_sub(BACK_NANOS));
@@ -66,7 +66,7 @@ impl ByBeats {
         self.forget();
     }
 
-    /// The state of a model of these beats.
+    /// Adds the largest possible error to the uncertainty of a clock's state.
     pub(super) fn state(&self, state: ClockState) -> ClockState {
         let uncertainty_secs = state.uncertainty_secs.hypot(self.off_secs());
         ClockState { uncertainty_secs, ..state }
@@ -89,8 +89,8 @@ impl ByBeats {
         })
     }
 
-    /// Forgets old bounds. Clocks drift apart, and packets are late now and then: bounds older than a contradiction are
-    /// dropped, too.
+    /// Drops the oldest bounds: those beyond the limit, and those that contradict newer ones, as clocks drift apart and
+    /// packets are sometimes late.
     fn forget(&mut self) {
         let is_contradicted = |(least_secs, most_secs): (f64, f64)| least_secs > most_secs;
         while self.ahead.len() > REMEMBERED
@@ -101,7 +101,7 @@ impl ByBeats {
     }
 }
 
-/// From a time of the strap to one of the session \[s\].
+/// The session's time minus the strap's time \[s\].
 fn secs_between(device: i64, session: i64) -> f64 {
     session.saturating_sub(device) as f64 / 1e9
 }

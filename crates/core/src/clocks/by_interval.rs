@@ -4,8 +4,7 @@ use teampulse_timefilter::clock::{ClockState, ConnectionInterval, Latency};
 
 use super::IntervalLatency;
 
-/// How fast the latency in force is moved to another one: 5 ms per second, so that samples stay in
-/// order.
+/// How fast the applied latency moves to a new one: 5 ms per second, so that samples stay in order.
 const SLEW: f64 = 5e-3;
 
 /// Recognises the connection interval of a link, and moves to the latency for this interval.
@@ -14,9 +13,9 @@ pub(super) struct ByInterval {
     base: Latency,
     intervals: Vec<IntervalLatency>,
     link: ConnectionInterval,
-    /// The latency for the link's interval, as far as that is known.
+    /// The latency for the link's interval; the base latency while the interval is unknown.
     latency: Latency,
-    /// The additional latency in force [s], and since when [ns].
+    /// The additional latency that is applied [s], and when it was last updated [ns].
     more_secs: f64,
     at: Option<i64>,
 }
@@ -27,8 +26,7 @@ impl ByInterval {
         ByInterval { base, intervals, link, latency: base, more_secs: 0.0, at: None }
     }
 
-    /// Takes in the arrival of a packet [ns]; returns the latency to subtract in addition to the
-    /// base [s].
+    /// Takes in the arrival of a packet [ns]; returns the latency to subtract in addition to the base latency [s].
     pub(super) fn more_secs(&mut self, arrival: i64) -> f64 {
         self.link.push(arrival);
         let of_link = self.link.secs().and_then(|secs| {
@@ -44,7 +42,7 @@ impl ByInterval {
         self.more_secs
     }
 
-    /// Converts the state of a model that subtracts the base to one with the latency of the link.
+    /// Converts the state of a model that subtracts the base latency to the state with the link's latency.
     pub(super) fn state(&self, state: ClockState) -> ClockState {
         let (base, now) = (self.base.uncertainty_secs, self.latency.uncertainty_secs);
         let of_model = (state.uncertainty_secs.powi(2) - base.powi(2)).max(0.0).sqrt();
@@ -56,7 +54,7 @@ impl ByInterval {
         ClockState { offset_secs: state.offset_secs + self.more_secs, uncertainty_secs, ..state }
     }
 
-    /// How much the latency in force still falls short [s].
+    /// How far the applied latency is still below the link's latency [s].
     fn lacking_secs(&self) -> f64 {
         self.latency.secs - self.base.secs - self.more_secs
     }

@@ -1,4 +1,4 @@
-//! The stamps of a whole recording, for corrections from earlier and later stamps.
+//! The stamps of a whole recording, for corrections that use earlier and later stamps.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -7,7 +7,7 @@ use teampulse_timefilter::clock::{Smoother, Stamps};
 
 use super::owner::Owner;
 
-/// The stamps of a whole recording, by their clock; clones share them.
+/// The stamps of a whole recording, by clock; clones share them.
 #[derive(Clone, Default)]
 pub struct Hindsight(Arc<Mutex<BTreeMap<Owner, Smoother>>>);
 

@@ -12,12 +12,12 @@ pub struct ClockSettings {
     /// The shortest time from measuring to arrival [s], as `teampulse calibrate` measures it; by default the one in the
     /// table of known devices.
     pub latency_secs: Option<f64>,
-    /// Half the width of the interval that holds that time with a probability of 95 % [s].
+    /// Half the width of the 95 % interval of that time [s].
     pub uncertainty_secs: Option<f64>,
     /// The time after which the device's counter wraps to zero [s].
     pub wraps_secs: Option<f64>,
-    /// The latency over links with a known connection interval: in force once the session has recognised the
-    /// interval from the arrivals.
+    /// Latencies for links with a known connection interval: each applies once the session has recognised the interval
+    /// from the arrivals.
     pub intervals: Vec<IntervalLatency>,
 }
 
@@ -25,16 +25,16 @@ pub struct ClockSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IntervalLatency {
-    /// The time from one connection event to the next [s]: 0.0075 to 0.1 are recognised.
+    /// The time from one connection event to the next [s]; values from 0.0075 to 0.1 are recognised.
     pub interval_secs: f64,
     /// The shortest time from measuring to arrival [s].
     pub latency_secs: f64,
-    /// Half the width of the interval that holds that time with a probability of 95 % [s].
+    /// Half the width of the 95 % interval of that time [s].
     pub uncertainty_secs: Option<f64>,
 }
 
 impl IntervalLatency {
-    /// Whether it applies to links with this interval [s].
+    /// Whether this latency applies to links with this connection interval [s].
     pub fn is_of(&self, interval_secs: f64) -> bool {
         (self.interval_secs - interval_secs).abs() < SAME_INTERVAL_SECS
     }
@@ -44,10 +44,10 @@ impl IntervalLatency {
     }
 }
 
-/// Intervals are whole multiples of 1.25 ms.
+/// The tolerance for connection intervals [s], which are multiples of 1.25 ms.
 const SAME_INTERVAL_SECS: f64 = 0.000_6;
 
-/// The 95 % uncertainty of a latency for which the study gives none [s].
+/// The default 95 % uncertainty of a latency [s].
 const CALIBRATED_SECS: f64 = 0.005;
 
 impl ClockSettings {

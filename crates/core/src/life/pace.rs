@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use crate::time::Time;
 
-/// The span over which a rate is counted [s], and the number of arrivals of a slower stream.
+/// The span over which a rate is counted [s], and the minimum number of arrivals, for slower streams.
 const WINDOW_SECS: f64 = 10.0;
 const FEWEST_ARRIVALS: u64 = 5;
 /// A pause ends a series when it exceeds both this many usual intervals and this many seconds [s]:
@@ -13,14 +13,13 @@ const PAUSE_INTERVALS: f64 = 10.0;
 const PAUSE_SECS: f64 = 5.0;
 /// Samples within this time count as one arrival: networks and radios deliver in bursts [s].
 const BURST_SECS: f64 = 0.02;
-/// The first arrival is a backlog, which took longer than an interval, if it has more than this many times the samples
-/// of a usual one.
+/// The first arrival counts as a backlog if it has more than this many times the samples of a usual arrival.
 const BACKLOG: f64 = 2.0;
 
 /// The rate of a stream: the number of samples between its first recent arrival and its last.
 ///
-/// The counted time ends with the last arrival, whose samples belong to the next interval: so the rate is right from
-/// the second arrival on. Of a backlog at the start as many samples count as arrive at a time later on.
+/// The counted time ends with the last arrival, whose samples belong to the next interval, so the rate is right from
+/// the second arrival on. A backlog at the start counts as one usual arrival.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pace {
     stretches: VecDeque<Stretch>,
@@ -82,12 +81,13 @@ impl Pace {
         }
     }
 
-    /// How many samples arrive at a time: the fewer of the last two arrivals, as one after a silence may be a backlog.
+    /// The number of samples per arrival: the smaller one of the last two arrivals, as an arrival after silence may be
+    /// a backlog.
     pub(super) fn run(&self) -> u64 {
         self.before_samples.unwrap_or(u64::MAX).min(self.last_samples).max(1)
     }
 
-    /// The rate at `now` [Hz]; 0 before the second arrival, and for a stream that has ended.
+    /// The rate at `now` [Hz]; 0 before the second arrival, and after a long silence.
     ///
     /// It falls as soon as a stream is silent for longer than usual.
     pub(super) fn rate_hz(&self, now: Time) -> f64 {
@@ -101,12 +101,12 @@ impl Pace {
         self.counted_samples(first.first_samples) / secs
     }
 
-    /// The samples of all arrivals but the last, without the backlog that the first may be.
+    /// The samples of all arrivals except the last; a backlog in the first counts as a usual arrival.
     fn counted_samples(&self, first_samples: u64) -> f64 {
         let samples = self.stretches.iter().map(|each| each.samples).fold(0, u64::saturating_add);
         let counted = samples.saturating_sub(self.last_samples);
         let between = counted.saturating_sub(first_samples) as f64;
-        // The second arrival may be incomplete as long as there is no third.
+        // The second arrival may be incomplete until there is a third.
         let usual = match self.arrivals() {
             ..3 => f64::INFINITY,
             arrivals => between / (arrivals - 2) as f64,

@@ -11,12 +11,12 @@ const LEARNED_FROM_SECS: f64 = 2.0;
 const LEARNED_WITHIN_SECS: f64 = 60.0;
 /// The number of seconds for which a rate must last to be learned: a burst after a pause raises it for less time.
 const KEPT_UP_SECS: usize = 13;
-/// The rate that a stream is compared with.
+/// The rate that is expected of a stream.
 #[derive(Clone, Debug)]
 pub(super) enum UsualRate {
     /// The rate that was declared [Hz].
     Declared(f64),
-    /// A rate that is being learned, or was.
+    /// A rate that is being learned, or was learned.
     Learned {
         /// The rate learned so far [Hz].
         expected_hz: Option<f64>,
@@ -27,9 +27,9 @@ pub(super) enum UsualRate {
 
 /// The arrivals of a stream so far.
 pub(super) struct Heard {
-    /// When the first sample came.
+    /// When the first sample arrived.
     pub(super) first: Time,
-    /// When the newest sample came.
+    /// When the newest sample arrived.
     pub(super) newest: Time,
     /// The number of samples.
     pub(super) received: u64,
@@ -55,8 +55,8 @@ impl UsualRate {
         }
     }
 
-    /// Learns the rate in the first minute: the fastest that it kept up, so that a silence within
-    /// it does not lower it. `rate_hz` is the present rate.
+    /// Learns the rate in the first minute: the fastest rate that lasted, so that silence does not lower it. `rate_hz`
+    /// is the current rate.
     pub(super) fn learn(&mut self, heard: &Heard, rate_hz: impl FnOnce() -> f64) {
         let UsualRate::Learned { expected_hz, held_hz } = self else { return };
         let between_secs = heard.newest.secs_since(heard.first);
@@ -79,7 +79,7 @@ impl UsualRate {
     }
 }
 
-/// Whether a stream of a rate [Hz] is silent for longer than it should be.
+/// Whether a stream with this rate [Hz] has been silent for longer than it should be.
 pub(super) fn is_stale(silent_secs: f64, expected_hz: f64) -> bool {
     silent_secs > f64::max(3.0 / expected_hz, 1.0)
 }

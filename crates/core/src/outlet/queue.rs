@@ -45,16 +45,16 @@ pub(crate) enum Item {
     Declared { id: StreamId, stream: Arc<Stream>, at: Time, budget: Arc<Budget> },
     /// A reading, with the time of its arrival and its source's budget.
     Arrived { reading: Reading, arrival: Time, budget: Arc<Budget> },
-    /// Time has passed without a reading, up to a time.
+    /// Time passed until `until` without a reading.
     Passed { until: Time },
-    /// The recording was paused up to a time, and time did not pass.
+    /// The recording was paused until `until`; that time is skipped.
     Paused { until: Time },
-    /// The number of samples of a stream that did not fit in their source's budget.
+    /// Samples of a stream were dropped, as they did not fit in the source's budget.
     Dropped { stream: StreamId, samples: u64 },
 }
 
 impl Item {
-    /// Its memory in the queue [bytes], with the budget that it counts against.
+    /// The memory of the item in the queue [bytes], and the budget that it counts against.
     fn held(&self) -> Option<(usize, &Budget)> {
         match self {
             Item::Declared { stream, budget, .. } => Some((declaration_bytes(stream), budget)),
@@ -74,7 +74,7 @@ pub(super) fn declaration_bytes(stream: &Stream) -> usize {
     size_of::<Item>() + size_of::<Stream>() + stream.held_bytes()
 }
 
-/// The items of one source in the queue.
+/// The budget of one source in the queue: the memory of its items, and the samples that did not fit.
 #[derive(Debug, Default)]
 pub(crate) struct Budget {
     bytes: AtomicUsize,
@@ -122,7 +122,7 @@ impl Queue {
         }))
     }
 
-    /// An outlet into this queue, with a budget of its own.
+    /// An outlet into this queue, with its own budget.
     pub fn outlet(&self, clock: Clock, streams: Streams) -> Outlet {
         let budget = Arc::<Budget>::default();
         self.budgets().push(Arc::clone(&budget));
@@ -150,8 +150,8 @@ impl Queue {
         self.0.closed.load(Ordering::Acquire)
     }
 
-    /// Moves all waiting items into `taken`; where there are none, waits for at most `patience`. Drops
-    /// are reported after the kept readings.
+    /// Moves all waiting items into `taken`; if there are none, waits for at most `patience`. Drops are reported after
+    /// the kept readings.
     pub(crate) fn take(&self, taken: &mut VecDeque<Item>, patience: Duration) {
         let mut state = self.lock();
         if state.items.is_empty() && !self.has_ended() {
@@ -174,8 +174,7 @@ impl Queue {
         self.0.drained.notify_waiters();
     }
 
-    /// Takes the waiting readings, in the order in which they were handed over: what a source or a worker offered in a
-    /// test of its own.
+    /// Takes the waiting readings in hand-over order; for tests of a source or a worker.
     pub fn readings(&self) -> Vec<Reading> {
         let mut taken = VecDeque::new();
         self.take(&mut taken, Duration::ZERO);

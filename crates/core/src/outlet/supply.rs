@@ -12,9 +12,9 @@ pub struct Supply(Arc<Shared>);
 
 #[derive(Debug, Default)]
 struct Shared {
-    /// One of the following.
+    /// One of the constants below.
     stage: AtomicU8,
-    /// Its streams that should have samples.
+    /// The source's streams that should have samples.
     awaited: Mutex<BTreeSet<StreamId>>,
 }
 
@@ -28,8 +28,8 @@ const AWAITED: u8 = 2;
 const SENT: u8 = 3;
 
 impl Supply {
-    /// Why its source counts as missing: it has declared no stream, or none of those that should have samples has any.
-    /// `None` if it doesn't. Events, markers, and the state of a link or a battery may be silent.
+    /// Why the source counts as missing: it has declared no stream, or none of its streams that should have samples has
+    /// any. `None` if it is not missing. Events, markers, and the state of a link or a battery may be silent.
     pub fn lack(&self) -> Option<&'static str> {
         match self.0.stage.load(Ordering::Acquire) {
             NOTHING => Some("nothing was received from it"),
@@ -38,7 +38,7 @@ impl Supply {
         }
     }
 
-    /// Notes a declaration; those of the session's own events are none of the source's.
+    /// Notes a declaration; streams without health, such as the session's own events, do not count.
     pub(super) fn declared(&self, id: StreamId, stream: &Stream) {
         if !stream.has_health() {
             return;
@@ -55,7 +55,7 @@ impl Supply {
 
     /// Notes a reading.
     pub(super) fn sent(&self, id: StreamId) {
-        // Nothing but a load from the first sample on.
+        // From the first sample on, this costs only a load.
         if self.0.stage.load(Ordering::Acquire) == AWAITED && self.awaited().contains(&id) {
             self.rise(SENT);
         }

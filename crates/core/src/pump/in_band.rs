@@ -14,7 +14,7 @@ use crate::stream::Origin;
 use crate::time::Time;
 use crate::track::{Track, Word};
 
-/// More lost samples than this in one report are not believed.
+/// The most lost samples that are counted from one report.
 const MOST_LOST: u64 = u32::MAX as u64;
 
 impl Pump {
@@ -23,7 +23,7 @@ impl Pump {
         let Some(loss) = self.track(reading.stream).and_then(|track| track.gives) else { return };
         let Data::Event(event) = &reading.data else { return };
         if let Some(track) = self.raw_track(&event.label) {
-            // NaN where the number can't be known; a negative number is none.
+            // NaN if the number can't be known; a negative number counts as 0.
             let samples = (!event.value.is_nan()).then_some(event.value as u64);
             track.lost(loss, samples.map(|samples| samples.min(MOST_LOST)));
         }
@@ -72,7 +72,7 @@ impl Pump {
         }
     }
 
-    /// Applies a reading's report that a stream was stopped on purpose, or goes on.
+    /// Applies a reading's report that a stream was stopped on purpose, or has resumed.
     fn take_stopped(&mut self, reading: &Reading, log_time: Time) {
         let Some(track) = self.track(reading.stream) else { return };
         let Some(report) = Stopped::read(&track.stream, &reading.data) else { return };

@@ -4,16 +4,16 @@ use std::time::Duration;
 
 use crate::clock::Stopwatch;
 
-/// The longest time: then the pump wakes, and wakes its sinks, at most 60 times a second at any rate of messages. Waking
-/// up is most of what a few hundred readings a second cost.
+/// The longest time that readings gather: at any rate of messages, the pump and its sinks wake up at most 60 times a
+/// second. At a few hundred readings a second, waking up is most of the cost.
 const LONGEST: Duration = Duration::from_millis(16);
-/// The rate from which readings gather for that long [Hz]. The fewer there are, the less is saved, and the sooner each
-/// is taken.
+/// The rate from which readings gather for [`LONGEST`] [Hz]. At lower rates less is saved, and readings are taken
+/// sooner.
 const MANY_HZ: f64 = 300.0;
 /// The time over which readings are counted.
 const WINDOW: Duration = Duration::from_millis(250);
 
-/// The count of the readings taken, and what follows from it.
+/// Counts the readings taken, which decides how long the next ones gather.
 pub(super) struct Gathering {
     counted: Stopwatch,
     taken: usize,
@@ -25,7 +25,7 @@ impl Gathering {
         Gathering { counted: Stopwatch::start(), taken: 0, time: Duration::ZERO }
     }
 
-    /// How long readings gather after this many were taken, from wake-up to wake-up.
+    /// Counts `taken` readings; returns how long readings gather, from wake-up to wake-up.
     pub(super) fn after(&mut self, taken: usize) -> Duration {
         self.taken += taken;
         let elapsed = self.counted.elapsed();

@@ -23,22 +23,19 @@ use crate::worker::FeedPost;
 
 /// How long the pump waits for readings before it looks at the clock.
 const PATIENCE: Duration = Duration::from_millis(30);
-/// How long a live pump computes before it hands over the results so far: the features of one sensor don't wait for
-/// those of all others.
+/// How long a live pump computes before it hands over the results so far: the features of one sensor don't wait for the
+/// features of all others.
 const PROMPT: Duration = Duration::from_millis(1);
-/// A recording that arrives in smaller portions than this is played in real time: nothing is held
-/// back.
+/// A recording that arrives in smaller portions than this is being played in real time: records are delivered at once.
 const FEW: usize = 64;
-/// The time after the request to end from which a live session computes no more features: readings that
-/// still wait are recorded only.
+/// How long a live session computes features after its end was requested; later, waiting readings are only recorded.
 const COMPUTES: Duration = Duration::from_secs(3);
-/// The time after that request for which it takes waiting readings; the remaining ones are counted
-/// as lost.
+/// How long a live session takes waiting readings after its end was requested; the rest are counted as lost.
 const LAST_WORDS: Duration = Duration::from_secs(5);
-/// The time for one reading after which the pump counts as hung, at the end.
+/// At the end of a session, a pump that works longer than this on one reading counts as hung.
 const STUCK: Duration = Duration::from_secs(3);
 
-/// When a wait of a few milliseconds lasts this long, this process was suspended.
+/// A wait of a few milliseconds that lasts this long shows that the process was suspended.
 const STANDSTILL: Duration = Duration::from_secs(2);
 
 /// The result of a pump.
@@ -59,9 +56,9 @@ pub(super) struct Pumping {
 /// The state shared by the pump's thread and the session.
 #[derive(Debug, Default)]
 struct PumpState {
-    /// Rises with each reading that was taken.
+    /// The number of items taken so far.
     taken: AtomicU64,
-    /// Whether a sink holds the pump at the moment.
+    /// Whether a sink is blocking the pump at the moment.
     is_held: AtomicBool,
     /// Whether features are skipped from now on.
     is_hurried: AtomicBool,
@@ -83,7 +80,7 @@ impl Pumping {
                 pipeline.routes.iter().for_each(|route| route.break_off(&reason));
             }
             drop(pipeline);
-            // Nobody waits for a pump that was left behind.
+            // Nobody waits for a pump that was abandoned.
             drop(send_end.send(pumped));
         };
         let thread = std::thread::Builder::new().name("pump".into());
@@ -114,7 +111,7 @@ impl Pumping {
                 () = hurry.done(), if !is_hurried => {
                     is_hurried = true;
                     self.shared.is_hurried.store(true, Ordering::Release);
-                    // A recording waits for its sinks as long as it takes; no more now.
+                    // A recording waits for its sinks without a limit, but no longer once it is hurried.
                     if self.pace == Pace::Recorded {
                         break_off(sinks, "wait for its disk");
                     }
@@ -242,9 +239,9 @@ impl Pipeline {
         self.pump.happen(stood_still(waited), since);
     }
 
-    /// Takes the next item, unless it is too late.
+    /// Takes the next item, or discards it if the session should have ended long ago.
     fn take(&mut self, item: Item) {
-        // A long silence gives more records than should be held at once.
+        // A long silence produces more records than should be held at once.
         while self.pump.tick_towards(self.pump.time_of(&item)) {
             self.deliver();
         }
@@ -261,7 +258,7 @@ impl Pipeline {
         self.shared.taken.store(self.taken, Ordering::Release);
     }
 
-    /// How long ago the end of a live session was requested; `None` before that.
+    /// How long ago the end of a live session was requested; zero before that, and for a recording.
     fn overdue(&mut self) -> Duration {
         if self.pace != Pace::Live || !self.queue.is_closed() {
             return Duration::ZERO;

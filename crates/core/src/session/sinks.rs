@@ -21,7 +21,7 @@ pub(super) struct Route {
     name: &'static str,
     post: Post,
     wants: Wants,
-    /// Whether it receives streams that are live only.
+    /// Whether the sink receives streams that are only shown live.
     shows_live: bool,
 }
 
@@ -58,7 +58,7 @@ pub(super) fn start(
         if let Err(error) = &ended {
             outlet.happen(lasting(format!("{name}: failed to {error}")));
         }
-        // Nobody waits for a sink that was left behind.
+        // Nobody waits for a sink that was abandoned.
         drop(send_end.send(ended));
     };
     let thread = std::thread::Builder::new().name(name.into());
@@ -104,7 +104,7 @@ impl Running {
 
     fn never_ran(&mut self) -> SinkError {
         let why = self.unstarted.take().map_or_else(String::new, |error| format!(": {error}"));
-        let hint = "close other programs, or raise the limit of threads (`ulimit -u`)".to_owned();
+        let hint = "close other programs, or raise the limit on threads (`ulimit -u`)".to_owned();
         SinkError::Failed { message: format!("start a thread of its own{why}"), hint }
     }
 }
@@ -152,12 +152,12 @@ fn for_audiences(records: &Batch, least: Audience) -> Batch {
     records.iter().filter(|record| record.stream.audience >= least).cloned().collect()
 }
 
-/// The events about a delivery.
+/// The event that reports a delivery; `None` if there is nothing to report.
 fn said(name: &str, posted: &Posted) -> Option<Event> {
     match posted {
         Posted::Stalled { waiting_bytes } => {
             let kib = waiting_bytes >> 10;
-            Some(passing(format!("{name}: stalled; {kib} KiB wait in memory")))
+            Some(passing(format!("{name}: stalled; {kib} KiB are waiting in memory")))
         }
         Posted::Recovered => Some(passing(format!("{name}: no longer stalled; nothing was lost"))),
         Posted::CutOff { reason } => Some(lasting(format!("{name}: failed to {reason}"))),

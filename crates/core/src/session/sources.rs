@@ -11,8 +11,8 @@ use crate::panics::{at, watched_async};
 use crate::session::Outcome;
 use crate::source::{Source, SourceError};
 
-/// The pauses before a source is run again double from the first to the last. All current sources are on this machine
-/// or on its network: retrying costs nothing.
+/// The pauses before a source is run again double from the first to the last. All sources are on this machine or on its
+/// network, so retrying costs nothing.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LAST_PAUSE: Duration = Duration::from_secs(5);
 /// After a source has run for this long, its pauses start from the first one again.
@@ -80,7 +80,7 @@ impl Sources {
 
 /// Runs a source, and restarts it after a pause whenever its device goes away.
 ///
-/// `unopened` is the last reason for which its device could not be opened, as long as it never was.
+/// `unopened` is the last reason why the device could not be opened, as long as it never was.
 async fn mind(
     name: &str,
     mut source: Box<dyn Source>,
@@ -101,7 +101,7 @@ async fn mind(
                 if began.elapsed() >= WELL {
                     pause = FIRST_PAUSE;
                 }
-                tracing::debug!("{name} is started again in {pause:?}");
+                tracing::debug!("{name} restarts in {pause:?}");
                 let label = format!("{name}: failed to {message}");
                 outlet.happen(passing(with_hint(label, &hint)));
                 *unopened = Some(SourceError::Gone { message, hint }).filter(|_| !was_open);

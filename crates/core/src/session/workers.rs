@@ -22,11 +22,11 @@ const WELL: Duration = Duration::from_secs(30);
 /// How a worker ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WorkerEnd {
-    /// Its name.
+    /// The worker's name.
     pub name: String,
-    /// How many records it has taken and skipped.
+    /// How many records the worker has taken and skipped.
     pub counts: WorkerCounts,
-    /// Why it ended before the session did, or never processed anything.
+    /// Why the worker ended before the session did, or never processed anything.
     pub error: Option<WorkerError>,
 }
 
@@ -56,7 +56,7 @@ pub(super) fn start(
     (post, Running { name, feed, ended })
 }
 
-/// Runs a worker until the session is over, and again after a pause whenever it fails.
+/// Runs a worker until the session is over, and restarts it after a pause whenever it fails.
 fn mind(
     name: &str,
     mut worker: Box<dyn Worker>,
@@ -64,7 +64,7 @@ fn mind(
     outlet: &Outlet,
 ) -> Option<WorkerError> {
     let mut pause = FIRST_PAUSE;
-    // A worker that has processed nothing when the session ends ended with its last error.
+    // A worker that has processed nothing by the end of the session reports its last error.
     let mut last: Option<WorkerError> = None;
     let idle = |last: Option<WorkerError>| last.filter(|_| feed.counts().taken == 0);
     loop {
@@ -81,7 +81,7 @@ fn mind(
                     pause = FIRST_PAUSE;
                 }
                 let WorkerError { message, hint } = &error;
-                tracing::debug!("{name} is started again in {pause:?}");
+                tracing::debug!("{name} restarts in {pause:?}");
                 outlet.happen(passing(with_hint(format!("{name}: failed to {message}"), hint)));
                 last = Some(error);
             }
@@ -100,7 +100,7 @@ fn mind(
 }
 
 impl Running {
-    /// Notes that the session is over: the worker stops after its present records.
+    /// Closes the feed at the end of the session: the worker stops after its current records.
     pub(super) fn close(&self) {
         self.feed.close();
     }

@@ -17,12 +17,12 @@ use crate::streams::Streams;
 /// A run of records in the pump's order, shared by all sinks.
 pub type Batch = Arc<[Record]>;
 
-/// The limits of a sink's queue: its size, and how long it may hold the pump.
+/// The limits of a sink's queue: its size, and how long it may block the pump.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// The largest size of the waiting records [bytes].
     pub bytes: usize,
-    /// How long a lossless sink may hold the pump; `None` for no limit.
+    /// How long a lossless sink may block the pump; `None` for no limit.
     pub patience: Option<Duration>,
     /// The time after which a lossless sink that takes no records is reported.
     pub stall: Duration,
@@ -46,7 +46,7 @@ pub fn queue(delivery: Delivery, streams: Streams) -> (Post, Inbox) {
     queue_within(delivery, streams, Limits::live(delivery))
 }
 
-/// The same with other limits.
+/// Makes the two ends of a sink's queue, with the given limits.
 pub fn queue_within(delivery: Delivery, streams: Streams, limits: Limits) -> (Post, Inbox) {
     let shared = Arc::new(Shared::default());
     let post = Post { delivery, limits, shared: Arc::clone(&shared) };
@@ -57,7 +57,7 @@ pub fn queue_within(delivery: Delivery, streams: Streams, limits: Limits) -> (Po
 struct Shared {
     state: Mutex<State>,
     changed: Condvar,
-    /// Whether an end may wait for a change: waking it when it does not would cost a system call. Set under the lock.
+    /// Whether an end may be waiting for a change; waking it needlessly would cost a system call. Set under the lock.
     is_awaited: AtomicBool,
     /// The lasting state of the records that were taken out of the queue or skipped.
     latched: Mutex<Latched>,
@@ -66,7 +66,7 @@ struct Shared {
 #[derive(Debug, Default)]
 struct State {
     batches: VecDeque<(Batch, usize)>,
-    /// The number of the oldest batches of which only [lasting](is_lasting) records are left.
+    /// The number of batches at the front that contain only [lasting](is_lasting) records.
     thinned: usize,
     bytes: usize,
     skipped: u64,
@@ -74,9 +74,9 @@ struct State {
     abandoned: bool,
     /// Why the queue ended, though the session did not.
     cut_off: Option<String>,
-    /// Since when a record has waited without being taken.
+    /// Since when records have been waiting without any being taken.
     waits: Option<Stopwatch>,
-    /// Whether that was reported.
+    /// Whether the stall was reported.
     is_stalled: bool,
 }
 
@@ -136,19 +136,19 @@ pub struct Post {
 /// The result of a delivery.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Posted {
-    /// The batch is in the queue, or skipped and counted.
+    /// The batch was queued, possibly in place of older ones.
     Accepted,
-    /// The same, but the sink has taken nothing for a while. Returned once for each stall.
+    /// The batch was queued, but the sink has taken nothing for a while. Returned once for each stall.
     Stalled {
         /// The size of the waiting records [bytes].
         waiting_bytes: usize,
     },
-    /// The same, and the sink takes records again.
+    /// The batch was queued, and the sink takes records again after a stall.
     Recovered,
-    /// The sink held the pump for too long: this is the first batch that it does not get. Later ones
-    /// are [skipped](Posted::Skipped) until it [resumes](Inbox::resume).
+    /// The sink blocked the pump for too long: this is the first batch that it does not get. Later ones are
+    /// [skipped](Posted::Skipped) until it [resumes](Inbox::resume).
     CutOff {
-        /// Why; fits after "failed to".
+        /// The reason, which fits after "failed to".
         reason: String,
     },
     /// The sink is cut off; undelivered records are counted.
@@ -266,7 +266,7 @@ impl Drop for Post {
     }
 }
 
-/// A handle that ends a sink's queue from outside of the pump.
+/// A handle that ends a sink's queue from outside the pump.
 #[derive(Clone, Debug)]
 pub(crate) struct Gate(Arc<Shared>);
 
@@ -301,7 +301,7 @@ pub struct Inbox {
 pub enum Received {
     /// Records, in the pump's order.
     Batch(Batch),
-    /// No record came within the given time.
+    /// No record arrived within the given time.
     Silence,
     /// The queue has ended: the session is over, or this sink was [cut off](Inbox::cut_off).
     Closed,
@@ -334,8 +334,8 @@ impl Inbox {
         }
     }
 
-    /// The same for a sink that need not be prompt: if nothing is waiting, records gather for a while first, so that it
-    /// wakes up less often.
+    /// Waits like [`receive`](Inbox::receive), for a sink that need not be prompt: if nothing is waiting, records first
+    /// gather for `gather`, so that the sink wakes up less often.
     pub fn receive_gathered(&self, gather: Duration, patience: Duration) -> Received {
         let state = self.shared.lock();
         let gathers = state.batches.is_empty() && state.is_open();
@@ -351,8 +351,8 @@ impl Inbox {
         self.shared.lock().cut_off.clone()
     }
 
-    /// Takes records again, after this sink was cut off; returns the number of records that it did
-    /// not get. `None` when the queue has ended.
+    /// Takes records again, after this sink was cut off; returns the number of records that it missed. `None` when the
+    /// queue has ended.
     pub fn resume(&self) -> Option<u64> {
         let mut state = self.shared.lock();
         if state.closed {
@@ -362,8 +362,8 @@ impl Inbox {
         Some(std::mem::take(&mut state.skipped))
     }
 
-    /// The lasting state of all records received or skipped so far, with which a recording that
-    /// continues elsewhere begins.
+    /// The lasting state from all records received or skipped so far; a recording that continues elsewhere begins with
+    /// it.
     pub fn latched(&self) -> Latched {
         self.shared.latched.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -373,20 +373,19 @@ impl Inbox {
         std::mem::take(&mut self.shared.lock().skipped)
     }
 
-    /// Reports a fault of this sink that lasts, in the session's own events.
+    /// Reports a lasting fault of this sink, as an event of the session.
     pub fn report(&self, label: impl Into<String>) {
         if let Some(outlet) = &self.outlet {
             outlet.happen(lasting(label));
         }
     }
 
-    /// The way back into the session, for a sink with user input: their commands, notes and reports. `None`
-    /// outside of a session.
+    /// The outlet into the session, for the commands, notes and reports of a sink's users. `None` outside a session.
     pub fn outlet(&self) -> Option<&Outlet> {
         self.outlet.as_ref()
     }
 
-    /// The same inbox, through which a fault can be reported.
+    /// Adds an outlet, through which the sink can report faults.
     pub(crate) fn reporting_to(mut self, outlet: Outlet) -> Inbox {
         self.outlet = Some(outlet);
         self

@@ -11,15 +11,14 @@ pub struct Schema {
     pub name: String,
     /// How `text` is written: `ros2msg` or `ros2idl`.
     pub encoding: String,
-    /// The definition with all that it depends on, as rosbag2 stores it in a bag; empty while
-    /// unknown.
+    /// The definition with all its dependencies, as rosbag2 stores it in a bag; empty while unknown.
     pub text: String,
     /// The type hash, `RIHS01_` and 64 hexadecimal digits; empty where unknown.
     pub hash: String,
 }
 
 impl Schema {
-    /// The memory of its texts [bytes].
+    /// The memory of the schema's texts [bytes].
     pub(super) fn held_bytes(&self) -> usize {
         let Schema { name, encoding, text, hash } = self;
         [name, encoding, text, hash].map(String::capacity).iter().sum()

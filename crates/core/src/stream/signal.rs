@@ -26,19 +26,19 @@ words! {
         Interval = "interval",
         /// Camera images.
         Image = "image",
-        /// What a camera shows, in numbers: brightness, movement, the colour of skin.
+        /// Numbers from camera images: brightness, movement, skin colour.
         Video = "video",
         /// Points of a face in pictures.
         Face = "face",
         /// Points of a body in pictures.
         Body = "body",
-        /// Estimates of what a face expresses.
+        /// Estimates of facial expressions.
         Expression = "expression",
         /// Sound.
         Audio = "audio",
         /// Keyboard, mouse and other input of a person.
         Input = "input",
-        /// What a person did at a keyboard, mouse or gamepad in each second, in numbers.
+        /// Numbers about a person's use of keyboard, mouse or gamepad in each second.
         Activity = "activity",
         /// State of a battery.
         Battery = "battery",

@@ -7,17 +7,17 @@ use crate::words::words;
 pub struct Subject {
     /// The kind of subject.
     pub about: About,
-    /// Its id; empty for the team and the session.
+    /// The subject's id; empty for the team and the session.
     pub id: String,
 }
 
 impl Subject {
-    /// The person of the given pseudonym.
+    /// The person with the given pseudonym.
     pub fn person(id: impl Into<String>) -> Subject {
         Subject { about: About::Person, id: id.into() }
     }
 
-    /// The robot of the given id.
+    /// The robot with the given id.
     pub fn robot(id: impl Into<String>) -> Subject {
         Subject { about: About::Robot, id: id.into() }
     }

@@ -9,7 +9,7 @@ pub struct Conversion {
     relation: Relation,
     /// The factor of the number, or of its reciprocal.
     factor: f64,
-    /// The offset, added after that.
+    /// The offset, which is added after multiplication.
     offset: f64,
 }
 
@@ -29,7 +29,7 @@ struct Unit(&'static [&'static str], &'static [&'static str], f64, f64);
 /// exactly 1000 uV.
 const QUANTITIES: &[&[Unit]] =
     &[TIMES, CONDUCTANCES, RESISTANCES, VOLTAGES, WARMTHS, ACCELERATIONS];
-/// The indices of two of them.
+/// The indices of conductances and resistances in [`QUANTITIES`].
 const CONDUCTANCE: usize = 1;
 const RESISTANCE: usize = 2;
 const TIMES: &[Unit] = &[
@@ -111,7 +111,7 @@ impl Conversion {
         worked_in(signal).map_or(Some(Conversion::SAME), |to| Conversion::between(from, to))
     }
 
-    /// The number in the other unit.
+    /// Converts a number to the other unit.
     pub fn of(self, number: f64) -> f64 {
         match self.relation {
             Relation::Same => number,
@@ -121,8 +121,8 @@ impl Conversion {
     }
 }
 
-/// The unit in which a signal is analysed and its results are stated; `None` if any unit will do, which is then that of
-/// the results.
+/// The unit in which a signal is analysed and its results are stated; `None` if any unit will do, in which the results
+/// are then stated, too.
 pub fn worked_in(signal: Signal) -> Option<&'static str> {
     match signal {
         Signal::Eda => Some("uS"),
@@ -141,7 +141,7 @@ pub fn accepted(unit: &str) -> Vec<&'static str> {
     QUANTITIES[quantity].iter().chain(inverse).map(|unit| unit.0[0]).collect()
 }
 
-/// The indices of a unit: of its quantity in the table, and within that.
+/// The index of a unit's quantity in [`QUANTITIES`], and of the unit within it.
 fn found(unit: &str) -> Option<(usize, usize)> {
     let lower = unit.to_lowercase();
     let place = |is_meant: &dyn Fn(&Unit) -> bool| {
