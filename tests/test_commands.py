@@ -183,7 +183,7 @@ def test_a_recording_that_begins_paused_begins_by_command_with_the_seconds_befor
         panel.say(string(words))
         monitor.wait_for(f"marker: {words[5:]}" if words.startswith("mark") else f"command of ros:[^ ]+: {words}")
     panel.say(string("stop_recording"))
-    monitor.wait_for("bag note `start_recording` had no effect: it is recording already")
+    monitor.wait_for("bag note `start_recording` had no effect: a recording is already running")
     monitor.wait_for("bag note `stop_recording` had no effect: nothing is being recorded")
     assert monitor.interrupt() == 0, monitor.report()
     bag = harness.the_bag(out)

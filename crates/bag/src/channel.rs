@@ -54,8 +54,8 @@ impl Channel {
 
     /// The stream as far as the channel describes it; the rest is in its description, if the bag has one.
     ///
-    /// A topic that teampulse did not record is raw, and about the robot named by its first token; a topic
-    /// without a namespace, such as `/tf`, is about nobody.
+    /// A topic that teampulse did not record is raw, and about the robot named by its first token; a topic without a
+    /// namespace, such as `/tf`, is about the session.
     pub(crate) fn stream(&self) -> Stream {
         let mut tokens = self.topic.split('/').skip(1);
         let subject = match (tokens.next(), tokens.next()) {
@@ -71,19 +71,19 @@ impl Channel {
         stream
     }
 
-    /// The shape of its samples. ROS messages stay messages, whatever their type.
+    /// The shape of the channel's samples. ROS messages stay messages, whatever their type.
     pub(crate) fn shape(&self) -> Shape {
         let is_ours = self.is(SHAPE_KEY, OWN) || is_description(&self.topic, &self.schema.name);
         if is_ours { shape_of(&self.schema) } else { Shape::Message(Arc::clone(&self.schema)) }
     }
 
-    /// Whether it was recorded by software other than teampulse.
+    /// Whether the channel was recorded by software other than teampulse.
     pub(crate) fn is_foreign(&self) -> bool {
         !self.metadata.contains_key(ORIGIN_KEY)
     }
 
-    /// Whether its messages start with a header that has not been parsed yet: teampulse stores the stamp as
-    /// the publish time.
+    /// Whether the channel's messages start with a header that has not been parsed yet. In its own bags, teampulse
+    /// stores the stamp as the publish time.
     pub(crate) fn has_unread_headers(&self) -> bool {
         self.is_foreign()
             && Definition::of(&self.schema).is_ok_and(|each| starts_with_header(&each))

@@ -1,4 +1,4 @@
-//! The lock on a file that is being written: readers can tell it from a damaged one, and it is not repaired meanwhile.
+//! The lock on a file that is being written, so that readers do not take it for a damaged file, and nobody repairs it.
 
 use std::fs::{File, TryLockError};
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rustix::fs::statvfs;
 
-/// The folder itself, or the nearest parent that exists.
+/// Returns the folder itself if it exists, otherwise the nearest parent that does.
 pub fn existing(folder: &Path) -> &Path {
     let found = folder.ancestors().find(|path| path.exists());
     found.filter(|path| *path != Path::new("")).unwrap_or(Path::new("."))

@@ -29,7 +29,7 @@ pub enum BagError {
         /// What it appears to be instead.
         found: Found,
     },
-    /// A bag can't be repaired while another program writes it.
+    /// The bag can't be repaired, as another program is writing it.
     #[error("repair {}: it is still being written", path.display())]
     InUse {
         /// The file.
@@ -79,7 +79,7 @@ pub enum Found {
     /// An `SQLite` file of another application, or a broken one.
     #[error("an SQLite file that is not a recording of rosbag2")]
     Sqlite,
-    /// A file of rosbag2, or a ROS 1 bag, that can be read, but not repaired.
+    /// A recording that can be read, but not repaired: a ROS 1 bag, or one of rosbag2 that is not plain MCAP.
     #[error("a ROS 1 bag, a recording in SQLite or a compressed file")]
     Foreign,
     /// A ROS 1 bag that is damaged at its start, or of a version before 2.0.
@@ -111,7 +111,7 @@ impl BagError {
             BagError::NotABag { found, .. } => found.hint(),
             BagError::Damaged { .. } => "run `teampulse recover` to keep all readable messages",
             BagError::InUse { .. } => {
-                "wait until its session has ended: a recording that ends is complete"
+                "wait until its session has ended: the recording is then complete"
             }
             BagError::Deleted { .. } => {
                 "keep the folder of a recording in place until it has ended"

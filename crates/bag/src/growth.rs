@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The progress of a recording on the disk, shared between its writer and its displays by cloning.
+/// The progress of a recording on the disk; clones share it between the writer and displays.
 #[derive(Clone, Debug, Default)]
 pub struct Growth(Arc<Mutex<OnDisk>>);
 
@@ -16,9 +16,9 @@ pub struct OnDisk {
     pub folder: PathBuf,
     /// The bytes synced to the disk, in all files.
     pub synced_bytes: u64,
-    /// The free space on the disk when the first bag had begun [bytes]; `None` before.
+    /// The free space on the disk at the first sync [bytes]; `None` before it.
     pub began_with_bytes: Option<u64>,
-    /// The free space on the disk at the last sync [bytes]; `None` before the first.
+    /// The free space on the disk at the last sync [bytes]; `None` before the first sync.
     pub free_bytes: Option<u64>,
 }
 
@@ -28,26 +28,26 @@ pub enum Stage {
     /// Nothing is recorded.
     #[default]
     NotBegun,
-    /// It is being recorded.
+    /// A bag is being recorded.
     Open,
-    /// Nothing is recorded until a command begins a bag; the last seconds are kept in memory.
+    /// Nothing is recorded until a command starts a bag; the last seconds are kept in memory.
     Paused {
         /// How many seconds are kept.
         kept_secs: f64,
     },
-    /// It ended with the session, and is complete.
+    /// The recording ended with the session, and is complete.
     Finished,
-    /// It ended before the session, for this reason.
+    /// The recording ended before the session, for this reason.
     EndedEarly(String),
 }
 
 impl Growth {
-    /// The present state of the recording on the disk.
+    /// The current state of the recording on the disk.
     pub fn on_disk(&self) -> OnDisk {
         self.lock().clone()
     }
 
-    /// Starts a recording in a folder; a second one of the same session adds to the first.
+    /// Starts a recording in a folder; the bytes of a second recording in the same session are added to the first.
     pub fn begin(&self, folder: &Path) {
         let mut on_disk = self.lock();
         on_disk.stage = Stage::Open;

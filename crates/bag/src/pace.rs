@@ -6,7 +6,7 @@ use teampulse_core::clock::Clock;
 use teampulse_core::time::Time;
 use tokio::sync::watch;
 
-/// A control of the pace of a playback; clones control the same one.
+/// Controls the pace of a playback; clones control the same playback.
 #[derive(Clone, Debug)]
 pub struct Pace(watch::Sender<Speed>);
 
@@ -40,7 +40,7 @@ impl Pace {
         self.0.borrow().paused
     }
 
-    /// Starts pacing at a position in the recording, which corresponds to the present time of `clock`.
+    /// Starts pacing at a position in the recording, which corresponds to the current time of `clock`.
     pub(crate) fn keep(&self, clock: Clock, position: Time) -> Pacer {
         let mut speeds = self.0.subscribe();
         let speed = *speeds.borrow_and_update();
@@ -91,7 +91,7 @@ impl Pacer {
         }
     }
 
-    /// Applies the requested speed from the present position on.
+    /// Applies the requested speed from the current position on.
     fn follow(&mut self) {
         let wanted = *self.speeds.borrow_and_update();
         if wanted == self.speed {

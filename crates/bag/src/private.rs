@@ -45,8 +45,8 @@ pub fn create_folders(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The umask may have removed the owner's own permissions, and the file may be an existing one. A file system without
-/// permissions (such as a USB stick's) returns an error, and has nothing to restrict.
+/// Makes a file private: the umask may have removed the owner's own permissions, and an existing file may be readable
+/// by others. A file system without permissions, such as a USB stick's, returns an error, and has nothing to restrict.
 fn owned(file: File) -> io::Result<File> {
     let is_private = file.metadata()?.permissions().mode() & 0o777 == FILE;
     if !is_private {

@@ -1,4 +1,4 @@
-//! The records of a bag as they were recorded, for display: nothing is corrected or computed again.
+//! The records of a bag as they were recorded, for display: nothing is corrected or recomputed.
 
 use std::sync::Arc;
 
@@ -13,8 +13,8 @@ use crate::error::BagError;
 use crate::read::Bag;
 use crate::read::messages::Message;
 
-/// How far the stamp of a message may be from its log time and still be taken as its time [s]: the clocks of other
-/// computers may be hours off.
+/// How far the stamp of a message may be from its log time to be used as its time [s]: the clocks of other computers
+/// may be hours off.
 const STAMPED_SECS: f64 = 1.0;
 
 /// A bag, as records of its streams.
@@ -27,7 +27,7 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// The records of a bag; all its streams are declared.
+    /// Prepares the records of a bag, and declares all its streams.
     pub fn new(bag: Arc<Bag>) -> Recorded {
         let streams = Streams::default();
         let declare = |stream: &Arc<Stream>| {
@@ -38,13 +38,12 @@ impl Recorded {
         Recorded { bag, streams, ids }
     }
 
-    /// Its streams.
+    /// The streams of the bag, except descriptions.
     pub fn streams(&self) -> &Streams {
         &self.streams
     }
 
-    /// The records from a log time on, of the streams that are wanted. A part that can't be read is reported as an
-    /// error and skipped.
+    /// The records of the wanted streams from a log time on. A part that can't be read yields an error and is skipped.
     pub fn records<'a>(
         &'a self,
         from: Time,
@@ -59,7 +58,7 @@ impl Recorded {
         })
     }
 
-    /// The record of a message; `None` for a description, and for one that can't be decoded.
+    /// The record of a message; `None` for a description, and for a message that can't be decoded.
     fn record(&self, message: &Message) -> Option<Record> {
         let id = self.ids[message.stream]?;
         let stream = self.streams.get(id);
@@ -90,7 +89,7 @@ impl Recorded {
     }
 }
 
-/// When a message of another computer was measured, as far as its stamp is plausible.
+/// When a message of another computer was measured: its stamp if that is plausible, else the log time.
 fn placed(message: &Message) -> Time {
     let late_secs = message.log_time.secs_since(message.publish_time);
     if late_secs.abs() <= STAMPED_SECS { message.publish_time } else { message.log_time }

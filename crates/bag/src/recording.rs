@@ -26,8 +26,8 @@ use crate::sink::{BagSink, CONTINUES_NOTE, ENDED_NOTE, JOINED_NOTE, STUDY_NAME};
 use crate::write::BagWriter;
 use crate::write::part::Attachment;
 
-/// The interval at which written data are synced to the disk: including the writing itself, at most a
-/// second of a recording can be lost.
+/// The interval at which written data are synced to the disk: including the time for writing, at most a second of a
+/// recording can be lost.
 const FLUSH_EVERY: Duration = Duration::from_millis(800);
 
 /// How long readings gather before they are written.
@@ -40,9 +40,9 @@ pub struct Recording {
     folder: PathBuf,
     /// The study, until it is attached.
     study: String,
-    /// The contents that it begins with in a running session, until they are written.
+    /// The records and the state from before the recording began, until they are written.
     opening: Option<Opening>,
-    /// Whether `stop_recording` ends it.
+    /// Whether `stop_recording` ends the recording.
     ends_by_command: bool,
     losses: BTreeMap<String, Losses>,
     clock: Clock,
@@ -53,25 +53,25 @@ pub struct Recording {
     unwritten: u64,
 }
 
-/// The contents with which a recording begins in a running session.
+/// The records and the state with which a recording begins in a running session.
 #[derive(Clone, Debug, Default)]
 pub struct Opening {
-    /// The state that held before its first record.
+    /// The state that applied before the first record.
     pub held: Latched,
-    /// Records kept from before it began: commands among them do not apply to it.
+    /// Records from before the recording began; commands among them do not apply to it.
     pub kept: Vec<Record>,
-    /// Records of the same batch that follow the command that began it.
+    /// Records that follow the command that started the recording, in the same batch.
     pub after: Vec<Record>,
 }
 
 /// How a complete recording ended.
 #[derive(Debug)]
 pub enum Complete {
-    /// With its session.
+    /// The recording ended with its session.
     WithSession,
-    /// By command, while the session continues.
+    /// A command ended the recording, while the session continues.
     ByCommand {
-        /// Records of the same batch that follow the command.
+        /// Records that follow the command in the same batch.
         after: Vec<Record>,
     },
 }
@@ -79,10 +79,10 @@ pub enum Complete {
 /// A recording that ended before its session.
 #[derive(Debug)]
 pub struct Broken {
-    /// The error that ended it.
+    /// The error that ended the recording.
     pub error: SinkError,
-    /// The number of received messages that may not be in the bag because the disk did not take them: those
-    /// of the last second. 0 if the bag could be finished.
+    /// The number of received messages that may be missing from the bag because the disk did not take them, which are
+    /// those of the last second. 0 if the bag could be finished.
     pub unwritten: u64,
 }
 
@@ -93,14 +93,14 @@ struct Losses {
     in_our_queue: u64,
 }
 
-/// The note on a command to start a recording while there is one.
-const GOES_ON: &str = "`start_recording` had no effect: it is recording already";
+/// The note about a command to start a recording while one is running.
+const GOES_ON: &str = "`start_recording` had no effect: a recording is already running";
 
-/// Why a recording ended that a command stopped.
+/// The reason why a recording ended, if a command stopped it.
 pub const STOPPED: &str = "a command stopped the recording";
 
 impl Recording {
-    /// Creates the bag of a sink.
+    /// Creates the bag for a sink.
     pub(crate) fn begin(sink: BagSink) -> Result<Recording, SinkError> {
         let BagSink { folder, study, options } = sink;
         let writer = BagWriter::create(&folder, &options).map_err(|error| {
@@ -122,29 +122,29 @@ impl Recording {
         })
     }
 
-    /// Begins in a running session: at its start all streams are described, and the state at that time is published
-    /// again, active phases with their remaining duration.
+    /// Lets the recording begin in a running session: at its start all streams are described, and the current state is
+    /// published again, active phases with their remaining duration.
     #[must_use]
     pub fn in_session(mut self, opening: Opening) -> Recording {
         self.writer.note(JOINED_NOTE, "the session was running already".into());
         Recording { opening: Some(opening), ..self }
     }
 
-    /// Continues the recording of the bag `before`.
+    /// Marks this recording as the continuation of the bag `before`.
     #[must_use]
     pub fn continuing(mut self, before: &Path, held: Latched) -> Recording {
         self.writer.note(CONTINUES_NOTE, before.display().to_string());
         self.in_session(Opening { held, ..Opening::default() })
     }
 
-    /// Ends by the command `stop_recording`, too.
+    /// Lets the command `stop_recording` end the recording, too.
     #[must_use]
     pub fn until_stopped(self) -> Recording {
         Recording { ends_by_command: true, ..self }
     }
 
-    /// Records until the inbox is closed, or recording fails. In any case the bag is finished as far as
-    /// possible, and states in its notes and by a last event if it ended early.
+    /// Records until the inbox is closed, or recording fails. In any case the bag is finished as far as possible; if it
+    /// ended early, its notes and a last event state this.
     pub fn record(mut self, inbox: &Inbox) -> Result<Complete, Broken> {
         let taken = caught(|| match self.open(inbox)? {
             Some(stopped) => Ok(stopped),
@@ -153,7 +153,7 @@ impl Recording {
         self.end(taken, inbox)
     }
 
-    /// Records what it [begins with](Recording::in_session), and nothing else.
+    /// Records only the [opening](Recording::in_session), and nothing else.
     pub fn record_opening(mut self, inbox: &Inbox) -> Result<(), Broken> {
         self.writer.note(ENDED_NOTE, "it is a snapshot".into());
         let taken = caught(|| self.open(inbox).map(|_| Complete::WithSession));
@@ -187,7 +187,7 @@ impl Recording {
         };
         if let Some(why) = &lost {
             self.writer.note(ENDED_NOTE, format!("failed to {why}"));
-            // If this can't be written either, the error is reported elsewhere.
+            // If the reason can't be written either, the error is still reported by the sink.
             drop(caught(|| self.say_why(inbox.streams(), why)));
         }
         let (folder, growth) = (self.folder.clone(), self.growth.clone());
@@ -233,7 +233,7 @@ impl Recording {
         }
     }
 
-    /// Records what it begins with.
+    /// Records the opening.
     fn open(&mut self, inbox: &Inbox) -> Result<Option<Complete>, BagError> {
         let Some(Opening { kept, after, .. }) = &mut self.opening else { return Ok(None) };
         let (kept, after) = (std::mem::take(kept), std::mem::take(after));
@@ -243,7 +243,7 @@ impl Recording {
         self.take_batch(inbox, &after)
     }
 
-    /// Records these up to a command that ends the recording.
+    /// Records a batch, up to a command that ends the recording.
     fn take_batch(
         &mut self,
         inbox: &Inbox,
@@ -267,8 +267,8 @@ impl Recording {
         Ok(None)
     }
 
-    /// Writes the start of the bag: the study and, in a running session, the descriptions of its streams and
-    /// the active phases.
+    /// Writes the start of the bag: the study and, in a running session, the descriptions of its streams and the
+    /// current state.
     fn begin_with(&mut self, streams: &Streams, batch: &[Record]) -> Result<(), BagError> {
         let Some(first) = batch.first() else { return Ok(()) };
         let log_time = first.sample.log_time;
@@ -286,7 +286,7 @@ impl Recording {
         }
         for StandingEvent { id, stream, event, device_time, source_time } in holds {
             let event = Data::Event(Arc::new(event));
-            // Their time is that of the first record, just after this one.
+            // The stamps apply to the time of the first record, which is just after `at`.
             let early = Duration::from_nanos(log_time.nanos_since(at) as u64);
             let device_time =
                 device_time.map(|ticks| ticks.saturating_sub(early.as_nanos() as i64));
@@ -298,7 +298,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Records one; if it is a command, carries it out and returns it.
+    /// Writes a record; if it is a command, carries it out and returns it.
     fn take(&mut self, record: &Record) -> Result<Option<Command>, BagError> {
         self.write(record)?;
         let accepted = Accepted::of(&record.stream, &record.sample.data);
@@ -323,7 +323,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Records the reason for the early end as an event after the last message, in the bag only.
+    /// Records the reason for the early end as an event after the last message, only in the bag.
     fn say_why(&mut self, streams: &Streams, why: &SinkError) -> Result<(), BagError> {
         let (id, stream) = streams
             .find(&session_events().name)
@@ -353,7 +353,7 @@ impl Recording {
     }
 }
 
-/// Creates a record of this recording itself.
+/// Creates a record that the recording itself adds.
 fn record((id, stream): (StreamId, &Arc<Stream>), log_time: Time, data: Data) -> Record {
     encoded(stream, sample(id, log_time, data))
 }
@@ -377,8 +377,8 @@ fn sample(id: StreamId, log_time: Time, data: Data) -> Sample {
     }
 }
 
-/// Extends a failure to a bag that could not be finished either: it has no index, and its `metadata.yaml`
-/// is that of its start.
+/// Extends an error for a bag that could not be finished either: it has no index, and its `metadata.yaml` is as at its
+/// start.
 fn unended(lost: SinkError, folder: &Path) -> SinkError {
     let (SinkError::Lost { message, hint } | SinkError::Failed { message, hint }) = lost;
     if !folder.exists() {

@@ -28,9 +28,10 @@ use teampulse_messages::convert::type_name;
 /// The result of repairing a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
-    /// Each file, in the bag's order.
+    /// The files, in the order of the bag.
     pub files: Vec<RecoveredFile>,
-    /// The files that `metadata.yaml` listed and the folder did not have; it lists them no more, and notes their loss.
+    /// The files that `metadata.yaml` listed but the folder did not contain; it no longer lists them, and notes their
+    /// loss.
     pub absent: Vec<PathBuf>,
 }
 
@@ -39,14 +40,14 @@ pub struct Report {
 pub struct RecoveredFile {
     /// The file.
     pub path: PathBuf,
-    /// The number of messages that it contains now.
+    /// The number of messages that the file contains now.
     pub messages: u64,
-    /// The number of original messages that are missing now; `None` if that is unknown, as bytes could not be read and
-    /// nothing states how many messages there were.
+    /// The number of original messages that are missing now; `None` if it is unknown, because bytes could not be read
+    /// and nothing states how many messages there were.
     pub lost_messages: Option<u64>,
-    /// The parts cut from it; empty for an intact file, which is not changed.
+    /// The parts that were cut from the file; empty for an intact file, which is not changed.
     pub damage: Vec<Damage>,
-    /// Whether any of its messages had no checksum, so that changed bytes in them can't be found.
+    /// Whether any of the file's messages had no checksum, so that changed bytes in them can't be found.
     pub lacked_checksums: bool,
     /// The path of the damaged original, kept if anything was lost from its middle.
     pub original: Option<PathBuf>,
@@ -63,12 +64,13 @@ impl RecoveredFile {
     }
 }
 
-/// Repairs a bag: reads all of it, and rewrites each truncated or damaged file with all intact chunks, in
-/// order. `metadata.yaml` is rewritten. The file of a bag's folder is repaired with its whole folder; a lone one notes
-/// its losses in itself.
+/// Repairs a bag: reads all of it, and rewrites each truncated or damaged file with all intact chunks, in order.
+/// `metadata.yaml` is rewritten. A file in a bag's folder is repaired with the whole folder; a lone file stores the
+/// notes on its losses in itself.
 ///
-/// A bag that is still being recorded, or repaired by another program, is refused and not changed. The old file stays
-/// until the new one is safely on the disk, and is kept as `<name>.mcap.orig` if anything was lost from its middle.
+/// A bag that is still being recorded, or being repaired by another program, is refused and not changed. The old file
+/// stays until the new one is safely on the disk, and is kept as `<name>.mcap.orig` if anything was lost from its
+/// middle.
 pub fn recover(path: &Path) -> Result<Report, BagError> {
     let path = folder_with(path).unwrap_or(path);
     let mut bag = Bag::open(path)?;
@@ -117,7 +119,7 @@ fn note_losses(files: &[RecoveredFile], metadata: &mut Metadata) {
     note(lost, metadata);
 }
 
-/// Notes the files that are missing, as the metadata list them no more.
+/// Notes the missing files, as the metadata no longer list them.
 fn note_absent(bag: &Bag, metadata: &mut Metadata) {
     let files = bag.files_count();
     note(bag.absent().iter().map(|file| absent_text(file, files)), metadata);
@@ -132,7 +134,7 @@ fn note(losses: impl Iterator<Item = String>, metadata: &mut Metadata) {
     }
 }
 
-/// Repairs a file; a lone one with the metadata of its bag, which then state its losses.
+/// Repairs a file; a lone file gets the metadata of its bag, in which its losses are noted.
 fn recover_file(
     index: &mut Index,
     stated_messages: Option<u64>,
@@ -161,7 +163,8 @@ fn recover_file(
     Ok(recovered)
 }
 
-/// The number of missing messages. A file with more messages than stated was not described when it was complete.
+/// The number of missing messages. If a file has more messages than stated, the statement was made before the file was
+/// complete.
 fn lost_messages(file: &RecoveredFile, stated_messages: Option<u64>) -> Option<u64> {
     let lost = stated_messages.and_then(|stated| stated.checked_sub(file.messages));
     let is_read = file.damage.iter().all(|damage| damage.lost_bytes == 0);
@@ -188,7 +191,7 @@ fn replace(
     File::open(folder).and_then(|folder| folder.sync_all()).map_err(BagError::io("write", folder))
 }
 
-/// `<name>.mcap.orig`, with a numeric suffix if that exists.
+/// The name for a damaged original: `<name>.mcap.orig`, with a numeric suffix if that exists.
 fn free_name(path: &Path) -> PathBuf {
     let numbered = (2..).map(|number| path.with_extension(format!("mcap.orig{number}")));
     let mut names = std::iter::once(path.with_extension("mcap.orig")).chain(numbered);

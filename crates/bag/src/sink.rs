@@ -7,7 +7,7 @@ use teampulse_core::sink::{Delivery, Inbox, Sink, SinkError};
 use crate::recording::Recording;
 use crate::write::Options;
 
-/// The name under which the study is attached.
+/// The name of the attachment that contains the study.
 pub const STUDY_NAME: &str = "study.toml";
 
 /// The key of the note that states why a bag ended before its session.
@@ -15,7 +15,7 @@ pub const ENDED_NOTE: &str = "teampulse.ended_early";
 /// The key of the note with the folder of the bag that a recording continues.
 pub const CONTINUES_NOTE: &str = "teampulse.continues";
 
-/// The key of the note that the session was running already when the bag began.
+/// The key of the note that states that the session was already running when the bag began.
 pub const JOINED_NOTE: &str = "teampulse.joined";
 
 /// Records a session into a bag.
@@ -48,7 +48,7 @@ impl Sink for BagSink {
 }
 
 impl BagSink {
-    /// Creates the bag. If this fails, there is none.
+    /// Creates the bag. If this fails, no bag is left behind.
     pub fn begin(self) -> Result<Recording, SinkError> {
         Recording::begin(self)
     }

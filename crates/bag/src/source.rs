@@ -26,13 +26,13 @@ use teampulse_messages::convert::type_name;
 /// The number of readings after which other tasks may run.
 const TURN: usize = 256;
 
-/// The longest silence that counts as part of a recording: an active session records a status twice a
-/// minute. A log time that is wrong by a day therefore does not cause a day of silence.
+/// The longest silence that counts as part of a recording: an active session records a status at least twice a minute.
+/// So a log time that is wrong by a day does not cause a day of silence.
 const PAUSE: Duration = Duration::from_secs(600);
 
 /// Replays a recording: each reading at its log time, in the recorded order.
 ///
-/// A raw stream is declared at its description in the bag, so that a replay learns of it when the session
+/// A raw stream is declared when its description in the bag is reached, so that a replay learns of it when the session
 /// did. Descriptions and statuses are not replayed: the new session generates its own.
 #[derive(Debug)]
 pub struct BagSource {
@@ -46,19 +46,19 @@ pub struct BagSource {
     adapter: Option<Box<dyn Adapter>>,
 }
 
-/// Makes samples of streams out of messages whose contents are known by their topics, such as those of people's
-/// sensors that were published as plain numbers.
+/// Converts messages whose contents are known from their topics to samples, such as data of people's sensors that were
+/// published as plain numbers.
 pub trait Adapter: Debug + Send + Sync {
-    /// The sample of a message with its stream, if it has one; messages are handed over in their order.
+    /// Converts a message to a sample and its stream, if it knows the topic; messages are passed in order.
     fn adapt(&mut self, stream: &Stream, message: &Message) -> Option<(Stream, Data)>;
 }
 
 /// The timestamps with which samples of our own types are replayed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum OwnStamps {
-    /// Those of their sources.
+    /// The timestamps of their sources.
     Sent,
-    /// Those at which the recording placed them.
+    /// The times that the recording assigned to them.
     Placed,
 }
 
@@ -90,43 +90,43 @@ impl BagSource {
         }
     }
 
-    /// Also replays the samples that an adapter makes of messages by other recorders, each just after its message.
+    /// Also replays the samples to which an adapter converts messages of other recorders, each just after its message.
     #[must_use]
     pub fn adapted(mut self, adapter: Box<dyn Adapter>) -> BagSource {
         self.adapter = Some(adapter);
         self
     }
 
-    /// Replays samples of our own types with the times at which the recording placed them, instead of the
-    /// timestamps of their sources.
+    /// Replays samples of our own types with the times that the recording assigned to them, instead of the timestamps
+    /// of their sources.
     #[must_use]
     pub fn as_placed(mut self) -> BagSource {
         self.stamps = OwnStamps::Placed;
         self
     }
 
-    /// Starts at a log time.
+    /// Starts the replay at a log time.
     #[must_use]
     pub fn starting(mut self, from: Time) -> BagSource {
         self.from = Some(from);
         self
     }
 
-    /// Follows a pace.
+    /// Lets the replay follow a pace.
     #[must_use]
     pub fn paced(mut self, pace: Pace) -> BagSource {
         self.pace = Some(pace);
         self
     }
 
-    /// Replays it this many times in succession.
+    /// Replays the bag this many times in succession.
     #[must_use]
     pub fn repeated(mut self, times: u64) -> BagSource {
         self.repeats = times;
         self
     }
 
-    /// Notes the unreadable parts that are skipped there, as other runs of the same bag do.
+    /// Collects the unreadable parts that are skipped in `unread`, which other runs over the same bag share.
     #[must_use]
     pub fn noting(mut self, unread: &Arc<Unread>) -> BagSource {
         self.unread = Arc::clone(unread);
@@ -138,7 +138,7 @@ impl BagSource {
         Arc::clone(&self.unread)
     }
 
-    /// The duration from the first log time to just after the last.
+    /// The duration of the replay: from its first log time to just after the last.
     fn duration(&self) -> Duration {
         let (first, last) = self.bag.bounds().unwrap_or_default();
         let first = self.from.map_or(first, |from| from.max(first));
@@ -222,7 +222,7 @@ impl<'a> Playback<'a> {
                 tokio::task::yield_now().await;
             }
         }
-        // Features computed during a silence at the end show how long the session lasted.
+        // The features computed during silence at the end show how long the session lasted.
         if let Some(last) = last {
             self.outlet.pass(last);
         }
@@ -253,7 +253,7 @@ impl<'a> Playback<'a> {
                     .map_err(|error| undecodable(known, message, &error))?;
                 let stream = self.declare_as(message);
                 let device_time = decoded.device_time;
-                // The publish time by other writers is when a message was sent, by an unknown clock.
+                // With other writers, the publish time is when a message was sent, by an unknown clock.
                 let source_time = match self.source.stamps {
                     OwnStamps::Sent if !bag_stream.is_foreign => Some(message.publish_time),
                     OwnStamps::Sent | OwnStamps::Placed => Some(decoded.stamp),
@@ -264,7 +264,7 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// The sample that the adapter makes of a message by another recorder.
+    /// The sample to which the adapter converts a message of another recorder.
     fn adapted(&mut self, message: &Message) -> Option<Reading> {
         let known = &self.source.bag.streams()[message.stream];
         let adapter = self.adapter.as_mut().filter(|_| known.is_foreign)?;
@@ -293,16 +293,16 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// Declares the stream of a description, at its time.
+    /// Declares the stream of a description, at the description's time.
     fn take_description(&mut self, message: &Message) {
         let Ok(description) = description(&message.schema, &message.cdr) else { return };
         if !self.selects(&description) {
             return;
         }
-        // Each file of a bag starts with the earlier descriptions, under their original stamps.
+        // Each file of a bag starts with the earlier descriptions, with their original stamps.
         let is_repeated = message.publish_time != message.log_time;
         let Some(place) = self.source.bag.place(&description) else {
-            // Only the description of this stream was recorded.
+            // Only the description of this stream was recorded, and no messages.
             self.outlet.declare_at(Stream::clone(&description), message.log_time);
             return;
         };
@@ -312,8 +312,8 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// A stream of the bag with its current description. An unchanged description is placed where the
-    /// definition of the type became known.
+    /// A stream of the bag with its current description. An unchanged description marks where the definition of the
+    /// type became known.
     fn described(&self, place: usize, description: &Stream) -> Stream {
         let known = &self.source.bag.streams()[place];
         let so_far = self.declared[place].as_ref().map(|(_, stream)| stream);
@@ -341,7 +341,7 @@ impl<'a> Playback<'a> {
             },
             None => Stream::clone(&self.source.bag.streams()[place].stream),
         };
-        // Just before the message, so that the message keeps its log time.
+        // The declaration is just before the message, so that the message keeps its log time.
         self.declare(place, stream, message.log_time - Duration::from_nanos(1))
     }
 
@@ -352,7 +352,7 @@ impl<'a> Playback<'a> {
     }
 }
 
-/// The stream with its type as known at some time.
+/// The stream with another version of its type; unchanged if there is none.
 fn with_schema(stream: Stream, schema: Option<&Arc<Schema>>) -> Stream {
     match schema {
         Some(schema) => Stream { shape: Shape::Message(Arc::clone(schema)), ..stream },
@@ -366,7 +366,7 @@ impl Unread {
         self.places().is_empty()
     }
 
-    /// Records damage, with a warning the first time; other errors end the source.
+    /// Records a damaged part, with a warning the first time; other errors end the source.
     fn pass_over(&self, error: BagError) -> Result<(), SourceError> {
         let BagError::Damaged { path, offset, reason } = error else { return Err(fatal(&error)) };
         let shown = path.display().to_string();

@@ -373,7 +373,7 @@ fn misses_a_file(metadata_version: Version) {
     let all = read(&path).len();
     assert!(files >= 3, "{files}");
     fs::remove_file(path.join("bag_1.mcap")).unwrap();
-    let lost = format!("bag_1.mcap is missing, one of its {files} files");
+    let lost = format!("bag_1.mcap, one of its {files} files, is missing");
     let bag = Bag::open(&path).unwrap();
     assert_eq!(bag.absent(), [path.join("bag_1.mcap")]);
     assert_eq!(bag.lost_to_damage().as_ref(), Some(&lost));

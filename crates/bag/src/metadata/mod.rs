@@ -26,15 +26,15 @@ pub(crate) const FILE_NAME: &str = "metadata.yaml";
 pub(crate) const ROSBAG2_RECORD: &str = "rosbag2";
 /// The key of that text in the record.
 pub(crate) const SERIALIZED_KEY: &str = "serialized_metadata";
-/// The distribution stated in our bags, which use its formats.
+/// The ROS distribution that our bags state, as they use its formats.
 const ROS_DISTRO: &str = "jazzy";
 
 /// A version of `metadata.yaml`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Version {
-    /// What ROS 2 Humble reads: without custom data, but for a note on damage.
+    /// The version that ROS 2 Humble reads: without custom data, except for a note on damage.
     V5,
-    /// What ROS 2 Jazzy and later read and write.
+    /// The version that ROS 2 Jazzy and later read and write.
     #[default]
     V9,
 }
@@ -113,7 +113,7 @@ impl Metadata {
         text
     }
 
-    /// Serialises it without the single top-level key, as stored in an MCAP file.
+    /// Serialises the metadata without the single top-level key, as stored in an MCAP file.
     pub(crate) fn body(&self) -> String {
         let mut out = YamlWriter::default();
         let number = if self.version == Version::V9 { 9 } else { 5 };

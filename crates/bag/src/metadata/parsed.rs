@@ -12,7 +12,7 @@ pub(crate) struct ParsedMetadata {
     pub version: Version,
     /// The storage plugin: `mcap` or `sqlite3`.
     pub storage: String,
-    /// The compression added by rosbag2 to that of the storage: none, `FILE` or `MESSAGE`.
+    /// The compression that rosbag2 applied in addition to the storage's own: none, `FILE` or `MESSAGE`.
     pub compression_mode: String,
     /// The compression format, usually `zstd`.
     pub compression_format: String,

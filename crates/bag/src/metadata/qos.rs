@@ -1,5 +1,5 @@
-//! Quality of service as rosbag2 writes it: a YAML sequence with names since version 9, and with the
-//! numbers of `rmw` before.
+//! Quality of service as rosbag2 writes it: a YAML sequence, with names since version 9 and with the numbers of `rmw`
+//! before it.
 
 use std::fmt::Write;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use crate::metadata::Version;
 const INFINITE_NANOS: u64 = i64::MAX as u64;
 const NANOS_PER_SEC: u64 = 1_000_000_000;
 
-/// Serialises the profiles as a YAML sequence without indentation; empty sequences look as in rosbag2.
+/// Serialises the profiles as a YAML sequence without indentation; empty sequences are written as rosbag2 writes them.
 pub(crate) fn write(profiles: &[Qos], version: Version) -> String {
     if profiles.is_empty() {
         return if version == Version::V9 { "[]".into() } else { String::new() };

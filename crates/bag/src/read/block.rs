@@ -10,21 +10,21 @@ use crate::read::chunk::{CHECKSUM_END, Extent, has_checksum, unpack};
 use crate::read::fields::Fields;
 use crate::read::records::{PREFIX_BYTES, RawRecord, Records, read_at};
 
-/// The most messages in a chunk: writers close one after a few megabytes.
+/// The most messages in a chunk: writers close a chunk after a few megabytes.
 const MOST_MESSAGES: usize = 2_000_000;
 
 /// The location and the time range of a block of records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Block {
-    /// Its offset in the file [bytes].
+    /// The block's offset in the file [bytes].
     pub offset: u64,
-    /// Its length [bytes].
+    /// The block's length [bytes].
     pub length: u64,
-    /// The first log time in it [ns].
+    /// The first log time in the block [ns].
     pub first: u64,
-    /// The last log time in it [ns].
+    /// The last log time in the block [ns].
     pub last: u64,
-    /// Whether it is completely in the file.
+    /// Whether the block is completely in the file.
     pub extent: Extent,
 }
 
@@ -42,9 +42,9 @@ pub(crate) struct Entry {
     pub sequence: u32,
     pub log_time: u64,
     pub publish_time: u64,
-    /// The offset of its bytes in the contents.
+    /// The start of the message's bytes in the contents.
     pub start: usize,
-    /// The end of its bytes in the contents.
+    /// The end of the message's bytes in the contents.
     pub end: usize,
 }
 
@@ -76,7 +76,7 @@ impl Block {
         }
     }
 
-    /// Whether a checksum protects its messages.
+    /// Whether a checksum protects the block's messages.
     pub(crate) fn has_checksum(&self, file: &File) -> bool {
         let head = PREFIX_BYTES as u64 + CHECKSUM_END;
         let head = read_at(file, self.offset, self.length.min(head)).unwrap_or_default();

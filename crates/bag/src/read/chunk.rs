@@ -11,7 +11,7 @@ use crate::read::records::LIMIT_BYTES;
 /// Whether a chunk is completely in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Extent {
-    /// Complete: its checksum must match.
+    /// Complete: the checksum must match.
     Whole,
     /// Truncated by the end of the file: whatever can be read is used.
     Cut,
@@ -20,7 +20,7 @@ pub(crate) enum Extent {
 /// The end of the checksum in a chunk: after two times and a length [bytes].
 pub(crate) const CHECKSUM_END: u64 = 28;
 
-/// Whether a chunk has a checksum. MCAP: zero means that there is none.
+/// Whether a chunk has a checksum. In MCAP, zero means that there is none.
 pub(crate) fn has_checksum(body: &[u8]) -> bool {
     let mut fields = Fields::new(body);
     fields.bytes(24).and_then(|_| fields.u32()).is_ok_and(|crc| crc != 0)
@@ -101,7 +101,7 @@ impl<'a> Header<'a> {
         }
         let calculated = crc32fast::hash(&records);
         match self.crc {
-            // MCAP: zero means that there is no checksum.
+            // In MCAP, zero means that there is no checksum.
             0 => Ok(records),
             saved if saved == calculated => Ok(records),
             saved => Err(McapError::BadChunkCrc { saved, calculated }),

@@ -1,4 +1,4 @@
-//! Recordings that are not plain MCAP: those of rosbag2 in `SQLite`, compressed files and messages, ROS 1 bags.
+//! Recordings that are not plain MCAP: rosbag2 recordings in `SQLite`, compressed files and messages, and ROS 1 bags.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -20,8 +20,8 @@ const SQLITE: &[u8] = b"SQLite format 3\0";
 const ZSTD: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 /// The file extensions of recordings.
 pub(crate) const KINDS: [&str; 4] = [".mcap", ".db3", ".mcap.zstd", ".db3.zstd"];
-/// The largest ratio by which a file may be decompressed, and the additional allowance [bytes]: anything
-/// larger is a decompression bomb.
+/// The most times its size that a file may decompress to, and an additional allowance [bytes]; anything larger is taken
+/// for a decompression bomb.
 const MOST_TIMES: u64 = 1000;
 const MOST_MORE: u64 = 64 << 20;
 
@@ -38,12 +38,12 @@ pub(crate) fn unpacked(message: &[u8]) -> io::Result<Cow<'_, [u8]>> {
     let mut plain = Vec::new();
     zstd::Decoder::new(message)?.take(LIMIT_BYTES + 1).read_to_end(&mut plain)?;
     if plain.len() as u64 > LIMIT_BYTES {
-        return Err(io::Error::other("it unpacks to more than the largest message"));
+        return Err(io::Error::other("it unpacks to more than the largest allowed message"));
     }
     Ok(Cow::Owned(plain))
 }
 
-/// The most bytes that a file may be decompressed to.
+/// The most bytes to which a file may decompress.
 pub(crate) fn most_unpacked(file: &File) -> io::Result<u64> {
     Ok(file.metadata()?.len().saturating_mul(MOST_TIMES).saturating_add(MOST_MORE))
 }
@@ -86,7 +86,7 @@ fn copy_plain(
     }
     let (mut unreadable_count, mut bytes) = (0, 0);
     for block in &index.blocks {
-        // This damage was noted when the file was opened.
+        // Damage of this block was noted when the file was opened.
         let Ok(contents) = block.load(&index.file) else { continue };
         let mut entries = contents.entries;
         entries.sort_by_key(|entry| entry.start);
@@ -114,8 +114,8 @@ pub(crate) struct Opened {
     pub damage: Option<String>,
 }
 
-/// Opens a file. One that is not MCAP is converted to an unnamed file, which is deleted when it is closed:
-/// it is decompressed, and a database or a ROS 1 bag is copied message by message.
+/// Opens a file. A file that is not MCAP is converted to an unnamed file, which is deleted when it is closed: it is
+/// decompressed, and a database or a ROS 1 bag is copied message by message.
 pub(crate) fn open(path: &Path) -> Result<Opened, BagError> {
     let file = File::open(path).map_err(BagError::io("open", path))?;
     if !begins_with(&file, ZSTD) {
@@ -152,7 +152,7 @@ fn begins_with(file: &File, magic: &[u8]) -> bool {
     at.rewind().and(is_read).is_ok() && start == magic
 }
 
-/// Decompresses as much as possible; returns the error that prevented the rest.
+/// Decompresses as much as possible; returns the reason why the rest can't be decompressed, if any.
 fn unpack(file: &File, out: &mut File) -> io::Result<Option<String>> {
     let most_bytes = most_unpacked(file)?;
     let mut decoder = zstd::Decoder::new(BufReader::new(file))?;

@@ -31,11 +31,11 @@ const FOOTER_BYTES: u64 = 37;
 pub(crate) struct Index {
     pub path: PathBuf,
     pub file: File,
-    /// Whether `file` was converted from the one at the path.
+    /// Whether `file` was converted from the file at `path`.
     pub is_made: bool,
-    /// Whether it was still being written when it was opened, so that its end may be missing.
+    /// Whether the file was still being written when it was opened, so that its end may be missing.
     pub is_open: bool,
-    /// Whether any of its messages have no checksum; known once it was checked.
+    /// Whether any of the file's messages have no checksum; known once the file was checked.
     pub lacks_checksums: bool,
     pub blocks: Vec<Block>,
     pub channels: BTreeMap<u16, Arc<Channel>>,
@@ -56,25 +56,25 @@ pub(crate) struct Index {
 pub(crate) struct Extra {
     pub opcode: u8,
     pub offset: u64,
-    /// Its length, including the prefix [bytes].
+    /// The length of the record, including the prefix [bytes].
     pub length: u64,
 }
 
 /// A damaged part of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// Its offset in the file [bytes].
+    /// The offset of the damage in the file [bytes].
     pub offset: u64,
     /// The number of bytes that can't be read; 0 if only the index is missing.
     pub lost_bytes: u64,
     /// What was expected and found.
     pub reason: String,
-    /// Whether it is only the missing end of an unfinished file.
+    /// Whether only the end of an unfinished file is missing.
     pub is_tail: bool,
 }
 
 impl Index {
-    /// Finds the contents of a file; one that is truncated or damaged is read as far as possible.
+    /// Finds the contents of a file; a truncated or damaged file is read as far as possible.
     pub(crate) fn open(path: &Path) -> Result<Index, BagError> {
         let index = Index::of(path, foreign::open(path)?)?;
         if !index.begins_packed() {
@@ -104,7 +104,7 @@ impl Index {
         !self.is_open && self.file.metadata().is_ok_and(|file| file.len() == 0)
     }
 
-    /// Whether its first message, and so every message, was compressed individually.
+    /// Whether the first message, and so every message, was compressed individually.
     fn begins_packed(&self) -> bool {
         let is_own = |channel: &Arc<Channel>| !channel.is_foreign();
         if self.channels.values().any(is_own) {
@@ -159,7 +159,7 @@ impl Index {
         }
     }
 
-    /// Reads the summary at the end. Fails if it is missing or incomplete.
+    /// Reads the summary at the end of the file. Fails if it is missing or incomplete.
     fn read_summary(&mut self) -> McapResult<()> {
         let summary = read_summary(&self.file)?;
         let (mut chunks, mut statistics) = (Vec::new(), None);
@@ -199,9 +199,9 @@ impl Index {
                 == Some(statistics.messages)
     }
 
-    /// Reads all messages, and records unreadable blocks as damage, and whether all others have a checksum.
+    /// Reads all messages. Records unreadable blocks as damage, and whether any messages lack a checksum.
     pub(crate) fn check(&mut self) {
-        // Neither SQLite nor bags of ROS 1 have any.
+        // Neither SQLite files nor ROS 1 bags have checksums.
         let is_mcap = |path: &Path| path.to_string_lossy().ends_with(".mcap.zstd");
         self.lacks_checksums = self.is_made && !is_mcap(&self.path);
         for block in &self.blocks {
@@ -288,7 +288,7 @@ fn span(statistics: &Statistics) -> Span {
     }
 }
 
-/// A file truncated within its first bytes still counts as MCAP; other formats are identified.
+/// Checks that a file is MCAP, also one that is truncated within its first bytes; identifies other formats.
 fn check_magic(path: &Path, file: &File) -> Result<(), BagError> {
     let length = file.metadata().map_err(BagError::io("open", path))?.len();
     let start = match read_at(file, 0, length.min(16)) {
@@ -308,7 +308,7 @@ fn check_magic(path: &Path, file: &File) -> Result<(), BagError> {
     Err(BagError::NotABag { path: path.to_owned(), found })
 }
 
-/// The summary section, after checking its checksum.
+/// Reads the summary section, and verifies its checksum.
 fn read_summary(file: &File) -> McapResult<Vec<u8>> {
     let footer_at = file.metadata()?.len().checked_sub(FOOTER_BYTES);
     let footer_at = footer_at.ok_or(McapError::UnexpectedEof)?;
@@ -320,7 +320,7 @@ fn read_summary(file: &File) -> McapResult<Vec<u8>> {
     let (prefix, body) = record.split_first_chunk().ok_or(McapError::BadFooter)?;
     let (op::FOOTER, 20) = split_prefix(prefix) else { return Err(McapError::BadFooter) };
     let (summary_start, summary_crc) = parse::footer(body)?;
-    // MCAP: zero means that there is no summary.
+    // In MCAP, zero means that there is no summary.
     if summary_start == 0 {
         return Err(McapError::BadIndex);
     }

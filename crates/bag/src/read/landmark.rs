@@ -1,4 +1,4 @@
-//! Resynchronisation with the records of a file after invalid bytes.
+//! Finds the records of a file again after invalid bytes.
 
 use std::fs::File;
 
@@ -14,7 +14,7 @@ const WINDOW_BYTES: u64 = 4 << 20;
 /// The length of the data end record, including the prefix [bytes].
 const DATA_END_BYTES: u64 = PREFIX_BYTES as u64 + 4;
 
-/// Whether this is the opcode of a known record; those from 0x80 on are private.
+/// Whether this is the opcode of a known kind of record; opcodes from 0x80 on are private.
 pub(crate) fn is_known(opcode: u8) -> bool {
     matches!(opcode, op::HEADER..=op::DATA_END | 0x80..)
 }
@@ -40,7 +40,7 @@ pub(crate) fn is_record(file: &File, offset: u64) -> McapResult<bool> {
     Ok(prefix.is_some_and(|(opcode, length)| is_known(opcode) && length <= left_bytes))
 }
 
-/// The offset of the next intact chunk with messages, or of the end of the data.
+/// The offset of the next intact chunk with messages, or of the record that ends the data.
 pub(crate) fn next_landmark(file: &File, from: u64) -> McapResult<Option<u64>> {
     let file_bytes = file.metadata()?.len();
     let mut begin = from;

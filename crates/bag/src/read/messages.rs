@@ -16,27 +16,27 @@ use crate::read::index::Index;
 use crate::read::records::LIMIT_BYTES;
 use crate::write::part::nanos;
 
-/// The most bytes of time-overlapping chunks that may be open together.
+/// The most bytes of chunks that may be open at the same time because they overlap in time.
 const OPEN_BYTES: u64 = 4 * LIMIT_BYTES;
 
 /// A recorded message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// The index of its stream in [`Bag::streams`].
+    /// The index of the message's stream in [`Bag::streams`].
     pub stream: usize,
-    /// When it was received.
+    /// When the message was received.
     pub log_time: Time,
-    /// When it was published; the log time if that is unknown.
+    /// When the message was published; the log time if that is unknown.
     pub publish_time: Time,
-    /// Its type as known at the time of recording.
+    /// The message's type, as known at the time of recording.
     pub schema: Arc<Schema>,
-    /// Its sequence number.
+    /// The message's sequence number.
     pub sequence: u32,
     /// The payload: CDR with its four-byte header.
     pub cdr: Bytes,
 }
 
-/// The messages of a bag by log time; those with equal times are in file order, one file after the other.
+/// The messages of a bag by log time; messages with equal times are in file order, one file after the other.
 ///
 /// An unreadable chunk yields one error and is skipped. Only chunks that overlap in time are in memory
 /// together.
@@ -86,7 +86,7 @@ impl<'a> Messages<'a> {
         Messages { bag, from, closed, open: BTreeMap::new(), open_bytes: 0, heads }
     }
 
-    /// The next closed block, if it may contain messages earlier than those of the open ones.
+    /// The next closed block, if it may contain messages that are earlier than those of the open blocks.
     fn due(&mut self) -> Option<Place> {
         let next = self.closed.last()?;
         let is_due =
@@ -111,7 +111,7 @@ impl<'a> Messages<'a> {
         Ok(())
     }
 
-    /// Takes the message of a head, and advances its block.
+    /// Takes the message that a head refers to, and advances its block.
     fn take(&mut self, head: Head) -> Option<(Entry, Bytes)> {
         let key = (head.part, head.offset);
         let cursor = self.open.get_mut(&key)?;

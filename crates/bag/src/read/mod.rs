@@ -35,16 +35,16 @@ use crate::read::messages::Messages;
 use crate::read::notes::kept_notes;
 use teampulse_messages::convert::type_name;
 
-/// The note of a bag that lists what was lost to damage before it was repaired or recomputed.
+/// The key of the note that lists what was lost to damage before a bag was repaired or recomputed.
 pub const DAMAGE_NOTE: &str = "teampulse.damage";
 
-/// The most files that are named where a number is missing.
+/// The most missing files that are named for one gap in the numbers of files.
 const MOST_MISSING: usize = 1000;
 
 /// A bag: everything known about it without reading its messages.
 ///
-/// Bags of other writers can be opened too, and so can truncated ones: these are read as far as possible,
-/// see [`Bag::damage`].
+/// Bags of other writers can be opened, too, and so can truncated bags, which are read as far as possible; see
+/// [`Bag::damage`].
 #[derive(Debug)]
 pub struct Bag {
     path: PathBuf,
@@ -55,11 +55,11 @@ pub struct Bag {
     /// The streams of each part's channels.
     channels: Vec<BTreeMap<u16, Carried>>,
     metadata: ParsedMetadata,
-    /// The files that `metadata.yaml` lists and the folder does not have.
+    /// The files that `metadata.yaml` lists but the folder does not contain.
     absent: Vec<PathBuf>,
 }
 
-/// The stream of a channel, by its index, with its type as known there.
+/// The index of a channel's stream, with its type as that channel knows it.
 #[derive(Clone, Debug)]
 pub(crate) struct Carried {
     pub stream: usize,
@@ -71,13 +71,13 @@ pub(crate) struct Carried {
 pub struct BagStream {
     /// The stream according to its last description.
     pub stream: Arc<Stream>,
-    /// The number of its messages in the bag.
+    /// The number of messages of this stream in the bag.
     pub messages: u64,
-    /// Whether it was recorded by software other than teampulse.
+    /// Whether the stream was recorded by software other than teampulse.
     pub(crate) is_foreign: bool,
-    /// Whether its stamps must be parsed from its messages.
+    /// Whether stamps must be parsed from the messages.
     pub(crate) has_unread_headers: bool,
-    /// The versions of its type, in order of appearance.
+    /// The versions of the stream's type, in order of appearance.
     pub(crate) schemas: Vec<Arc<Schema>>,
 }
 
@@ -108,7 +108,7 @@ impl Bag {
         &self.path
     }
 
-    /// Its streams: topics with one type each, raw and derived separately; in the order of their channels.
+    /// The streams of the bag: topics with one type each, raw and derived separately; in the order of their channels.
     pub fn streams(&self) -> &[BagStream] {
         &self.streams
     }
@@ -129,34 +129,34 @@ impl Bag {
         &self.metadata.custom
     }
 
-    /// The damaged parts, each with its file.
+    /// The damaged parts of the bag, each with its file.
     pub fn damage(&self) -> impl Iterator<Item = (&Path, &Damage)> {
         let parts = self.parts.iter();
         parts.flat_map(|part| part.damage.iter().map(|damage| (part.path.as_path(), damage)))
     }
 
-    /// The files of the bag, by its `metadata.yaml`, that are not in its folder. The others are read.
+    /// The files that the bag's `metadata.yaml` lists but its folder does not contain. All other files are read.
     pub fn absent(&self) -> &[PathBuf] {
         &self.absent
     }
 
-    /// The number of its files.
+    /// The number of files of the bag, including absent ones.
     pub fn files_count(&self) -> usize {
         self.parts.len() + self.absent.len()
     }
 
-    /// Whether any of its messages have no checksum, so that changed bytes in them can't be found; known after
+    /// Whether any of the bag's messages have no checksum, so that changed bytes in them can't be found; known after
     /// [`Bag::check`].
     pub fn lacks_checksums(&self) -> bool {
         self.parts.iter().any(|part| part.lacks_checksums)
     }
 
-    /// Whether it was still being recorded when it was opened: it is then as complete as the last second's sync.
+    /// Whether the bag was still being recorded when it was opened: it is then as complete as at the last sync.
     pub fn is_being_recorded(&self) -> bool {
         self.parts.iter().any(|part| part.is_open)
     }
 
-    /// Whether [`recover`](crate::recover) can repair it: a bag in MCAP that nobody is writing.
+    /// Whether [`recover`](crate::recover) can repair the bag: it must be plain MCAP, and nobody may be writing it.
     pub fn can_be_repaired(&self) -> bool {
         !self.is_being_recorded() && self.parts.iter().all(|part| !part.is_made)
     }
@@ -186,8 +186,8 @@ impl Bag {
         (!damage.is_empty()).then(|| damage.join("; "))
     }
 
-    /// The number of messages that were written according to its statistics and `metadata.yaml`, but are
-    /// missing; without those of [absent](Bag::absent) files.
+    /// The number of messages that are missing, although statistics or `metadata.yaml` state that they were written;
+    /// without the messages of [absent](Bag::absent) files.
     pub fn missing(&self) -> u64 {
         let parts = self.parts.iter().zip(self.stated_messages());
         parts.map(|(part, stated)| stated.unwrap_or(0).saturating_sub(part.span.messages)).sum()
@@ -226,8 +226,8 @@ impl Bag {
         &mut self.parts
     }
 
-    /// The number of messages written to each part, according to its statistics or else `metadata.yaml`. The latter
-    /// states 0 for a file that was not finished, as it is written when the file begins.
+    /// The number of messages written to each part, according to its statistics, else to `metadata.yaml`. The latter
+    /// states 0 for an unfinished file, as it is written when the file begins.
     pub(crate) fn stated_messages(&self) -> Vec<Option<u64>> {
         let stated = |part: &Index| {
             let name = part.path.file_name()?.to_str()?;
@@ -324,7 +324,8 @@ fn key(stream: &Stream) -> Key {
     (stream.name.clone(), stream.origin, type_name(&stream.shape).to_owned())
 }
 
-/// The index of a channel's stream among those of the bag; a definition found later replaces an empty one.
+/// The index of a channel's stream in the bag, which is added if it is new; a definition that is found later replaces
+/// an empty one.
 fn place_of(
     streams: &mut Vec<BagStream>,
     places: &mut HashMap<Key, usize>,
@@ -354,13 +355,14 @@ fn place_of(
     place
 }
 
-/// Names a file that is missing in a bag of this many files.
+/// The text that reports a missing file of a bag with this many files.
 pub fn absent_text(file: &Path, files: usize) -> String {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    format!("{name} is missing, one of its {files} files")
+    format!("{name}, one of its {files} files, is missing")
 }
 
-/// The files that are there, and those that are not. If none is there, opening them shows it.
+/// Splits files into existing and missing ones. If none exists, all count as existing, so that opening them reports the
+/// error.
 fn present(files: Vec<PathBuf>) -> (Vec<PathBuf>, Vec<PathBuf>) {
     let (present, absent): (Vec<PathBuf>, Vec<PathBuf>) =
         files.into_iter().partition(|file| file.symlink_metadata().is_ok());
@@ -381,14 +383,14 @@ fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, ParsedMetadata), BagError> {
     if is_compressed && !matches!(metadata.compression_format.as_str(), "" | "zstd") {
         return not_a_bag(Found::Compressed);
     }
-    // Older versions prefixed the folder's name.
+    // Older versions prefixed file names with the folder's name.
     let named =
         metadata.files.iter().filter_map(|file| Some(folder.join(Path::new(file).file_name()?)));
     let mut files: Vec<PathBuf> = named.collect();
     let is_listed = !files.is_empty();
     let found = files_in(folder)?;
     for found in if is_listed { found } else { with_gaps(&found) } {
-        // A decompressed copy that rosbag2 left beside the compressed file is the same file.
+        // A decompressed copy that rosbag2 left beside the compressed file counts as the same file.
         if !files.iter().any(|file| unpacked_name(file) == unpacked_name(&found)) {
             files.push(found);
         }
@@ -403,7 +405,7 @@ fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, ParsedMetadata), BagError> {
     if files.is_empty() { not_a_bag(Found::NoFiles) } else { Ok((files, metadata)) }
 }
 
-/// Numbered files from 0 on, with those that are missing between them.
+/// Numbered files from 0 on, including the missing ones between them.
 fn with_gaps(files: &[PathBuf]) -> Vec<PathBuf> {
     let mut all: Vec<PathBuf> = Vec::with_capacity(files.len());
     for file in files {
@@ -419,7 +421,7 @@ fn with_gaps(files: &[PathBuf]) -> Vec<PathBuf> {
     all
 }
 
-/// The parts of a numbered file's name: `b`, 1 and `mcap` of `b_1.mcap`.
+/// Splits the name of a numbered file: `b_1.mcap` into `b`, 1 and `mcap`.
 fn numbered(file: &Path) -> Option<(&str, u64, &str)> {
     let (stem, kind) = file.file_name()?.to_str()?.split_once('.')?;
     let (name, number) = stem.rsplit_once('_')?;
@@ -435,8 +437,7 @@ fn unpacked_name(file: &Path) -> PathBuf {
     }
 }
 
-/// The files of recordings in a folder, in numerical order for each recording; compressed ones after plain
-/// ones.
+/// The files of recordings in a folder, in numerical order for each recording; compressed files come after plain ones.
 fn files_in(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
     let entries = fs::read_dir(folder).map_err(BagError::io("open", folder))?;
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));

@@ -14,7 +14,7 @@ use teampulse_messages::convert::type_name;
 /// second.
 const LAST_BLOCKS: usize = 8;
 
-/// The notes in the last copy of `metadata.yaml` in the files or, without one, the losses in the last
+/// The notes from the last copy of `metadata.yaml` in the files or, if there is no copy, the losses from the last
 /// statuses.
 pub(crate) fn kept_notes(parts: &[Index]) -> BTreeMap<String, String> {
     let kept = |part: &Index| part.extras.iter().rev().find_map(|extra| part.read_notes(extra));

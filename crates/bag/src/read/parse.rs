@@ -39,7 +39,7 @@ pub(crate) struct AttachmentRecord<'a> {
     pub bytes: &'a [u8],
 }
 
-/// Parses a schema and its id.
+/// Parses a schema record: the schema and its id.
 pub(crate) fn schema(body: &[u8]) -> McapResult<(u16, Schema)> {
     let mut fields = Fields::new(body);
     let id = fields.u16()?;
@@ -58,7 +58,7 @@ pub(crate) fn channel(body: &[u8]) -> McapResult<ChannelRecord> {
     })
 }
 
-/// Parses the location of a chunk, and the channels with messages in it.
+/// Parses a chunk index record: the location of the chunk, and the channels with messages in it.
 pub(crate) fn chunk_index(body: &[u8]) -> McapResult<(Block, BTreeMap<u16, u64>)> {
     let mut fields = Fields::new(body);
     let (first, last) = (fields.u64()?, fields.u64()?);

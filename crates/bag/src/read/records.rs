@@ -11,7 +11,7 @@ pub(crate) const PREFIX_BYTES: usize = 9;
 /// The most bytes in a record or a chunk: a damaged length must not exhaust the memory.
 pub(crate) const LIMIT_BYTES: u64 = 256 << 20;
 
-/// Iterates over the records in a buffer. The first incomplete one ends it with an error.
+/// Iterates over the records in a buffer. The first incomplete record yields an error and ends the iteration.
 #[derive(Clone, Debug)]
 pub(crate) struct Records<'a> {
     bytes: &'a [u8],
@@ -21,11 +21,11 @@ pub(crate) struct Records<'a> {
 /// A record in a buffer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RawRecord<'a> {
-    /// Its opcode.
+    /// The record's opcode.
     pub opcode: u8,
-    /// Its contents.
+    /// The record's contents.
     pub body: &'a [u8],
-    /// The offset of its contents in the buffer.
+    /// The offset of the contents in the buffer.
     pub body_at: usize,
 }
 
@@ -67,7 +67,7 @@ pub(crate) fn split_prefix(prefix: &[u8; PREFIX_BYTES]) -> (u8, u64) {
     (opcode, u64::from_le_bytes(length))
 }
 
-/// Reads a part of a file; fails if it is too long, or beyond the end.
+/// Reads a part of a file; fails if it is too long, or extends beyond the end.
 pub(crate) fn read_at(file: &File, offset: u64, length: u64) -> McapResult<Vec<u8>> {
     if length > LIMIT_BYTES {
         return Err(McapError::ChunkTooLarge(length));

@@ -1,4 +1,4 @@
-//! Scanning a whole file, for files without an index.
+//! Scans a whole file, if it has no index.
 
 use std::io;
 
@@ -43,7 +43,7 @@ struct Scan {
     at: u64,
     /// The offset up to which the messages are known to be intact [bytes].
     checked: u64,
-    /// Whether the end of the data was reached: the summary follows.
+    /// Whether the end of the data was reached, so that the summary follows.
     is_over: bool,
     /// The offset of a block of messages outside of chunks.
     run: Option<u64>,
@@ -84,7 +84,7 @@ impl Scan {
         Ok(true)
     }
 
-    /// Handles a chunk; the length of an unreadable one is trusted if a record follows it.
+    /// Handles a chunk; the length of an unreadable chunk is trusted if a record follows it.
     fn take_chunk(&mut self, length: u64) -> McapResult<bool> {
         match self.add(self.block(length, Extent::Whole)) {
             Err(McapError::Io(error)) => return Err(error.into()),
@@ -98,8 +98,8 @@ impl Scan {
         Ok(true)
     }
 
-    /// Continues at the next landmark after invalid bytes. If there is none, the file ends here: as an
-    /// unfinished one if everything before is valid.
+    /// Continues at the next landmark after invalid bytes. If there is none, the file ends here; `is_cut` marks it as
+    /// unfinished rather than damaged.
     fn resume(&mut self, reason: &str, is_cut: bool) -> McapResult<bool> {
         self.end_run()?;
         if self.is_over {
@@ -126,7 +126,7 @@ impl Scan {
         match prefix_at(&self.index.file, self.at)? {
             Some((op::CHUNK, _)) => match self.add(self.block(self.left_bytes(), Extent::Cut)) {
                 Err(McapError::Io(error)) => Err(error.into()),
-                // Truncated before its first record: `resume` reports the missing end once.
+                // The chunk is truncated before its first record: `resume` reports the missing end once.
                 _ => Ok(()),
             },
             _ => Ok(()),
@@ -155,7 +155,7 @@ impl Scan {
         taken
     }
 
-    /// Adds a block at the current offset; an unreadable one is recorded as damage.
+    /// Adds a block at the current offset; an unreadable block is recorded as damage.
     fn take_block(&mut self, length: u64, extent: Extent) -> McapResult<()> {
         match self.add(self.block(length, extent)) {
             Err(McapError::Io(error)) => Err(error.into()),

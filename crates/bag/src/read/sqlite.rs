@@ -1,7 +1,7 @@
-//! Recordings of rosbag2 in `SQLite` (`.db3`), of Dashing to Rolling.
+//! Recordings of rosbag2 in `SQLite` (`.db3`), from Dashing to Rolling.
 //!
-//! Uses the library itself, compiled in (`rusqlite`, half a minute of building): an unclosed recording has
-//! its newest messages in a journal file, and foreign files may contain anything.
+//! Uses the bundled `SQLite` library (`rusqlite`, which takes half a minute to build): an unclosed recording has its
+//! newest messages in a journal file, and foreign files may contain anything.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -37,7 +37,7 @@ struct Topic {
     hash: String,
 }
 
-/// Topics by their ids.
+/// Topics by id.
 type Topics = BTreeMap<i64, Topic>;
 
 /// Converts the messages of a database at `database` to an MCAP file; errors name `path`.
@@ -67,8 +67,8 @@ pub(crate) fn into_mcap(path: &Path, database: &Path) -> Result<Opened, BagError
 /// transaction must be rolled back, or new data are in them.
 const BESIDE: [&str; 2] = ["-journal", "-wal"];
 
-/// Opens the tables of a database, and its topics. An interrupted recording may need recovery first; as the
-/// original must not change, that is done on a copy.
+/// Opens the tables of a database, and its topics. An interrupted recording may need recovery first, which is done on a
+/// copy, as the original must not change.
 fn open(path: &Path, database: &Path) -> Result<(Tables, Topics), BagError> {
     let read = |tables: Tables| tables.topics().map(|topics| (tables, topics));
     let is_cut_off = || BESIDE.iter().any(|kind| beside(database, kind).exists());
@@ -149,7 +149,7 @@ impl Tables {
         connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, LIMIT_BYTES as i32)?;
         let mut tables = Tables { connection, columns: BTreeMap::new() };
         for name in TABLES {
-            // A view, or a computed column, could run for ever.
+            // A view or a computed column could run forever.
             let kind = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = ?1 \
                         AND sql NOT LIKE 'CREATE VIRTUAL%' AND sql NOT LIKE '% AS %(%'";
             let count: i64 = tables.connection.query_row(kind, [name], |row| row.get(0))?;
@@ -164,7 +164,7 @@ impl Tables {
         Ok(tables)
     }
 
-    /// A column, or its substitute for files of older versions.
+    /// The name of a column, or its substitute in files of older versions.
     fn column(&self, table: &str, name: &'static str, or: &'static str) -> &'static str {
         let columns = self.columns.get(table);
         let is_there = columns.is_some_and(|columns| columns.iter().any(|column| column == name));

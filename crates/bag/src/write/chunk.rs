@@ -6,13 +6,13 @@ use mcap::records::{MessageHeader, op};
 
 use super::records::{all, number, numbers, record, text};
 
-/// The most buffer space kept for the next chunk after a much larger one [bytes].
+/// The most buffer space that is kept for the next chunk after a larger one [bytes].
 const ROOM_BYTES: usize = 4 << 20;
-/// The size from which a message gets a chunk of its own, without being copied [bytes].
+/// The size from which a message gets its own chunk, without being copied [bytes].
 pub(super) const LARGE_BYTES: usize = 8 << 20;
 /// The compressed size from which a large message is stored uncompressed [bytes].
 const MOST_PACKED_BYTES: usize = 32 << 20;
-/// The fastest level except for the negative ones.
+/// The fastest level of Zstandard, except for the negative ones.
 const ZSTD_LEVEL: i32 = 1;
 
 /// The compression of the chunks of a bag.
@@ -60,12 +60,12 @@ impl Chunk {
         self.records.is_empty()
     }
 
-    /// Its uncompressed size [bytes].
+    /// The uncompressed size of the chunk [bytes].
     pub(super) fn len(&self) -> u64 {
         self.records.len() as u64
     }
 
-    /// The most bytes that it will need in the index of its file.
+    /// The most bytes that the chunk will need in the index of its file.
     pub(super) fn index_bytes(&self) -> u64 {
         128 + 10 * self.messages.len() as u64
     }
@@ -87,8 +87,7 @@ impl Chunk {
         });
     }
 
-    /// Adds a message without its contents, whose length is `bytes`: these are passed to
-    /// [`end`](Chunk::end).
+    /// Adds a message without its contents, whose length is `bytes`; the contents are passed to [`end`](Chunk::end).
     pub(super) fn add_large(&mut self, header: &MessageHeader, bytes: usize) {
         self.add_message(header, &[]);
         let header_bytes = 22;
@@ -278,7 +277,7 @@ impl Write for Bounded {
     }
 }
 
-/// Without block checksums, which not all MCAP tools can read; the chunk has its own.
+/// Creates an LZ4 encoder without block checksums, which not all MCAP tools can read; the chunk has its own checksum.
 fn lz4_frame<W: Write>(to: W) -> io::Result<lz4::Encoder<W>> {
     lz4::EncoderBuilder::new().block_checksum(lz4::liblz4::BlockChecksum::NoBlockChecksum).build(to)
 }

@@ -54,7 +54,7 @@ struct Indexes {
 }
 
 impl<W: Write> McapFile<W> {
-    /// Starts a file in this folder, which `to` writes.
+    /// Starts a file that is written to `to`; its buffers spill to the disk of `folder`.
     pub(super) fn begin(to: W, folder: &Path, compression: Compression) -> McapResult<McapFile<W>> {
         let indexes = || Indexes { entries: Spill::new(folder), count: 0 };
         let mut file = McapFile {
@@ -272,7 +272,7 @@ impl Indexes {
 }
 
 fn put_schema(out: &mut Vec<u8>, id: u16, schema: &Schema) {
-    // MCAP: a schema without text has no encoding either.
+    // In MCAP, a schema without text has no encoding either.
     let encoding = if schema.text.is_empty() { "" } else { &schema.encoding };
     number(out, id.to_le_bytes());
     text(out, &schema.name);

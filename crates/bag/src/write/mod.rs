@@ -36,25 +36,25 @@ use teampulse_messages::convert::type_name;
 
 pub use options::{Options, Place};
 
-/// The metadata record that says which session a file belongs to.
+/// The metadata record that states to which session a file belongs.
 const SESSION_RECORD: &str = "teampulse";
 
 /// The index size from which a file is followed by another, regardless of the options [bytes]: readers hold
 /// the index in memory, where it needs two to three times as much.
 const INDEX_BYTES: u64 = 16 << 20;
 
-/// What was recorded.
+/// A summary of what was recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// The bag's folder.
     pub folder: PathBuf,
-    /// The number of its files.
+    /// The number of files.
     pub files: usize,
     /// The number of messages in all files.
     pub messages: u64,
-    /// The log time of the first message; [`Time::EPOCH`] without any.
+    /// The log time of the first message; [`Time::EPOCH`] if there is none.
     pub first: Time,
-    /// The log time of the last message; [`Time::EPOCH`] without any.
+    /// The log time of the last message; [`Time::EPOCH`] if there is none.
     pub last: Time,
 }
 
@@ -102,7 +102,7 @@ impl BagWriter {
         let mut options = options.clone();
         let metadata_version = options.metadata_version;
         if let Some(limit_bytes) = getrlimit(Resource::Fsize).current {
-            // The file size limit of this account: half of it leaves room for the index.
+            // Half of this account's file size limit leaves room for the index.
             let most_bytes = limit_bytes / 2;
             options.split_bytes =
                 options.split_bytes.or(Some(most_bytes)).map(|at| at.min(most_bytes));
@@ -154,7 +154,7 @@ impl BagWriter {
         self.check_full()
     }
 
-    /// The number of messages written since the last flush: those that may be lost if the disk fails now.
+    /// The number of messages written since the last flush, which may be lost if the disk fails now.
     pub fn unsynced(&self) -> u64 {
         self.unsynced
     }
@@ -230,7 +230,7 @@ impl BagWriter {
         if ended.is_full {
             return Err(self.disk_full());
         }
-        // Before the first message: a count other than 0 is that of a finished file.
+        // The metadata are saved before the first message: only finished files have a count other than 0.
         self.save_metadata()?;
         for description in self.descriptions.clone() {
             self.append(&description, now)?;
@@ -275,7 +275,7 @@ impl BagWriter {
         if self.part.is_full() { Err(self.disk_full()) } else { Ok(()) }
     }
 
-    /// Writes to a deleted file would be lost.
+    /// Fails if the file was deleted, as further writes would be lost.
     fn check_there(&self) -> Result<(), BagError> {
         let file = self.disk.metadata().map_err(BagError::io("write", &self.folder))?;
         if file.nlink() == 0 {
@@ -284,7 +284,7 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Reports the number of bytes on the disk, and fails if too little space is left.
+    /// Reports the number of bytes on the disk; fails if too little space is left.
     fn note_sync(&mut self) -> Result<(), BagError> {
         let free_bytes = free_bytes(&self.folder).map_err(BagError::io("write", &self.folder))?;
         let written_bytes = self.part.written_bytes();
@@ -332,11 +332,11 @@ fn begin(
     options: &Options,
 ) -> Result<(Part<File>, File), BagError> {
     let file = private::create_new(path).map_err(BagError::io("create", path))?;
-    // A reader that looks at the new file just now holds its lock: the file is then recorded without one.
+    // If a reader happens to hold the lock on the new file, the file is recorded without a lock.
     claim(&file);
     let disk = file.try_clone().map_err(BagError::io("create", path))?;
     let part = Part::begin(path, file, Arc::clone(spare), options.compression);
-    // A file without room for its start would be taken for a damaged part of the bag.
+    // A file that has no room for its start would be taken for a damaged part of the bag.
     let mut part = part.inspect_err(|_| drop(fs::remove_file(path)))?;
     let software = concat!("teampulse ", env!("CARGO_PKG_VERSION")).to_owned();
     let session = [("session", options.session.clone()), ("software", software)];
@@ -348,8 +348,8 @@ fn serialized(metadata: &Metadata) -> BTreeMap<String, String> {
     [(SERIALIZED_KEY.to_owned(), metadata.body())].into()
 }
 
-/// The publish time of a message in the bag: the source's own stamp, whether plausible or not; without one,
-/// the log time for external messages (as MCAP requires), and `measured` for our own.
+/// The publish time of a message in the bag: the source's stamp, whether plausible or not. If there is none, it is the
+/// log time for external messages (as MCAP requires) and `measured` for our own.
 fn publish_time(record: &Record, log_time: Time) -> Time {
     let Sample { measured, source_time, .. } = record.sample;
     match record.stream.shape {

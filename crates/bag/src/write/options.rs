@@ -13,7 +13,7 @@ use crate::write::chunk::Compression;
 pub struct Options {
     /// The session's name, stored in the bag.
     pub session: String,
-    /// The compression of its chunks.
+    /// The compression of chunks.
     pub compression: Compression,
     /// The size from which a file is followed by another [bytes]; `None` for no limit.
     pub split_bytes: Option<u64>,
@@ -39,7 +39,7 @@ pub enum Place {
     /// A folder that the bag creates, and that must not exist yet.
     #[default]
     New,
-    /// A folder that was created for this bag, so that no other recording takes the same name.
+    /// A folder that was already created for this bag, so that no other recording takes the same name.
     Claimed,
 }
 

@@ -39,18 +39,18 @@ pub(crate) struct Ended {
 /// An attachment of an MCAP file.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachment<'a> {
-    /// Its name: `study.toml`.
+    /// The attachment's name: `study.toml`.
     pub name: &'a str,
-    /// Its media type: `application/toml`.
+    /// The attachment's media type: `application/toml`.
     pub media_type: &'a str,
-    /// When it was attached, by the session's clock.
+    /// When the attachment was added, by the session's clock.
     pub log_time: Time,
-    /// Its contents.
+    /// The attachment's contents.
     pub bytes: &'a [u8],
 }
 
 impl<F: Write> Part<F> {
-    /// Starts a file at `path`, which `file` writes.
+    /// Starts the file at `path`, of which `file` is the open handle.
     pub(crate) fn begin(
         path: &Path,
         file: F,
@@ -139,17 +139,17 @@ impl<F: Write> Part<F> {
         self.progress.written_bytes()
     }
 
-    /// The most bytes that its index will need, excluding the channels.
+    /// The most bytes that the index will need, excluding the channels.
     pub(crate) fn index_bytes(&self) -> u64 {
         self.file.index_bytes()
     }
 
-    /// The times and the number of its messages so far.
+    /// The times and the number of messages so far.
     pub(crate) fn span(&self) -> Span {
         self.span
     }
 
-    /// Its entry in `metadata.yaml`.
+    /// The file's entry in `metadata.yaml`.
     pub(crate) fn file_span(&self) -> FileSpan {
         let name = self.path.file_name().unwrap_or_default();
         FileSpan { path: name.to_string_lossy().into_owned(), span: self.span }
@@ -182,7 +182,7 @@ fn disk_full(path: &Path) -> BagError {
     BagError::DiskFull { path: path.parent().unwrap_or(path).to_owned() }
 }
 
-/// A time in the representation of MCAP; those before 1970 are out of range.
+/// A time as MCAP represents it; times before 1970 become 0.
 pub(crate) fn nanos(time: Time) -> u64 {
     u64::try_from(time.nanos()).unwrap_or(0)
 }

@@ -11,7 +11,7 @@ pub(super) fn record(out: &mut Vec<u8>, opcode: u8, fill: impl FnOnce(&mut Vec<u
     out[length_at..begin].copy_from_slice(&length.to_le_bytes());
 }
 
-/// Appends a number in little-endian byte order, as all of MCAP.
+/// Appends a number in little-endian byte order, which MCAP uses throughout.
 pub(super) fn number<const N: usize>(out: &mut Vec<u8>, little_endian: [u8; N]) {
     out.extend_from_slice(&little_endian);
 }

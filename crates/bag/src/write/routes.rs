@@ -72,7 +72,7 @@ impl Routes {
         self.topics[route.topic].0.messages += 1;
     }
 
-    /// Clears the channels of the previous file.
+    /// Clears the routes into the previous file.
     pub(super) fn begin_file(&mut self) {
         self.slots.clear();
     }
@@ -90,8 +90,8 @@ impl Routes {
         &mut self.slots[index]
     }
 
-    /// The index of a stream's topic. Its quality of service stays the initial one: readers distinguish
-    /// channels of one topic by it.
+    /// The index of a stream's topic. The topic keeps its first quality of service, by which readers distinguish
+    /// channels of one topic.
     fn topic(&mut self, stream: &Stream, type_name: &str) -> usize {
         let named = self.named.entry(stream.name.clone()).or_default();
         let is_known = |place: &&usize| {

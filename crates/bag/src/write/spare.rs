@@ -56,7 +56,7 @@ impl Spare for SpareFile {
         let allocated = fallocate(&file, FallocateFlags::empty(), 0, bytes);
         self.file = Some(file);
         match allocated.map_err(io::Error::from) {
-            // A file system that can't reserve space: the check of the free space must suffice.
+            // The file system can't reserve space, so checking the free space must suffice.
             Err(error) if !is_full(&error) => Ok(()),
             Err(full) => Err(full),
             Ok(()) => {
@@ -96,8 +96,8 @@ impl Progress {
     }
 }
 
-/// A file whose end can be written even on a full disk: it then releases the reserved space, and reports
-/// that by its [`Progress`].
+/// A file whose end can be written even on a full disk: it then releases the reserved space, and reports this through
+/// its [`Progress`].
 pub(crate) struct Backed<F> {
     file: F,
     spare: Arc<Mutex<dyn Spare>>,

@@ -19,7 +19,7 @@ impl Summary {
         Summary { begin: out.len(), groups: Vec::new() }
     }
 
-    /// Writes the records of one kind.
+    /// Writes the records of one kind, and notes their location.
     pub(super) fn group<W: Write>(
         &mut self,
         out: &mut Out<W>,

@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 use std::io::{self, Read};
 
-/// The records of a chunk, as far as they can be decompressed, to this many bytes at most, and why the rest can't be.
+/// Decompresses the records of a chunk as far as possible, to `most_bytes` at most; also returns why the rest can't be
+/// decompressed.
 pub(super) fn contents<'a>(
     data: &'a [u8],
     compression: Option<&[u8]>,

@@ -19,10 +19,10 @@ const MOST_LISTED: usize = 5;
 /// A connection, and how many of its messages could not be converted.
 pub(super) struct Connection {
     topic: String,
-    /// Its channel and its type, or why its definition can't be read.
+    /// The connection's channel and type, or why its definition can't be read.
     pub kind: Result<(u16, Rc<Ros1Type>), String>,
     unconverted_count: u64,
-    /// Why the first one could not be converted.
+    /// Why the first unconverted message could not be converted.
     reason: String,
 }
 
@@ -40,12 +40,12 @@ impl Connection {
 #[derive(Default)]
 pub(super) struct Connections {
     known: BTreeMap<u32, Connection>,
-    /// Types by name and definition: many connections have the same.
+    /// Types by name and definition, as many connections have the same type.
     types: BTreeMap<(String, String), Result<Rc<Ros1Type>, String>>,
 }
 
 impl Connections {
-    /// Takes a connection record; a repeated one is skipped.
+    /// Adds the connection of a record; a repeated record is skipped.
     pub fn add(&mut self, fields: Fields<'_>, data: &[u8], out: &mut Out) -> Result<(), McapError> {
         let (Some(number), Some(topic)) = (fields.number("conn"), fields.text("topic")) else {
             return Ok(());
@@ -77,7 +77,7 @@ impl Connections {
         self.known.get_mut(&number)
     }
 
-    /// What could not be converted, if anything.
+    /// Describes the messages that could not be converted, by topic.
     pub fn damage(&self) -> Vec<String> {
         let missed = self.known.values().filter(|each| each.unconverted_count > 0);
         let missed: Vec<String> = missed
@@ -111,5 +111,5 @@ fn channel(
     out.add_channel(id, topic, "cdr", &metadata)
 }
 
-/// What the messages of a ROS 1 bag are written to.
+/// The MCAP file to which the messages of a ROS 1 bag are written.
 pub(super) type Out = Writer<BufWriter<File>>;

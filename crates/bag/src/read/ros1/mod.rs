@@ -1,4 +1,4 @@
-//! ROS 1 bags (format 2.0, of `rosbag` since 2010) as MCAP, their messages as those of ROS 2.
+//! Converts ROS 1 bags (format 2.0, written by `rosbag` since 2010) to MCAP, and their messages to ROS 2 messages.
 //!
 //! | record | its header | its data |
 //! |---|---|---|
@@ -29,10 +29,10 @@ use crate::read::records::LIMIT_BYTES;
 use connections::{Connections, Out};
 use records::{Fields, Head, Records, op};
 
-/// The first bytes of a ROS 1 bag, of any version, and of the one that is read.
+/// The first bytes of a ROS 1 bag: of any version, and of the version that can be read.
 pub(crate) const MAGIC: &[u8] = b"#ROSBAG V";
 const VERSION: &[u8] = b"#ROSBAG V2.0\n";
-/// The most places of damage that are listed.
+/// The most damaged places that are listed.
 const MOST_NOTES: usize = 10;
 /// The values that mean "not encrypted".
 const NOT_ENCRYPTED: [&[u8]; 2] = [b"", b"rosbag/NoEncryptor"];
@@ -60,7 +60,7 @@ pub(crate) fn into_mcap(path: &Path, file: &File) -> Result<Opened, BagError> {
     conversion.finish(path)
 }
 
-/// Where the index of a bag begins, 0 if it has none; or what the file is instead.
+/// The offset of a bag's index, 0 if it has none; or what the file is instead of a readable bag.
 fn checked(file: &File) -> io::Result<Result<u64, Found>> {
     let mut records = Records::new(file, 0)?;
     if !records.data(VERSION.len() as u64).is_ok_and(|version| version == VERSION) {
@@ -83,14 +83,14 @@ fn checked(file: &File) -> io::Result<Result<u64, Found>> {
 struct Conversion {
     out: Out,
     connections: Connections,
-    /// How many more bytes may be unpacked and written.
+    /// The number of bytes that may still be unpacked and written.
     left_bytes: u64,
     damage: Vec<String>,
     /// The number of messages whose connection is missing from the file.
     unknown_count: u64,
     /// The number of damaged places beyond those listed.
     unlisted_count: u64,
-    /// Whether its recorder wrote an index.
+    /// Whether the recorder wrote an index.
     is_closed: bool,
 }
 
@@ -130,7 +130,7 @@ impl Conversion {
         Ok(())
     }
 
-    /// Reads all records from the beginning, as far as they are valid.
+    /// Reads all records from the beginning, up to the first invalid one.
     fn records(&mut self, file: &File) -> Result<(), McapError> {
         let mut at = VERSION.len() as u64;
         let mut read = |conversion: &mut Conversion| -> Result<(), Stop> {
@@ -165,8 +165,7 @@ impl Conversion {
         Ok(())
     }
 
-    /// Converts a chunk. The length of a chunk is 0 while it is being recorded, and too large in a file that was cut
-    /// off.
+    /// Converts a chunk. Its stated length is 0 while it is being recorded, and too large in a truncated file.
     fn chunk(&mut self, records: &mut Records, head: &Head) -> Result<(), Stop> {
         let is_open = head.data_bytes == 0 && !self.is_closed;
         let is_cut = is_open || records.is_cut();
@@ -199,7 +198,7 @@ impl Conversion {
         }
     }
 
-    /// Converts the records of a chunk; returns whether the last one was whole.
+    /// Converts the records of a chunk; returns whether the last one was complete.
     fn items(&mut self, contents: &[u8]) -> Result<bool, McapError> {
         let mut rest = contents;
         while !rest.is_empty() {

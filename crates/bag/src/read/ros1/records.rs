@@ -5,7 +5,7 @@ use std::io::{self, BufReader, Read, Seek, SeekFrom};
 
 use crate::read::records::LIMIT_BYTES;
 
-/// The most bytes in the header of a record: it has a few short fields.
+/// The most bytes in the header of a record, which has a few short fields.
 const HEADER_LIMIT_BYTES: u32 = 1 << 20;
 
 /// The kinds of records.
@@ -18,7 +18,7 @@ pub(super) mod op {
     pub const CONNECTION: u8 = 7;
 }
 
-/// The fields of a header: `name=value`, each after its length.
+/// The fields of a header: `name=value`, each prefixed with its length.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Fields<'a>(&'a [u8]);
 
@@ -27,7 +27,7 @@ impl<'a> Fields<'a> {
         Fields(header)
     }
 
-    /// The bytes of a field; `None` if there is none, or the fields before it are damaged.
+    /// The bytes of a field; `None` if it is missing, or if the fields before it are damaged.
     pub fn get(self, name: &str) -> Option<&'a [u8]> {
         let mut rest = self.0;
         while !rest.is_empty() {
@@ -48,7 +48,7 @@ impl<'a> Fields<'a> {
         self.get(name)?.try_into().ok().map(u32::from_le_bytes)
     }
 
-    /// A time, stored as seconds and nanoseconds [ns].
+    /// The time in a field [ns]; it is stored as seconds and nanoseconds.
     pub fn nanos(self, name: &str) -> Option<u64> {
         let (secs, nanos) = self.get(name)?.split_first_chunk::<4>()?;
         let nanos = u32::from_le_bytes(nanos.try_into().ok()?);
@@ -70,7 +70,7 @@ fn counted<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
     Some(bytes)
 }
 
-/// The next record in a chunk; `None` if it is not whole.
+/// The next record in a chunk; `None` if it is incomplete.
 pub(super) fn next<'a>(rest: &mut &'a [u8]) -> Option<(Fields<'a>, &'a [u8])> {
     Some((Fields(counted(rest)?), counted(rest)?))
 }
@@ -78,7 +78,7 @@ pub(super) fn next<'a>(rest: &mut &'a [u8]) -> Option<(Fields<'a>, &'a [u8])> {
 /// The records of a file.
 pub(super) struct Records {
     file: BufReader<File>,
-    /// Where the next record begins.
+    /// The offset of the next record.
     pub at: u64,
     length: u64,
 }
@@ -86,7 +86,7 @@ pub(super) struct Records {
 /// The header of a record; its data follows in the file.
 pub(super) struct Head {
     pub header: Vec<u8>,
-    /// Where its data begins.
+    /// The offset of the record's data in the file.
     pub data_at: u64,
     pub data_bytes: u64,
 }
@@ -106,7 +106,9 @@ impl Records {
         }
         let header_bytes = self.count()?;
         if header_bytes > HEADER_LIMIT_BYTES {
-            return Err(io::Error::other(format!("a record has a header of {header_bytes} bytes")));
+            return Err(io::Error::other(format!(
+                "the header of a record is too large: {header_bytes} bytes"
+            )));
         }
         let header = self.data(u64::from(header_bytes))?;
         let data_bytes = u64::from(self.count()?);
@@ -118,7 +120,7 @@ impl Records {
     /// Reads the data of the record whose header was read last.
     pub fn data(&mut self, bytes: u64) -> io::Result<Vec<u8>> {
         if bytes > LIMIT_BYTES {
-            return Err(io::Error::other(format!("a record has {bytes} bytes")));
+            return Err(io::Error::other(format!("a record is too large: {bytes} bytes")));
         }
         let mut data = Vec::new();
         (&mut self.file).take(bytes).read_to_end(&mut data)?;
@@ -141,7 +143,7 @@ impl Records {
         self.file.seek_relative(head.data_bytes as i64)
     }
 
-    /// Reads what is left of the file as the data of the record whose header was read last.
+    /// Reads the rest of the file as the data of the record whose header was read last.
     pub fn rest(&mut self, head: &Head) -> io::Result<Vec<u8>> {
         self.at = self.length;
         self.data(self.length.saturating_sub(head.data_at).min(LIMIT_BYTES))
