@@ -18,23 +18,24 @@ use crate::graph::{Gid, Graph};
 /// the wire is internal.
 ///
 /// # Contract
-/// - No bus delivers its own messages: a subscription never receives what the same bus publishes, nor a client the
-///   replies of its own services.
-/// - Messages of one publisher are delivered in order, each once, one at a time for each subscription. A transient-local
-///   publisher's last messages are delivered to late joiners, before newer ones.
-/// - The bus matches publishers and subscriptions by their QoS, as ROS 2 does; a pair that does not match exchanges nothing
-///   and is reported as [`Incident::IncompatibleQos`]. For [`Asked::Adaptive`] it is also the bus that finds the QoS that
+/// - No bus delivers its own messages: a subscription never receives messages that the same bus publishes, and a client
+///   never receives replies of its own services.
+/// - For each subscription, messages of one publisher are delivered in order, each once, and one at a time. A
+///   transient-local publisher's last messages are delivered to late joiners, before newer ones.
+/// - The bus matches publishers and subscriptions by their QoS, as ROS 2 does; a pair that does not match exchanges
+///   nothing and is reported as [`Incident::IncompatibleQos`]. For [`Asked::Adaptive`] the bus finds the QoS that
 ///   matches all publishers, and adapts it when one joins.
-/// - Once a [`Subscription`] has been dropped, its callback is not called again. The drop may wait for a call under way:
+/// - Once a [`Subscription`] has been dropped, its callback is not called again. The drop may wait for a running call:
 ///   callbacks must neither drop their subscription nor call the bus.
-/// - All of it is called from several threads. Joining ([`BusKind::join`](crate::buses::BusKind)) may block for as long as
-///   it takes to open the transport: a bus is joined once, on its first use. What opens an endpoint may not.
+/// - All methods may be called from several threads. Joining ([`BusKind::join`](crate::buses::BusKind)) may block until
+///   the transport is open, as a bus is joined only once, on its first use. Methods that open an endpoint must not
+///   block.
 #[async_trait]
 pub trait Bus: Send + Sync {
     /// The name of the bus in messages: `ROS domain 0`.
     fn name(&self) -> String;
 
-    /// The latest graph; our own endpoints are included.
+    /// The latest graph, including our own endpoints.
     fn graph(&self) -> watch::Receiver<Arc<Graph>>;
 
     /// Problems between endpoints, as they occur.
@@ -50,7 +51,7 @@ pub trait Bus: Send + Sync {
         deliver: Deliver,
     ) -> Result<Subscription, BusError>;
 
-    /// Starts to publish on a topic; ends when the publisher is dropped.
+    /// Starts to publish on a topic, until the publisher is dropped.
     fn publish(
         &self,
         topic: &str,
@@ -92,7 +93,7 @@ pub enum Asked {
         /// The number of messages kept until they are taken.
         depth: u32,
     },
-    /// Exactly this QoS.
+    /// Requests exactly this QoS.
     Exactly(Qos),
 }
 
@@ -104,11 +105,11 @@ pub type Deliver = Arc<dyn Fn(Arrival) + Send + Sync>;
 pub struct Arrival {
     /// CDR with its four-byte header.
     pub bytes: Bytes,
-    /// When the publisher wrote it, by its own clock.
+    /// When the publisher wrote the message, by the publisher's clock.
     pub source_time: Option<Time>,
-    /// Who published it.
+    /// The publisher of the message.
     pub publisher: Gid,
-    /// The publisher's sequence number, where known; consecutive.
+    /// The publisher's sequence number, if known; numbers are consecutive.
     pub sequence: Option<u64>,
 }
 
@@ -132,12 +133,11 @@ pub struct Reply {
 
 /// The client end of a service.
 pub trait Client: Send + Sync {
-    /// Sends a request: CDR with its four-byte header, at most once. Its reply carries the same sequence
-    /// number.
+    /// Sends a request: CDR with its four-byte header, at most once. The reply carries the same sequence number.
     fn ask(&self, number: i64, request: &[u8]) -> Result<(), BusError>;
 }
 
-/// A subscription; it ends when this is dropped.
+/// A subscription, which ends when this value is dropped.
 pub struct Subscription(#[expect(dead_code, reason = "held for its drop")] Box<dyn Send + Sync>);
 
 impl Subscription {
@@ -149,7 +149,7 @@ impl Subscription {
 
 /// The publishing end of a topic.
 pub trait Publisher: Send + Sync {
-    /// Publishes a message: CDR with its four-byte header, at most once, stamped now.
+    /// Publishes a message: CDR with its four-byte header, at most once, stamped with the current time.
     fn publish(&self, cdr: &[u8]) -> Result<(), BusError>;
 
     /// Publishes a message with a given timestamp.
@@ -168,7 +168,7 @@ pub enum Incident {
         topic: String,
         /// The incompatible policy: `reliability`.
         policy: String,
-        /// Whether the subscription is ours, or a foreign one of our topic.
+        /// Whether the subscription is ours, rather than another participant's subscription to our topic.
         ours: bool,
     },
     /// A publisher missed the deadline that it offered.
@@ -211,7 +211,7 @@ pub enum BusError {
     Variable {
         /// The variable: `ROS_DOMAIN_ID`.
         variable: &'static str,
-        /// Its value.
+        /// The value of the variable.
         value: String,
         /// The valid values.
         expected: String,
@@ -250,7 +250,7 @@ impl BusError {
         match self {
             BusError::Join { hint, .. } => hint.clone(),
             BusError::Variable { variable, .. } => {
-                format!("set it to that of the robots, or `unset {variable}`")
+                format!("set it to the domain of the robots, or `unset {variable}`")
             }
             BusError::Topic { .. } | BusError::Publish { .. } | BusError::Definition { .. } => {
                 String::new()

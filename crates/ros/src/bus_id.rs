@@ -20,12 +20,12 @@ pub struct BusId {
 }
 
 impl BusId {
-    /// Its kind; `None` if there is none with this word.
+    /// The kind of the bus; `None` if no kind has this word.
     pub fn kind(&self) -> Option<&'static BusKind> {
         BUSES.iter().find(|kind| kind.word == self.kind)
     }
 
-    /// Its spelling in a study: `12`, `"dds:12"`.
+    /// The spelling of the bus in a study: `12`, `"dds:12"`.
     pub fn in_study(&self) -> String {
         match self.domain() {
             Some(domain) => domain.to_string(),
@@ -33,12 +33,12 @@ impl BusId {
         }
     }
 
-    /// The number of a ROS domain.
+    /// The domain number, if the bus is a ROS domain.
     fn domain(&self) -> Option<u32> {
         self.address.parse().ok().filter(|_| self.kind == cyclone::DDS.word)
     }
 
-    /// Its address among those of its kind.
+    /// The address of the bus within its kind.
     pub fn address(&self) -> &str {
         &self.address
     }
@@ -62,7 +62,7 @@ impl From<&BusId> for BusId {
     }
 }
 
-/// As on a command line: `12`, `dds:12`.
+/// Parses a bus as written on a command line: `12`, `dds:12`.
 impl FromStr for BusId {
     type Err = String;
 
@@ -87,7 +87,7 @@ impl fmt::Display for BusId {
     }
 }
 
-/// Serializes it as in a study.
+/// Serializes the bus as in a study.
 impl Serialize for BusId {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self.domain() {
@@ -130,7 +130,7 @@ impl Visitor<'_> for NumberOrText {
     }
 }
 
-/// The words of the kinds of buses.
+/// The words of all kinds of buses.
 fn kinds() -> String {
     BUSES.iter().map(|kind| kind.word).collect::<Vec<_>>().join(", ")
 }
@@ -140,7 +140,7 @@ fn expected() -> String {
     format!("a ROS domain, such as 12, or a bus as KIND:ADDRESS (kinds: {})", kinds())
 }
 
-/// The bus of a ROS domain, if there is such a domain.
+/// The bus of a ROS domain; `None` if there is no such domain.
 fn known_domain(domain: i64) -> Option<BusId> {
     let known = u32::try_from(domain).ok().map(BusId::from);
     known.filter(|id| id.check().is_ok())

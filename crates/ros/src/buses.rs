@@ -20,7 +20,7 @@ struct Pool {
     joined: Mutex<BTreeMap<BusId, Joined>>,
 }
 
-/// A kind of bus: a row of [`BUSES`](crate::BUSES).
+/// A kind of bus: an entry of [`BUSES`](crate::BUSES).
 pub struct BusKind {
     /// The word in front of an address in a study: `dds`.
     pub word: &'static str,
@@ -28,20 +28,20 @@ pub struct BusKind {
     pub doc: &'static str,
     /// The name of the bus at an address, in messages: `ROS domain 12`.
     pub name: fn(&str) -> String,
-    /// Fails where an address is invalid; the message says what was expected.
+    /// Fails if an address is invalid; the message states what was expected.
     pub check: fn(&str) -> Result<(), String>,
     /// Joins the bus at an address.
     pub join: Join,
 }
 
-/// Joins the bus at an address. It may block.
+/// Joins the bus at an address. The call may block.
 pub type Join = fn(&str, &Node) -> Result<Arc<dyn Bus>, BusError>;
 
 /// Our node on a bus.
 pub struct Node {
     /// The name of our node: `teampulse`.
     pub name: String,
-    /// The environment variables that it follows.
+    /// The environment variables that the node follows.
     pub environment: Environment,
 }
 
@@ -54,22 +54,22 @@ struct Joined {
 
 /// How a bus is joined.
 enum Joining {
-    /// As this node.
+    /// The bus is joined as this node.
     As { node: Box<Node>, clock: ReadClock },
-    /// As a separate bus in memory, without other participants.
+    /// A separate bus in memory is created, without other participants.
     Apart,
-    /// No further domains can be joined.
+    /// No further buses can be joined.
     Never,
 }
 
 impl Buses {
-    /// The buses that this environment leads to, joined on first use as a node named `node_name`: `teampulse`.
-    /// Clock probes by others are answered with the machine's clock.
+    /// The buses of this environment, joined on first use as a node named `node_name`, such as `teampulse`. Clock
+    /// probes of others are answered with the machine's clock.
     pub fn new(environment: Environment, node_name: &str) -> Buses {
         Buses::with_clock(environment, node_name, Arc::new(clock::wall))
     }
 
-    /// The same, answering clock probes with another clock.
+    /// Like [`new`](Buses::new), but clock probes are answered with `clock`.
     pub fn with_clock(environment: Environment, node_name: &str, clock: ReadClock) -> Buses {
         let node = Box::new(Node { name: node_name.to_owned(), environment });
         let joining = Joining::As { node, clock };
@@ -107,7 +107,7 @@ impl Buses {
         joined.values().map(|known| Arc::clone(&known.bus)).collect()
     }
 
-    /// The bus to join where none is named: the ROS domain of the environment.
+    /// The bus to join if none is named: the ROS domain of the environment.
     pub fn default_id(&self) -> Result<BusId, BusError> {
         match &self.0.joining {
             Joining::As { node, .. } => node.environment.domain().map(BusId::from),

@@ -1,4 +1,4 @@
-//! Probes of other computers' clocks, and replies to theirs.
+//! Probes of other computers' clocks, and replies to their probes.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use tokio::time::sleep;
 use crate::bus::{Bus, BusError, Client, Reply, Subscription};
 use crate::graph::{Gid, Graph};
 
-/// The type of the service.
+/// The type of the clock service.
 const PROBE_CLOCK: &str = "teampulse_msgs/srv/ProbeClock";
 /// The number of requests in a burst.
 const BURST: u32 = 8;
@@ -28,16 +28,16 @@ const BETWEEN_BURSTS: Duration = Duration::from_secs(4);
 const LONGEST_NANOS: i64 = 1_000_000_000;
 /// The most services that are probed.
 const MOST_ASKED: usize = 64;
-/// The most replies that are queued; one burst has fewer.
+/// The most replies that are queued; a burst has fewer.
 const WAITING: usize = 4096;
 
-/// Reads the clock that is reported to others.
+/// Reads the clock that is reported to other computers.
 pub type ReadClock = Arc<dyn Fn() -> Time + Send + Sync>;
 
 /// The result of one probe of another computer's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exchange {
-    /// The offset of the other clock, positive when ahead [s]; its error is at most half the round trip.
+    /// The offset of the other clock [s], positive if it is ahead; the error is at most half the round trip.
     pub offset_secs: f64,
     /// The round-trip time, excluding the processing time at the other end [s].
     pub round_trip_secs: f64,
@@ -53,8 +53,8 @@ pub fn serve_clock(bus: &dyn Bus, clock: ReadClock) -> Result<Subscription, BusE
     bus.serve(&format!("{}/probe_clock", bus.node()), PROBE_CLOCK, Arc::new(answer))
 }
 
-/// Probes the clocks of all other computers, in bursts, until it is dropped; `on_exchange` is called with
-/// the name of the computer and each result. Lost replies are ignored.
+/// Probes the clocks of all other computers, in bursts, until the future is dropped; `on_exchange` is called with the
+/// name of the computer and each result. Lost replies are ignored.
 pub async fn probe_clocks(
     bus: &dyn Bus,
     clock: &Clock,
@@ -112,7 +112,7 @@ fn meet(
         let hear = move |reply: Reply| {
             let arrived = clock.now();
             if let Some(exchange) = exchange(&reply, arrived) {
-                // When the queue is full, losing a reply makes no difference.
+                // If the queue is full, losing a reply makes no difference.
                 sender.try_send((reply.server, exchange)).ok();
             }
         };
@@ -131,7 +131,7 @@ fn ask(clock: &Clock, clients: &Clients, number: u32) {
     }
 }
 
-/// The result in a reply; `None` if it is impossible.
+/// Computes the result of a probe from its reply; `None` if the times are impossible.
 fn exchange(reply: &Reply, arrived: Time) -> Option<Exchange> {
     let Response { sent, received, replied } = Response::decode(&reply.bytes).ok()?;
     let took = arrived.nanos_since(sent);

@@ -69,10 +69,10 @@ pub struct Participation {
     pub node_name: String,
     /// The configuration of Cyclone DDS, as written by [`configuration`](configuration::configuration).
     pub configuration: String,
-    /// The width of GIDs in the announcement of our node; `None` takes that of the first announcement
-    /// received, and until then that of ROS 2 Iron and later.
+    /// The width of GIDs in the announcement of our node; `None` takes the width of the first announcement received,
+    /// and until then the width of ROS 2 Iron and later.
     pub gid_width: Option<GidWidth>,
-    /// The install prefixes of ROS packages: the source of types that no participant provides.
+    /// The install prefixes of ROS packages, where types are found that no participant provides.
     pub prefixes: Vec<PathBuf>,
 }
 
@@ -235,12 +235,12 @@ fn not_opened(topic: &str, type_name: &str, reason: String) -> BusError {
     BusError::Topic { topic: topic.to_owned(), type_name: type_name.to_owned(), reason }
 }
 
-/// The request and the response type of a service type.
+/// The request type and the response type of a service type.
 fn halves(type_name: &str) -> [String; 2] {
     [format!("{type_name}_Request"), format!("{type_name}_Response")]
 }
 
-/// A service offered by us.
+/// A service that we offer.
 struct Serving {
     /// Declared before `_participant`, which it uses, to be dropped first.
     _server: Server,

@@ -13,8 +13,8 @@ use teampulse_messages::standard::type_description_interfaces::TypeSource;
 /// The most types in a definition.
 const MOST_PARTS: usize = 1000;
 
-/// The schema of a type, assembled from the texts of its parts, which are requested by their full names; it
-/// must have the given hash, unless that is empty.
+/// Assembles the schema of a type from the texts of its parts, which `text_of` returns for full names. The schema must
+/// have the given hash, unless that is empty.
 pub(crate) fn linked(
     type_name: &str,
     hash: &str,
@@ -35,7 +35,7 @@ pub(crate) fn linked(
     Err(format!("it depends on more than {MOST_PARTS} types"))
 }
 
-/// The texts of a definition: its own first, each with the name of its type.
+/// Splits a definition into the texts of its types, each with its name; the type itself comes first.
 pub(crate) fn sources(schema: &Schema) -> Vec<TypeSource> {
     let mut sources = vec![source(&schema.name)];
     let mut lines = schema.text.split_inclusive('\n');

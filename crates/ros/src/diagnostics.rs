@@ -21,20 +21,20 @@ use crate::sink::Publish;
 
 /// The standard topic of ROS diagnostics.
 const TOPIC: &str = "/diagnostics";
-/// The longest wait for statuses at a time; a silence has no effect.
+/// The longest wait for statuses at a time; nothing happens when it ends.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// How long statuses gather before they are published.
 const GATHER: Duration = Duration::from_millis(50);
 
-/// Publishes the health of every stream, including its clock, as one `diagnostic_msgs/DiagnosticArray` a
-/// second; the health of people's streams only if these are published, too.
+/// Publishes the health of every stream, including its clock, as one `diagnostic_msgs/DiagnosticArray` a second. The
+/// health of people's streams is published only if the streams themselves are.
 pub struct DiagnosticsSink {
     bus: Arc<dyn Bus>,
     publish: Publish,
 }
 
 impl DiagnosticsSink {
-    /// Creates a sink on this bus, beside one that publishes these streams.
+    /// Creates a sink on this bus; `publish` states which streams are published there.
     pub fn new(bus: Arc<dyn Bus>, publish: Publish) -> DiagnosticsSink {
         DiagnosticsSink { bus, publish }
     }
@@ -122,7 +122,7 @@ fn diagnostic(status: &StreamStatus, subject: Subject) -> DiagnosticStatus {
     }
 }
 
-/// The measurements; unknown ones are marked as such.
+/// The measurements of a status; unknown values are marked as such.
 fn values(status: &StreamStatus) -> Vec<KeyValue> {
     let number = |value: f64| if value.is_nan() { "unknown".into() } else { value.to_string() };
     let lost = status.lost_source.map_or("unknown".into(), |lost| lost.to_string());

@@ -8,7 +8,7 @@ use teampulse_messages::standard::rmw_dds_common::GidWidth;
 
 use crate::bus::BusError;
 
-/// The highest domain with ports of its own.
+/// The highest domain number that has its own ports.
 pub const HIGHEST_DOMAIN: u32 = 232;
 
 /// The values of `ROS_AUTOMATIC_DISCOVERY_RANGE`.
@@ -65,7 +65,8 @@ impl Environment {
         })
     }
 
-    /// An unusual setting of the environment and its effect: it is used nevertheless, as ROS does.
+    /// Describes an unusual setting of the environment and its effect, if there is one. The setting is used
+    /// nevertheless, as in ROS.
     pub fn oddity(&self) -> Option<String> {
         let range = self.discovery_range.as_str();
         let is_known = range.is_empty() || RANGES.contains(&range);
@@ -78,7 +79,7 @@ impl Environment {
         })
     }
 
-    /// The width of GIDs on the wire in the configured ROS 2 release; `None` if there is none.
+    /// The width of GIDs on the wire in the configured ROS 2 release; `None` if no release is configured.
     pub fn gid_width(&self) -> Option<GidWidth> {
         match self.distro.as_str() {
             "" => None,

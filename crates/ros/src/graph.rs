@@ -10,7 +10,7 @@ use teampulse_core::qos::Qos;
 
 use shared_map::SharedMap;
 
-/// The contents of a bus at one time, sorted by topic.
+/// The nodes, endpoints and services on a bus at one time, sorted by topic.
 ///
 /// Clones share unchanged entries, so that the cost of a change does not depend on the number of endpoints.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,9 +19,9 @@ pub struct Graph {
     endpoints: SharedMap<(Arc<str>, Gid), Arc<Endpoint>>,
     /// The number of nodes with each full name.
     nodes: SharedMap<Arc<str>, u32>,
-    /// By type and id.
+    /// The services, by type and id.
     services: SharedMap<(Arc<str>, Gid), Arc<Service>>,
-    /// The computers of participants, where known.
+    /// The computers of participants, if known.
     computers: SharedMap<Participant, Arc<Computer>>,
 }
 
@@ -60,18 +60,18 @@ impl Graph {
         of_type.map(|(_, service)| &**service)
     }
 
-    /// The name of the computer behind an endpoint: its host and process if its participant announces them,
-    /// otherwise its node. Different for each participant.
+    /// The name of the computer behind an endpoint: the host and process if the participant announces them, otherwise
+    /// the node. It is different for each participant.
     pub fn computer(&self, of: Gid) -> String {
         self.named_computer(of).map_or_else(|| of.participant().to_string(), str::to_owned)
     }
 
-    /// The same, if its participant announces it and is present.
+    /// The name of the computer behind an endpoint, if its participant is present and the name is known.
     pub fn named_computer(&self, of: Gid) -> Option<&str> {
         Some(self.computers.get(&of.participant())?.name.as_str())
     }
 
-    /// The host of an endpoint, if its participant announces it: all processes of a host have one clock.
+    /// The host of an endpoint, if its participant announces it. All processes of a host share one clock.
     pub fn host(&self, of: Gid) -> Option<&str> {
         self.computers.get(&of.participant())?.host.as_deref()
     }
@@ -95,7 +95,7 @@ impl Graph {
         self.endpoints.remove(&(topic.into(), gid));
     }
 
-    /// Adds a node; several may have the same name.
+    /// Adds a node; several nodes may have the same name.
     pub(crate) fn put_node(&mut self, name: &str) {
         let name = Arc::from(name);
         let others = self.nodes.get(&name).copied().unwrap_or_default();
@@ -137,7 +137,7 @@ impl Graph {
 /// The computer of a participant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Computer {
-    /// Different for each participant.
+    /// The name of the computer, which is different for each participant.
     pub name: String,
     /// The host, if announced.
     pub host: Option<String>,
@@ -146,11 +146,11 @@ pub(crate) struct Computer {
 /// A service on offer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Service {
-    /// Its name: `/teampulse/probe_clock`.
+    /// The name of the service: `/teampulse/probe_clock`.
     pub name: String,
-    /// Its type: `teampulse_msgs/srv/ProbeClock`.
+    /// The type of the service: `teampulse_msgs/srv/ProbeClock`.
     pub type_name: String,
-    /// The GID of the reader of its requests.
+    /// The GID of the reader of requests.
     pub gid: Gid,
     /// Whether the service is ours.
     pub own: bool,
@@ -167,11 +167,11 @@ pub struct Endpoint {
     pub type_name: String,
     /// The announced type hash; empty if there is none.
     pub type_hash: String,
-    /// The QoS that it offers or requests.
+    /// The offered or requested QoS.
     pub qos: Qos,
-    /// Its GID.
+    /// The GID of the endpoint.
     pub gid: Gid,
-    /// The full name of its node, once known.
+    /// The full name of the endpoint's node, once known.
     pub node: Option<String>,
     /// Whether the endpoint is ours.
     pub own: bool,
@@ -194,12 +194,12 @@ pub struct Gid {
 }
 
 impl Gid {
-    /// An endpoint whose id does not contain that of its participant, as on Zenoh.
+    /// Creates the GID of an endpoint whose id does not contain its participant's id, as on Zenoh.
     pub const fn of(participant: Participant, id: [u8; 16]) -> Gid {
         Gid { participant, id }
     }
 
-    /// An id prefixed with that of the participant, as on DDS: all but the last four bytes.
+    /// Creates a GID from an id that starts with its participant's id, as on DDS: all but the last four bytes.
     pub const fn prefixed(id: [u8; 16]) -> Gid {
         let mut participant = id;
         let (_, entity) = participant.split_at_mut(12);
@@ -212,7 +212,7 @@ impl Gid {
         self.id
     }
 
-    /// The participant that has the endpoint.
+    /// The participant to which the endpoint belongs.
     pub const fn participant(self) -> Participant {
         self.participant
     }
@@ -223,8 +223,8 @@ impl Gid {
 pub struct Participant(pub [u8; 16]);
 
 impl fmt::Display for Participant {
-    /// The part that differs between participants: without the leading vendor id, and the trailing counter
-    /// within a process.
+    /// Shows the part that differs between participants, without the leading vendor id and the trailing counter within
+    /// a process.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0[2..8].iter().try_for_each(|byte| write!(f, "{byte:02x}"))
     }

@@ -25,10 +25,10 @@ impl Losses {
         Losses::default()
     }
 
-    /// Takes the sequence number of a received message; returns the number of messages lost before it.
+    /// Takes in the sequence number of a received message; returns the number of messages lost before it.
     ///
-    /// Counting starts at the first number received. A message out of order was counted as lost and is
-    /// deducted from the next loss; duplicates, and messages from before the first, are ignored.
+    /// Counting starts at the first number received. A message that arrives out of order was already counted as lost,
+    /// so it is deducted from the next loss. Duplicates, and messages from before the first, are ignored.
     pub fn observe(&mut self, publisher: Gid, sequence: u64) -> u64 {
         if self.0.len() >= MOST && !self.0.contains_key(&publisher) {
             self.0.clear();

@@ -20,10 +20,9 @@ use network::{Member, Network, Reader, Server, Writer};
 
 /// A participant of an in-memory bus.
 ///
-/// It behaves like a participant of a ROS 2 domain: late joiners receive transient-local messages,
-/// incompatible endpoints do not match, which is reported, and no participant receives its own messages.
-/// Messages arrive before [`Publisher::publish`] returns; deadlines are not checked. A [`Deliver`] must not
-/// call the bus.
+/// It behaves like a participant of a ROS 2 domain: late joiners receive transient-local messages, incompatible
+/// endpoints do not match, which is reported; and no participant receives its own messages. Messages arrive before
+/// [`Publisher::publish`] returns; deadlines are not checked. A [`Deliver`] must not call the bus.
 pub struct MemoryBus {
     name: String,
     network: Arc<Network>,
@@ -123,12 +122,13 @@ impl Bus for MemoryBus {
         let found = self.network.definition(type_name, hash).or_else(shipped);
         found.ok_or_else(|| BusError::Definition {
             type_name: type_name.to_owned(),
-            reason: "no publisher on the memory bus provides it; none is shipped".into(),
+            reason: "no publisher on the memory bus provides it; it is not shipped with teampulse"
+                .into(),
         })
     }
 }
 
-/// An endpoint of the bus; it is removed when this is dropped.
+/// An endpoint of the bus, which is removed when this value is dropped.
 struct Membership {
     network: Arc<Network>,
     gid: Gid,

@@ -21,8 +21,8 @@ pub fn incompatible(offered: &Qos, requested: &Qos) -> Option<&'static str> {
     lacks.into_iter().find(|(_, lacking)| *lacking).map(|(policy, _)| policy)
 }
 
-/// A request that matches all offers: reliable only if all are, transient local only if all are, the
-/// longest deadline if all have one. Without an offer, best effort.
+/// Returns a request that matches all offers: reliable only if all are, transient local only if all are, with the
+/// longest deadline if all have one. Without any offer it is best effort.
 pub fn suiting_all<'a>(offered: impl IntoIterator<Item = &'a Qos>, depth: u32) -> Qos {
     let suited = offered.into_iter().fold(None, |suited: Option<Qos>, offer| {
         let suited = suited.unwrap_or_else(|| offer.clone());

@@ -14,9 +14,9 @@ use teampulse_messages::convert;
 
 use crate::sink::Publish;
 
-/// Keeps the ids of people and the states of their sensors out of other topics: a status, event or
-/// description that names a person's stream is published only if that stream is, and an event that names a
-/// person only if some stream of the person is.
+/// Keeps the ids of people and the states of their sensors out of other topics: a status, event or description that
+/// names a person's stream is published only if that stream is, and an event that names a person is published only if
+/// one of the person's streams is.
 #[derive(Debug)]
 pub(crate) struct PrivacyFilter {
     publish: Publish,
@@ -33,7 +33,7 @@ impl PrivacyFilter {
         PrivacyFilter { publish, seen: 0, hidden: BTreeSet::new(), people: BTreeMap::new() }
     }
 
-    /// Takes the streams declared since the last call.
+    /// Takes in the streams declared since the last call.
     pub(crate) fn learn(&mut self, streams: &Streams) {
         for (_, stream) in streams.after(self.seen) {
             self.seen += 1;
@@ -47,7 +47,7 @@ impl PrivacyFilter {
         }
     }
 
-    /// The publishable part of a record; `None` if there is none.
+    /// The part of a record that may be published; `None` if nothing may.
     pub(crate) fn censor<'a>(&self, record: &'a Record) -> Option<Cow<'a, Bytes>> {
         let may_pass = match &record.sample.data {
             _ if record.stream.about == About::Person => true,

@@ -4,13 +4,13 @@
 #[cfg(target_os = "linux")]
 use std::net::UdpSocket;
 
-/// The requested size of a socket's receive buffer [bytes]: it must hold a second of best-effort images of
-/// 1 MiB, or a tenth of a second at 100,000 messages a second of 1 KiB. The kernel grants up to
-/// `net.core.rmem_max`, or all of it with network administration rights.
+/// The requested size of a socket's receive buffer [bytes]: it must hold a second of best-effort images of 1 MiB, or a
+/// tenth of a second at 100,000 messages a second of 1 KiB. The kernel grants up to `net.core.rmem_max`, or the full
+/// size with network administration rights.
 pub const BUFFER_BYTES: usize = 32 << 20;
 
-/// The niceness of a receiving thread, where permitted: it runs before others, so that an overloaded
-/// machine slows down instead of losing messages.
+/// The niceness of a receiving thread, if permitted: it runs before other threads, so that an overloaded machine slows
+/// down instead of losing messages.
 #[cfg(target_os = "linux")]
 const NICENESS: i32 = -10;
 
@@ -36,11 +36,11 @@ pub fn may_come_first() -> bool {
     std::thread::spawn(come_first).join().unwrap_or(false)
 }
 
-/// Raises the priority of this thread, where permitted; returns whether it did.
+/// Raises the priority of this thread, if permitted; returns whether it did.
 #[cfg(target_os = "linux")]
 pub(crate) fn come_first() -> bool {
     let this = rustix::thread::gettid();
-    // On Linux each thread has a niceness of its own.
+    // On Linux each thread has its own niceness.
     rustix::process::setpriority_process(Some(this), NICENESS).is_ok()
 }
 

@@ -1,6 +1,6 @@
 //! Sets of numbers that are mostly consecutive.
 
-/// The most runs that are kept separately; beyond that older ones are merged.
+/// The most runs that are kept separately; beyond this number the oldest ones are merged.
 const MOST: usize = 64;
 
 /// A set of sequence numbers, stored as runs.

@@ -22,20 +22,20 @@ use teampulse_messages::standard::rosgraph_msgs::Clock;
 use crate::bus::{Bus, BusError, Publisher};
 use crate::privacy::PrivacyFilter;
 
-/// The longest wait for samples at a time; streams may be declared during a silence.
+/// The longest wait for samples at a time, as streams may be declared while there are none.
 const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Which streams are published.
 #[derive(Clone, Debug)]
 pub enum Publish {
-    /// All except those about people.
+    /// All streams except those about people.
     Everything,
-    /// Those from outside or simulated, unless they are about people; not the session's own.
+    /// Raw streams, from outside or simulated, unless they are about people; without the session's own events.
     Raw,
-    /// Those that were computed, unless they are about people, and those named as in [`Publish::Named`].
+    /// Derived streams, unless they are about people, and streams that are named as in [`Publish::Named`].
     Conclusions(Vec<Pattern>),
-    /// Those whose name matches one of these [`Pattern`]s. A stream about a person must be named from its
-    /// first token on, without a star in it: `/humans/persons/p001/*/hrv`.
+    /// Streams whose name matches one of these [`Pattern`]s. For a stream about a person, the first token of the
+    /// pattern must not contain a star: `/humans/persons/p001/*/hrv`.
     Named(Vec<Pattern>),
 }
 
@@ -109,7 +109,7 @@ struct Publishers<'a> {
     publish: &'a Publish,
     stamps: Option<&'a clock::Clock>,
     clock: Option<Box<dyn Publisher>>,
-    /// The publisher of each stream; `None` for one that is not published.
+    /// The publisher of each stream; `None` for a stream that is not published.
     by_stream: BTreeMap<StreamId, Option<Box<dyn Publisher>>>,
     /// The number of streams processed.
     seen: usize,
@@ -177,7 +177,7 @@ impl<'a> Publishers<'a> {
         Ok(())
     }
 
-    /// The publisher of a record, created for the first one of its stream; `None` if there is none.
+    /// The publisher for a record, created with the first record of its stream; `None` if the stream is not published.
     fn publisher(&mut self, record: &Record) -> Result<Option<&dyn Publisher>, BusError> {
         let publisher = match self.by_stream.entry(record.sample.stream) {
             Entry::Occupied(known) => known.into_mut(),
@@ -191,7 +191,7 @@ impl<'a> Publishers<'a> {
         let count = self.refused.entry(topic.to_owned()).or_default();
         *count += 1;
         if *count == 1 {
-            tracing::error!("failed to {refused}; further refused messages are counted");
+            tracing::error!("failed to {refused}; further rejected messages are only counted");
         }
     }
 
@@ -212,7 +212,7 @@ impl<'a> Publishers<'a> {
     }
 }
 
-/// Whether the type is fully known; the definition of a foreign type may be found later.
+/// Whether the type is fully known: the definition of a foreign type may be found later.
 fn is_known(shape: &Shape) -> bool {
     !matches!(shape, Shape::Message(schema) if schema.text.is_empty())
 }

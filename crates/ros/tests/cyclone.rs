@@ -312,7 +312,8 @@ async fn a_definition_that_is_not_found_says_what_was_tried() {
     assert_eq!(
         error.to_string(),
         "find the definition of demo_msgs/msg/Blob: /robot was asked: it says: demo_msgs/msg/Blob \
-         is not known here; in the installed ROS: demo_msgs/msg/Blob is missing; none is shipped"
+         is not known here; in the installed ROS: demo_msgs/msg/Blob is missing; \
+         it is not shipped with teampulse"
     );
 }
 

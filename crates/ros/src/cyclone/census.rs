@@ -1,4 +1,5 @@
-//! The participants of a domain: discovered endpoints, assigned to the nodes that participants announce.
+//! The participants of a domain, and their discovered endpoints, which are assigned to the nodes that participants
+//! announce.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -16,7 +17,7 @@ pub(super) const DISCOVERY_TOPIC: &str = "ros_discovery_info";
 /// A change found by discovery.
 #[derive(Debug)]
 pub(super) enum Change {
-    /// A participant is present, with its process if announced.
+    /// A participant is present, with its process if it is announced.
     Participant(Gid, Option<Process>),
     /// An endpoint was discovered or updated.
     Endpoint(Found),
@@ -26,12 +27,12 @@ pub(super) enum Change {
     ParticipantGone(Gid),
 }
 
-/// The process of a participant, as it announces it.
+/// The process of a participant, as announced.
 #[derive(Clone, Debug)]
 pub(super) struct Process {
-    /// The part common to all processes of a computer.
+    /// The name of the host, which is the same for all processes of a computer.
     pub(super) host: String,
-    /// May be empty.
+    /// The name of the process; may be empty.
     pub(super) name: String,
 }
 
@@ -47,8 +48,8 @@ pub(super) struct Found {
     pub(super) qos: Qos,
 }
 
-/// All participants and endpoints of a domain, and the resulting graph. The cost of a change does not
-/// depend on their number.
+/// All participants and endpoints of a domain, and the resulting graph. The cost of a change does not depend on the
+/// number of endpoints.
 #[derive(Debug)]
 pub(super) struct Census {
     own: Gid,
@@ -111,7 +112,7 @@ impl Census {
         }
     }
 
-    /// Takes a participant's announcement of its nodes; ignores participants that are not present.
+    /// Takes in a participant's announcement of its nodes; participants that are not present are ignored.
     pub(super) fn hear(&mut self, info: ParticipantEntitiesInfo) {
         let participant = Gid::prefixed(info.gid);
         let known = self.nodes.get(&participant);
@@ -178,7 +179,7 @@ impl Census {
         });
     }
 
-    /// Names the computer of a participant: as announced, otherwise by the name of its first node.
+    /// Names the computer of a participant: as announced, otherwise by the participant's first node.
     fn name_computer(&mut self, gid: Gid) {
         let participant = gid.participant();
         let node = || self.nodes.get(&gid).and_then(|nodes| nodes.first()).map(full_name);
@@ -252,7 +253,7 @@ impl Census {
         self.graph.endpoints().filter(publishes).filter_map(|each| each.node.clone()).collect()
     }
 
-    /// Another participant's server of a request topic.
+    /// The server of a request topic, if another participant has one.
     pub(super) fn server(&self, request_topic: &str) -> Option<Gid> {
         let answers = |found: &&Found| {
             found.kind == EndpointKind::Subscription

@@ -18,8 +18,8 @@ pub(super) struct Client {
 }
 
 impl Client {
-    /// Creates a client of a service with the given request and reply types. `hear` is called for each
-    /// reply to its own requests.
+    /// Creates a client of a service with the given request and reply types. `hear` is called for each reply to the
+    /// client's own requests.
     pub(super) fn open(
         site: &Site,
         service: &Service,
@@ -54,7 +54,7 @@ impl Client {
         self.writer.write(&Call { client: self.id, number }.wrap(request), None)
     }
 
-    /// The number of servers that currently receive its requests.
+    /// The number of servers that currently receive the client's requests.
     pub(super) fn servers(&self) -> usize {
         self.writer.readers()
     }

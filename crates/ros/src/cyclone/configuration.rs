@@ -7,7 +7,7 @@ use crate::receiving::BUFFER_BYTES;
 /// The range of discovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Range {
-    /// As in the library's own configuration.
+    /// The library's own default.
     SystemDefault,
     /// The local network.
     Subnet,
@@ -17,20 +17,19 @@ enum Range {
     Off,
 }
 
-/// The number of messages of a reliable publisher that are kept while an earlier one is retransmitted:
-/// several times the usual history of publishers. The library's default of 128 is 13 ms at 10,000 messages
-/// a second; later messages are discarded and must be retransmitted too, so that one lost packet in a
-/// thousand costs a tenth of all messages.
+/// The number of messages of a reliable publisher that are kept while an earlier one is retransmitted: several times
+/// the usual history of publishers. The library's default of 128 is 13 ms at 10,000 messages a second; later messages
+/// are discarded and must be retransmitted, too, so that one lost packet in a thousand costs a tenth of all messages.
 const KEPT_BEHIND_A_GAP: u32 = 4096;
-/// The delay after which a missing message is requested again [ms]: publishers may keep only the last 100
-/// ms, which is the library's own delay, and each request covers at most 256 messages.
+/// The delay after which a missing message is requested again [ms]. The library's default is 100 ms, but publishers may
+/// keep only the last 100 ms, and each request covers at most 256 messages.
 const ASKED_AGAIN_MS: u32 = 20;
 /// The most participants on one machine that find each other without multicast, as in `rmw_cyclonedds`.
 const PARTICIPANTS: u32 = 32;
 
-/// The configuration for an environment, for use in [`Participation`](super::Participation): as
-/// `rmw_cyclonedds` writes it, with larger receive buffers and a thread for each socket (which saves a
-/// system call per packet), followed by `CYCLONEDDS_URI`, which takes precedence.
+/// Returns the configuration for an environment, for [`Participation`](super::Participation): like that of
+/// `rmw_cyclonedds`, with larger receive buffers and a thread for each socket (which saves a system call per packet),
+/// followed by `CYCLONEDDS_URI`, which takes precedence.
 pub fn configuration(environment: &Environment) -> String {
     let range = Range::of(environment);
     let multicast = match range {

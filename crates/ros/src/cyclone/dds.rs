@@ -1,4 +1,4 @@
-//! The kind of bus: ROS domains over DDS.
+//! A kind of bus: ROS domains over DDS.
 
 use std::sync::Arc;
 

@@ -79,7 +79,7 @@ unsafe extern "C" fn data_available(_reader: c::dds_entity_t, wake: *mut c_void)
     unsafe { &*wake.cast::<Wake>() }.wake();
 }
 
-/// Takes all samples of a reader, each with whether its instance is still alive.
+/// Takes all samples of a reader; `each` also receives whether the sample's instance is still alive.
 ///
 /// # Safety
 ///
@@ -110,7 +110,7 @@ unsafe fn take<T>(reader: &Entity, mut each: impl FnMut(&T, bool)) {
     }
 }
 
-/// The host and process announced by a participant, in the format of Cyclone DDS or of Fast DDS.
+/// Reads the host and the process that a participant announces, in the format of Cyclone DDS or of Fast DDS.
 ///
 /// # Safety
 ///

@@ -1,4 +1,4 @@
-//! Domains: joined once per process, left with the last participant.
+//! Domains: each is joined once per process, and left with the last participant.
 
 use std::collections::btree_map::{BTreeMap, Entry};
 use std::ffi::CString;
@@ -80,8 +80,8 @@ impl Drop for Participant {
 }
 
 impl Joined {
-    /// Leaves the domain. The library wakes its receiving threads with packets to itself, and waits for
-    /// ever if a firewall blocks these: in that case the domain is leaked.
+    /// Leaves the domain. The library wakes its receiving threads with packets to itself, and waits forever if a
+    /// firewall blocks these; in that case the domain is leaked.
     fn leave(self) {
         let (done, left) = sync_channel(1);
         std::thread::spawn(move || {

@@ -1,4 +1,4 @@
-//! Detection of duplicate messages: a subscription may receive one through two of its readers.
+//! Detection of duplicate messages: a subscription may receive a message through two of its readers.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ const MOST: usize = 4096;
 pub(super) struct Duplicates(BTreeMap<Gid, Runs>);
 
 impl Duplicates {
-    /// Whether a message is new. One without a sequence number always is.
+    /// Whether a message is new. A message without a sequence number always counts as new.
     pub(super) fn first_time(&mut self, publisher: Gid, sequence: Option<u64>) -> bool {
         let Some(sequence) = sequence else { return true };
         if self.0.len() >= MOST && !self.0.contains_key(&publisher) {

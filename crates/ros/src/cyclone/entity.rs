@@ -6,7 +6,7 @@ use cyclors::{dds_delete, dds_entity_t, dds_get_guid, dds_guid_t, dds_return_t, 
 
 use crate::graph::Gid;
 
-/// An entity; it and its children are deleted when this is dropped.
+/// An entity; it and its children are deleted when this value is dropped.
 #[derive(Debug)]
 pub(super) struct Entity(dds_entity_t);
 
@@ -20,7 +20,7 @@ impl Entity {
         self.0
     }
 
-    /// Its GUID.
+    /// The GUID of the entity.
     pub(super) fn gid(&self) -> Gid {
         let mut guid = dds_guid_t { v: [0; 16] };
         // SAFETY: the handle is ours and `guid` is writable. It stays zero if the call fails.

@@ -10,13 +10,13 @@ use cyclors as c;
 struct Fragment {
     packet: *const Packet,
     next: *const Fragment,
-    /// The offset of its start in the message [bytes].
+    /// The offset of the fragment's start in the message [bytes].
     start: u32,
-    /// The offset of its end in the message [bytes].
+    /// The offset of the fragment's end in the message [bytes].
     end: u32,
-    /// The offset of its submessage in the packet [bytes]; 0 if unknown.
+    /// The offset of the fragment's submessage in the packet [bytes]; 0 if unknown.
     submessage_offset: u16,
-    /// The offset of its payload in the packet [bytes].
+    /// The offset of the fragment's payload in the packet [bytes].
     payload_offset: u16,
     _key_hash_offset: u16,
 }
@@ -102,12 +102,12 @@ pub(super) unsafe fn sequence(first: *const c::ddsi_rdata) -> Option<u64> {
     u64::try_from(sequence).ok().filter(|sequence| known && *sequence > 0)
 }
 
-/// The start of a fragment's packet: directly after its header.
+/// The start of a fragment's packet, directly after the library's header.
 fn packet(fragment: &Fragment) -> *const u8 {
     fragment.packet.wrapping_add(1).cast::<u8>()
 }
 
-// The library's own assertion on its layout, and the sizes on a 64-bit machine.
+// The library asserts the same size of its header; the other sizes are those on a 64-bit machine.
 const _: () = assert!(size_of::<DataHeader>() == 24);
 #[cfg(target_pointer_width = "64")]
 const _: () = assert!(size_of::<Packet>() == 48 && size_of::<Fragment>() == 32);

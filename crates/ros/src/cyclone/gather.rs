@@ -1,9 +1,9 @@
 //! Batching of messages: at high rates a receiving thread pauses whenever it has caught up, so that one
 //! wake-up serves many messages, like the interrupt moderation of network cards.
 //!
-//! A wake-up costs more than receiving a message: at 20,000 messages a second of 1 KiB it accounts for a
-//! third of the work. The cost is an arrival delay of up to a millisecond, at such rates only; it decreases
-//! with the rate, as a batch must fit many times into the receive buffer of a socket.
+//! A wake-up costs more than receiving a message: at 20,000 messages a second of 1 KiB it accounts for a third of the
+//! work. The cost is an arrival delay of up to a millisecond, only at such rates; at higher rates it is shorter, as a
+//! batch must fit many times into the receive buffer of a socket.
 
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
@@ -19,7 +19,8 @@ use crate::receiving;
 /// The longest pause.
 const LONGEST_PAUSE: Duration = Duration::from_millis(1);
 /// The limits of the maximum batch size, which is a tenth of the number of 1 KiB messages that a receive buffer holds:
-/// from that of the default buffer of a Linux machine (208 KiB) to a size beyond which hardly any work is saved.
+/// from the batch size for the default buffer of a Linux machine (208 KiB) to a size beyond which hardly any work is
+/// saved.
 const GATHERED: RangeInclusive<u32> = 16..=64;
 /// The space that a packet of 1 KiB takes in a receive buffer [bytes]; the kernel makes the buffer twice as
 /// large as requested.
@@ -28,8 +29,8 @@ const PACKET_BYTES: usize = 2304 / 2;
 const WINDOW: Duration = Duration::from_millis(20);
 /// The number of messages in a window from which the thread pauses: 5,000 a second.
 const MANY: u32 = 100;
-/// The time between messages from which a thread may have waited for one [ns]. It may also have been slow:
-/// after a pause its caches are cold.
+/// The time between messages from which a thread may have waited for a message [ns]. It may also just have been slow,
+/// as its caches are cold after a pause.
 const MAY_HAVE_WAITED_NANOS: i64 = 15_000;
 
 /// The largest batch in this process.
@@ -39,7 +40,7 @@ thread_local! {
     static RECEIVING: RefCell<Receiving> = RefCell::new(Receiving::new(Clock::host(), waits::of_this_thread));
 }
 
-/// Adapts the batch size to receive buffers of this size [bytes].
+/// Adapts the largest batch to receive buffers of this size [bytes].
 pub(super) fn suit(buffer_bytes: usize) {
     MOST.store(gathered(buffer_bytes), Ordering::Relaxed);
 }
@@ -49,7 +50,7 @@ fn gathered(buffer_bytes: usize) -> u32 {
     tenth.clamp(*GATHERED.start(), *GATHERED.end())
 }
 
-/// The time at which this thread starts to deliver messages.
+/// Returns the time at which this thread starts to deliver messages.
 pub(super) fn begin() -> Time {
     RECEIVING.with_borrow(|receiving| receiving.clock.now())
 }
@@ -71,11 +72,11 @@ struct Receiving {
     /// The pause; `None` at low rates.
     pause: Option<Duration>,
     idle_since: Time,
-    /// The number of times this thread had waited for something when it last paused.
+    /// The number of times that this thread had waited for something when it last paused.
     waits: u64,
-    /// Reads that number.
+    /// Reads how many times this thread has waited.
     count_waits: fn() -> u64,
-    /// Whether it has requested a higher priority.
+    /// Whether this thread has requested a higher priority.
     comes_first: bool,
 }
 
@@ -104,7 +105,7 @@ impl Receiving {
             let most = MOST.load(Ordering::Relaxed);
             self.pause = many.then(|| (WINDOW * most / self.in_window).min(LONGEST_PAUSE));
             if many && !std::mem::replace(&mut self.comes_first, true) && !receiving::come_first() {
-                tracing::debug!("a receiving thread may not have a higher priority");
+                tracing::debug!("not permitted to raise the priority of a receiving thread");
             }
             self.window_began = began;
             self.in_window = 0;
@@ -112,8 +113,8 @@ impl Receiving {
         self.pause.filter(|_| self.caught_up(began))
     }
 
-    /// Whether the socket was empty before the messages that arrived at `began`. A pause with a backlog would
-    /// lengthen it, up to the size of the receive buffer.
+    /// Whether the socket was empty before the messages that arrived at `began`. A pause during a backlog would
+    /// lengthen the backlog, up to the size of the receive buffer.
     fn caught_up(&self, began: Time) -> bool {
         // Reading the clock is cheap, counting waits is a system call.
         let may_have_waited = began.nanos_since(self.idle_since) >= MAY_HAVE_WAITED_NANOS;

@@ -1,4 +1,4 @@
-//! Log messages of the library: forwarded in our own wording instead of printed to the terminal.
+//! Log messages of the library: forwarded to our log instead of printed to the terminal.
 
 use std::ffi::{CStr, c_void};
 use std::ptr;
@@ -9,7 +9,7 @@ use cyclors as c;
 /// The messages logged while a domain is joined; `None` at any other time.
 static JOINING: Mutex<Option<Vec<String>>> = Mutex::new(None);
 
-/// Runs `join`; if it fails, the library's log messages are appended to the error.
+/// Runs `join`; if it fails, the library's log messages, if any, are the error.
 pub(super) fn explain<T>(join: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     listen();
     *lock() = Some(Vec::new());

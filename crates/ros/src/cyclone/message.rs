@@ -16,7 +16,7 @@ pub(super) const HEADER_BYTES: usize = 4;
 /// A reference-counted message held by the library.
 #[repr(C)]
 pub(super) struct Message {
-    /// The library's header. First, so that a pointer to one is a pointer to the other.
+    /// The library's header. It is the first field, so that a pointer to it is also a pointer to the message.
     common: c::ddsi_serdata,
     cdr: Bytes,
     sequence: Option<u64>,
@@ -106,7 +106,7 @@ pub(super) static OPERATIONS: Shared<c::ddsi_serdata_ops> = Shared(c::ddsi_serda
     from_psmx: None,
 });
 
-/// ROS topics have no keys: all their messages belong to one instance.
+/// ROS topics have no keys, so all messages of a topic belong to one instance.
 unsafe extern "C" fn have_equal_keys(
     _one: *const c::ddsi_serdata,
     _other: *const c::ddsi_serdata,
@@ -220,7 +220,7 @@ unsafe extern "C" fn free(message: *mut c::ddsi_serdata) {
     drop(unsafe { Box::from_raw(message.cast::<Message>()) });
 }
 
-/// For the library's traces, which omit the content of messages.
+/// Prints nothing: the library's traces omit the content of messages.
 unsafe extern "C" fn print(
     _sertype: *const c::ddsi_sertype,
     _message: *const c::ddsi_serdata,

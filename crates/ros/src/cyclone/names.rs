@@ -45,7 +45,7 @@ pub(super) fn node(namespace: &str, name: &str) -> String {
     format!("{}/{name}", namespace.trim_end_matches('/'))
 }
 
-/// The hash in an endpoint's user data, `typehash=RIHS01_…;`; empty if there is none.
+/// The type hash in an endpoint's user data, `typehash=RIHS01_…;`; empty if there is none.
 pub(super) fn type_hash(user_data: &[u8]) -> String {
     const KEY: &[u8] = b"typehash=";
     let Some(at) = user_data.windows(KEY.len()).position(|window| window == KEY) else {
@@ -58,7 +58,7 @@ pub(super) fn type_hash(user_data: &[u8]) -> String {
     if whole { hash.to_owned() } else { String::new() }
 }
 
-/// The user data with a type hash; empty without a hash.
+/// User data with a type hash; empty if the hash is empty.
 pub(super) fn user_data(hash: &str) -> String {
     if hash.is_empty() { String::new() } else { format!("typehash={hash};") }
 }

@@ -14,10 +14,10 @@ use super::type_server::shipped_hash;
 use super::wake::Wake;
 use super::writer::Writer;
 
-/// The most messages that are queued; participants do not repeat theirs, so there are few.
+/// The most messages that are queued; participants do not repeat announcements, so there are few.
 const WAITING: usize = 4096;
 
-/// Both ends of the topic.
+/// Our reader and writer of the topic.
 pub(super) struct Nodes {
     writer: Writer,
     _reader: Reader,
@@ -26,7 +26,7 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
-    /// Opens both ends; `wake` is woken for each message.
+    /// Opens the reader and the writer; `wake` is woken for each message.
     pub(super) fn open(participant: &Participant, wake: Arc<Wake>) -> Result<Nodes, String> {
         let type_name = names::dds_type(ParticipantEntitiesInfo::NAME);
         let names = (DISCOVERY_TOPIC, type_name.as_str());
@@ -48,14 +48,14 @@ impl Nodes {
         Ok(Nodes { writer, _reader: reader, heard, announced: None })
     }
 
-    /// Takes new announcements of others. Unreadable ones are skipped.
+    /// Takes new announcements of other participants; unreadable ones are skipped.
     pub(super) fn take(&self) -> Vec<(ParticipantEntitiesInfo, GidWidth)> {
         let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
         let heard = std::mem::take(&mut *heard);
         heard.iter().filter_map(|cdr| ParticipantEntitiesInfo::decode(cdr).ok()).collect()
     }
 
-    /// Announces our node, unless the announcement is unchanged; returns whether others have received it.
+    /// Announces our node, unless the announcement is unchanged; returns whether it was written.
     pub(super) fn announce(&mut self, ours: ParticipantEntitiesInfo, width: GidWidth) -> bool {
         let announced_now = (ours, width);
         if self.announced.as_ref() != Some(&announced_now) {

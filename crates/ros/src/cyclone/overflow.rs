@@ -1,5 +1,5 @@
-//! Packets dropped by this machine because a receive buffer of ours was full, as the kernel counts them for
-//! each socket.
+//! Packets that this machine dropped because one of our receive buffers was full, as the kernel counts them for each
+//! socket.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use teampulse_core::time::Time;
 
 use super::sockets::{self, Socket};
 
-/// How often the counters are read.
+/// The interval at which the counters are read.
 const PERIOD: Duration = Duration::from_secs(1);
 
 /// Counts the packets for which the sockets of one domain had no room.
@@ -28,7 +28,7 @@ impl Overflow {
     }
 
     /// The number of packets dropped since the last reading; 0 before the period has passed, and if the kernel does not
-    /// report it.
+    /// count them.
     pub(super) fn look(&mut self, now: Time) -> u64 {
         if now < self.due {
             return 0;

@@ -16,7 +16,7 @@ use super::domain::Participant;
 use super::server::Server;
 use super::service::Service;
 
-/// The parameter services of our node, offered until this is dropped.
+/// The parameter services of our node, offered until this value is dropped.
 pub(super) struct ParameterServer {
     _servers: Vec<Server>,
 }
@@ -24,7 +24,7 @@ pub(super) struct ParameterServer {
 /// Returns whether our node uses `/clock`.
 pub(super) type FollowsClock = Arc<dyn Fn() -> bool + Send + Sync>;
 
-/// A parameter of our node, of those that every ROS 2 node has. None can be set: a session is configured by its
+/// A parameter of our node, which every ROS 2 node has. No parameter can be set, as a session is configured by its
 /// study.
 struct Known {
     name: &'static str,

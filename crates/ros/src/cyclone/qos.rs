@@ -16,8 +16,8 @@ const INFINITE_NS: i64 = i64::MAX;
 pub(super) struct Policies(*mut c::dds_qos_t);
 
 impl Policies {
-    /// The policies of one of our endpoints: these, with plain CDR as in ROS 2, ignoring our own
-    /// participant, and with this user data.
+    /// The policies of one of our endpoints: this QoS and user data, plain CDR as in ROS 2, ignoring our own
+    /// participant.
     pub(super) fn new(qos: &Qos, user_data: &str) -> Policies {
         // SAFETY: the library returns a set that we own, and copies all values set in it.
         unsafe {
@@ -58,8 +58,8 @@ impl Policies {
             Durability::TransientLocal => c::dds_durability_kind_DDS_DURABILITY_TRANSIENT_LOCAL,
         };
         let unlimited = c::DDS_LENGTH_UNLIMITED;
-        // SAFETY: the set is ours and valid. The history for late joiners has a policy of its own, so its
-        // depth is set twice.
+        // SAFETY: the set is ours and valid. The history for late joiners is a separate policy, so the depth is set
+        // twice.
         unsafe {
             c::dds_qset_history(self.0, history, depth);
             c::dds_qset_reliability(self.0, reliability, MAX_BLOCKING_NS);

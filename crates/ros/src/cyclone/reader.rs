@@ -33,14 +33,14 @@ pub(super) struct Reader {
     _callbacks: Box<Callbacks>,
 }
 
-/// An event of a reader. Delivered on threads of the library, one at a time for each reader.
+/// An event of a reader. Events are delivered on threads of the library, one at a time for each reader.
 #[derive(Debug)]
 pub(super) enum ReaderEvent {
     /// A message arrived.
     Arrived(Arrival),
-    /// The policy of a publisher that offers less than was requested.
+    /// A publisher offers less of this policy than was requested.
     Incompatible(String),
-    /// The number of deadlines missed since the last event.
+    /// This number of deadlines was missed since the last event.
     DeadlinesMissed(u64),
 }
 
@@ -70,7 +70,7 @@ impl Reader {
     ) -> Result<Reader, String> {
         let topic = CString::new(topic).map_err(|nul| nul.to_string())?;
         let type_name = CString::new(type_name).map_err(|nul| nul.to_string())?;
-        // The topic may be deleted here: the reader keeps what it needs of it.
+        // The topic may be deleted at the end of this function: the reader keeps what it needs from it.
         let topic = sertype::topic(participant.entity(), &topic, &type_name)?;
         let callbacks = Box::new(Callbacks { report, publishers: Mutex::default() });
         let policies = Policies::new(qos, user_data);
@@ -125,7 +125,7 @@ fn publisher(reader: c::dds_entity_t, handle: u64) -> Option<Gid> {
     }
 }
 
-/// A GID for a publisher that was gone before its last messages were taken.
+/// A substitute GID for a publisher that was gone before its last messages were taken.
 fn stand_in(handle: u64) -> Gid {
     let mut gid = [0; 16];
     gid[..8].copy_from_slice(&handle.to_be_bytes());

@@ -9,14 +9,14 @@ use super::domain::Participant;
 use super::writer::{Met, Writer};
 use crate::graph::Gid;
 
-/// The most replies that wait for their clients; beyond that the oldest is dropped.
+/// The most replies that wait for their clients; beyond this number the oldest reply is dropped.
 const WAITING: usize = 64;
 
 /// Sends replies. A client's requests may arrive before its reply reader is discovered, and DDS drops
 /// messages written until then, so a reply waits for that reader.
 pub(super) struct Replies {
     topic: String,
-    /// Set once the writer exists.
+    /// The writer, which is set once it exists.
     writer: OnceLock<Writer>,
     waiting: Mutex<VecDeque<(Gid, Vec<u8>)>>,
 }

@@ -83,12 +83,12 @@ unsafe extern "C" fn free(sertype: *mut c::ddsi_sertype) {
     }
 }
 
-/// Types are equal if their names are, which the library has compared.
+/// Types are equal if their names are equal, which the library has already checked.
 unsafe extern "C" fn equal(_one: *const c::ddsi_sertype, _other: *const c::ddsi_sertype) -> bool {
     true
 }
 
-/// There is nothing to hash except the name, which the library has hashed.
+/// There is nothing to hash except the name, which the library has already hashed.
 unsafe extern "C" fn hash(_sertype: *const c::ddsi_sertype) -> u32 {
     0
 }

@@ -18,11 +18,11 @@ pub(super) struct Service {
 /// The QoS of services in ROS 2.
 pub(super) const QOS: Qos = Qos::reliable(10);
 
-/// The prefix of Cyclone DDS participant ids: RTPS's vendor id.
+/// The prefix of the ids of Cyclone DDS participants, which is its RTPS vendor id.
 const CYCLONE_DDS: [u8; 2] = [0x01, 0x10];
 
-/// Whether the server with this GID uses this mapping: others place the request header elsewhere, and would
-/// take ours for a part of the message.
+/// Whether the server with this GID uses this mapping. Other implementations place the request header elsewhere, and
+/// would take ours for a part of the message.
 pub(super) fn speaks_it(server: Gid) -> bool {
     server.bytes().starts_with(&CYCLONE_DDS)
 }

@@ -21,7 +21,7 @@ use crate::graph::Graph;
 
 /// How long changes are collected before they are reported.
 const COALESCED: Duration = Duration::from_millis(5);
-/// How often readers are checked for removal.
+/// The interval at which readers are checked for removal.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// The most incidents queued for a slow listener.
 const INCIDENTS: usize = 256;
@@ -74,7 +74,7 @@ impl Site {
         self.calls.fetch_add(1, Ordering::Relaxed) + 1
     }
 
-    /// Keeps a subscription adapted to the offered QoS while it exists.
+    /// Keeps a subscription adapted to the offered QoS as long as it exists.
     pub(super) fn keep(&self, subscription: &Arc<Listening>) {
         let mut all = self.subscriptions();
         let topic = Arc::<str>::from(subscription.topic());
@@ -113,7 +113,7 @@ impl Site {
 }
 
 impl Subscriptions {
-    /// The subscriptions of a topic; closed ones are removed.
+    /// The subscriptions of a topic; forgets those that are closed.
     fn of(&mut self, topic: &Arc<str>) -> Vec<Arc<Listening>> {
         let Some(of_topic) = self.by_topic.get_mut(topic) else { return Vec::new() };
         let alive: Vec<_> = of_topic.iter().filter_map(Weak::upgrade).collect();
@@ -127,7 +127,7 @@ impl Subscriptions {
 
 /// Watches a domain.
 pub(super) struct Watcher {
-    /// Declared before `site`, whose participant they use, to be dropped first; so is `nodes`.
+    /// Declared before `site`, like `nodes`, to be dropped first: both use its participant.
     discovery: Discovery,
     nodes: Nodes,
     site: Arc<Site>,
@@ -139,7 +139,7 @@ pub(super) struct Watcher {
 }
 
 impl Watcher {
-    /// Starts watching; GIDs are announced with this width, or that of the first announcement received.
+    /// Starts watching; GIDs are announced with this width, or with the width of the first announcement received.
     pub(super) fn new(
         site: Arc<Site>,
         domain: u32,
@@ -162,7 +162,7 @@ impl Watcher {
 
     /// Takes all changes, and reports them.
     pub(super) fn look(&mut self) {
-        // The order matters: the participants in announcements were discovered before.
+        // The order matters: participants are discovered before their announcements arrive.
         let heard = self.nodes.take();
         let changes = self.discovery.take();
         if heard.is_empty() && changes.is_empty() {

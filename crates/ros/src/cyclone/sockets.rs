@@ -11,7 +11,7 @@ const TABLES: [&str; 2] = ["/proc/self/net/udp", "/proc/self/net/udp6"];
 pub(super) struct Socket {
     pub(super) port: u32,
     pub(super) inode: u64,
-    /// The number of packets that found its receive buffer full.
+    /// The number of packets dropped because the socket's receive buffer was full.
     pub(super) dropped: u32,
 }
 
@@ -41,7 +41,7 @@ fn own_files() -> Vec<(i32, u64)> {
     numbers.collect()
 }
 
-/// Parses a line of the kernel's table; `None` for its heading.
+/// Parses a line of the kernel's table; `None` for the heading.
 fn read(line: &str) -> Option<Socket> {
     let fields: Vec<&str> = line.split_whitespace().collect();
     let (_, port) = fields.get(1)?.rsplit_once(':')?;
@@ -52,8 +52,8 @@ fn read(line: &str) -> Option<Socket> {
     })
 }
 
-/// Enlarges the receive buffers of a domain's sockets beyond `net.core.rmem_max` where permitted, which the
-/// library does not attempt. Returns the size of the smallest one afterwards [bytes].
+/// Enlarges the receive buffers of a domain's sockets beyond `net.core.rmem_max` where permitted, which the library
+/// does not attempt. Returns the size of the smallest buffer afterwards [bytes].
 ///
 /// The user's configuration is respected: only sizes that the kernel cut to its limit are requested again.
 #[cfg(target_os = "linux")]

@@ -23,7 +23,7 @@ const OVERLAP: Duration = Duration::from_secs(2);
 
 /// A subscription to one topic.
 pub(super) struct Listening {
-    /// Declared before `participant`, which they use, to be dropped first.
+    /// Declared before `participant`, which the readers use, to be dropped first.
     readers: Mutex<Readers>,
     participant: Arc<Participant>,
     topic: String,
@@ -78,8 +78,8 @@ impl Listening {
         &self.topic
     }
 
-    /// Replaces the reader if the offered QoS requires it, and removes old readers. Returns whether none of
-    /// these is left.
+    /// Replaces the reader if the offered QoS requires it, and removes old readers. Returns whether no old reader is
+    /// left.
     pub(super) fn adapt(&self, graph: &Graph, now: Time) -> Result<bool, String> {
         let mut readers = self.lock();
         readers.retired.retain(|(until, _)| *until > now);
@@ -99,14 +99,13 @@ impl Listening {
         Ok(readers.retired.is_empty())
     }
 
-    /// Closes the subscription: after this returns nothing more is delivered.
+    /// Closes the subscription; nothing is delivered after it returns.
     pub(super) fn close(&self) {
         let mut readers = self.lock();
         *readers = Readers { closed: true, ..Readers::default() };
     }
 
-    /// The QoS to request. Without offers, the last choice is kept, except for a deadline, which nobody
-    /// offers.
+    /// The QoS to request. Without offers, the last choice is kept, but without a deadline, as nobody offers one.
     fn wanted(&self, offers: &[&Endpoint], current: Option<&Qos>) -> Qos {
         match (&self.asked, current) {
             (Asked::Exactly(qos), _) => qos.clone(),
@@ -121,8 +120,7 @@ impl Listening {
 
     fn open(&self, qos: &Qos, offers: &[&Endpoint]) -> Result<Reader, String> {
         let (topic, type_name) = (names::dds_topic(&self.topic), names::dds_type(&self.type_name));
-        // Before anything is offered, the hash is that of the shipped definition: standard tools warn
-        // without one.
+        // Without an offer, the hash of the shipped definition is used, as standard tools warn if there is none.
         let offered = offers.iter().find(|offer| !offer.type_hash.is_empty());
         let shipped = || shipped_hash(&self.type_name);
         let user_data = offered.map_or_else(shipped, |offer| names::user_data(&offer.type_hash));
@@ -147,7 +145,7 @@ impl ReaderEvents {
                     (self.deliver)(arrival);
                 }
             }
-            // The reader is about to be replaced by one that requests less.
+            // The reader is about to be replaced by a reader that requests less.
             ReaderEvent::Incompatible(_) if self.adaptive => {}
             ReaderEvent::Incompatible(policy) => {
                 let topic = self.topic.clone();

@@ -22,10 +22,10 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// The interval at which a request is repeated: a node may have replied before it had discovered our
 /// reader.
 const AGAIN: Duration = Duration::from_millis(500);
-/// How often to check whether a node has matched our client.
+/// The interval at which we check whether a node has matched our client.
 const GLANCE: Duration = Duration::from_millis(10);
 
-/// Requests a type from a node; fails with the reason why there is none.
+/// Requests a type definition from a node; fails with the reason why the node does not provide it.
 pub(super) async fn ask(
     site: &Site,
     node: &str,
@@ -35,7 +35,7 @@ pub(super) async fn ask(
     let service = Service::get_type_description(node);
     let server = site.census().server(&service.request_topic);
     if !service::speaks_it(server.ok_or("it has no service for this")?) {
-        return Err("its services are not those of Cyclone DDS".into());
+        return Err("its services do not use Cyclone DDS".into());
     }
     let mut asker = Asker::open(site, &service)?;
     let (name, hash_text) = (type_name.to_owned(), hash.to_owned());
@@ -50,7 +50,7 @@ pub(super) async fn ask(
     definitions::linked(type_name, hash, |part| text_of(&response, part))
 }
 
-/// The text of a type in a response, if it is in `.msg` format.
+/// The text of a type in a response, if the text is in `.msg` format.
 fn text_of(response: &Response, part: &str) -> Option<String> {
     let is_it = |encoding: &str, name: &str| encoding == "msg" && name == part;
     let mut sources = response.type_sources.iter();

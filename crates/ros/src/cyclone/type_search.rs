@@ -14,9 +14,8 @@ use crate::definitions;
 /// The most nodes that are asked for one type.
 const MOST_ASKED: usize = 8;
 
-/// Finds the definition of a type: the shipped one if it has the hash; the one that a publishing node
-/// provides; the one of the installed ROS; the shipped one if no hash is known. The error lists what was
-/// tried.
+/// Finds the definition of a type. Tries the shipped definition, if it has the hash; publishing nodes; the installed
+/// ROS; and the shipped definition, if no hash is known. The error lists what was tried.
 pub(super) async fn find(
     site: &Arc<Site>,
     prefixes: &[PathBuf],
@@ -39,13 +38,14 @@ pub(super) async fn find(
     match shipped {
         Some(schema) if hash.is_empty() => Ok(Schema::clone(&schema)),
         Some(schema) => {
-            Err(tried.join("; ") + &format!("; shipped: it has the hash {}", schema.hash))
+            Err(tried.join("; ")
+                + &format!("; the shipped definition has the hash {}", schema.hash))
         }
-        None => Err(tried.join("; ") + "; none is shipped"),
+        None => Err(tried.join("; ") + "; it is not shipped with teampulse"),
     }
 }
 
-/// Asks all nodes that publish a type, concurrently; fails with the reasons of each.
+/// Asks nodes that publish a type for its definition, concurrently; fails with the reason of each.
 async fn ask_all(site: &Arc<Site>, type_name: &str, hash: &str) -> Result<Schema, Vec<String>> {
     let mut asked = JoinSet::new();
     let nodes = site.census().nodes_that_publish(type_name);

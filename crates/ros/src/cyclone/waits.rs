@@ -1,6 +1,6 @@
-//! How often a thread has waited, as the kernel counts it.
+//! The number of times that a thread has waited, as counted by the kernel.
 
-/// The number of times this thread has waited for something: a message, a lock, the end of a pause.
+/// The number of times that this thread has waited for something: a message, a lock, the end of a pause.
 #[cfg(target_os = "linux")]
 pub(super) fn of_this_thread() -> u64 {
     let mut usage = std::mem::MaybeUninit::<libc::rusage>::zeroed();
@@ -12,7 +12,7 @@ pub(super) fn of_this_thread() -> u64 {
     usage.ru_nvcsw.unsigned_abs()
 }
 
-/// Where the kernel does not count for each thread, every call counts as a wait.
+/// On systems that do not count this for each thread, every call counts as a wait.
 #[cfg(not(target_os = "linux"))]
 pub(super) fn of_this_thread() -> u64 {
     use std::sync::atomic::{AtomicU64, Ordering};

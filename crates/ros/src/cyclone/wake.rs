@@ -38,10 +38,10 @@ impl Wake {
         !state.ended
     }
 
-    /// Waits for `pause`, so that a burst of changes is handled at once; returns early at the end.
+    /// Waits for `pause`, so that a burst of changes is handled together; returns early at the end.
     pub(super) fn pause(&self, pause: Duration) {
         let going = |state: &mut State| !state.ended;
-        // The result is seen at the next `wait`.
+        // The next `wait` notices the end.
         drop(self.changed.wait_timeout_while(self.lock(), pause, going));
     }
 

@@ -16,7 +16,7 @@ use super::qos::{self, Policies};
 use super::sertype;
 use crate::graph::Gid;
 
-/// An event of a writer concerning readers. Called on threads of the library.
+/// An event of a writer about readers. Events are delivered on threads of the library.
 #[derive(Debug)]
 pub(super) enum Met {
     /// A reader was matched or unmatched.
@@ -28,7 +28,7 @@ pub(super) enum Met {
 /// The callback for all events of a writer.
 pub(super) type Meet = Box<dyn Fn(Met) + Send + Sync>;
 
-/// The most readers that are searched for one of a given participant; beyond that it is assumed to be
+/// The most readers that are searched for a reader of a given participant; beyond this number, one is assumed to be
 /// matched.
 const REACHED: usize = 256;
 
@@ -52,7 +52,7 @@ impl Writer {
     ) -> Result<Writer, String> {
         let topic = CString::new(topic).map_err(|nul| nul.to_string())?;
         let type_name = CString::new(type_name).map_err(|nul| nul.to_string())?;
-        // The topic may be deleted here: the writer keeps what it needs of it.
+        // The topic may be deleted at the end of this function: the writer keeps what it needs from it.
         let topic = sertype::topic(participant.entity(), &topic, &type_name)?;
         let meet = Box::new(meet);
         let policies = Policies::new(qos, user_data);
@@ -75,7 +75,10 @@ impl Writer {
     /// subscribers for at most a second.
     pub(super) fn write(&self, cdr: &[u8], stamp: Option<Time>) -> Result<(), String> {
         if cdr.len() < message::HEADER_BYTES {
-            return Err(format!("it has {} bytes, but CDR has a header of four", cdr.len()));
+            return Err(format!(
+                "it has {} bytes, but the header of CDR alone has four",
+                cdr.len()
+            ));
         }
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: the type lives as long as the writer, and the call takes over the reference to the
@@ -94,7 +97,7 @@ impl Writer {
                 }
             }
         })?;
-        // A rejected message was given no sequence number.
+        // A rejected message uses no sequence number.
         *written += 1;
         Ok(())
     }
@@ -109,7 +112,7 @@ impl Writer {
         }
     }
 
-    /// Whether a reader of the same participant as this entity is matched.
+    /// Whether a reader of the same participant as `entity` is matched.
     pub(super) fn reaches_participant_of(&self, entity: Gid) -> bool {
         let matched = self.entity.handle();
         let mut handles = [0; REACHED];

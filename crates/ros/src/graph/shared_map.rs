@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::iter::Peekable;
 use std::sync::Arc;
 
-/// The most entries of a chunk.
+/// The most entries in a chunk.
 const MOST: usize = 128;
 
 /// A sorted map in chunks that its clones share: cloning takes constant time, a change copies one chunk and
@@ -29,7 +29,7 @@ impl<K: Ord + Clone, V: Clone> SharedMap<K, V> {
         Some(&chunk[place].1)
     }
 
-    /// Inserts a value; returns the one that it replaces.
+    /// Inserts a value; returns the value that it replaces.
     pub(crate) fn insert(&mut self, key: K, value: V) -> Option<V> {
         let at = self.chunk_of(&key).min(self.0.len().saturating_sub(1));
         let chunks = Arc::make_mut(&mut self.0);
@@ -65,7 +65,7 @@ impl<K: Ord + Clone, V: Clone> SharedMap<K, V> {
         self.starting_where(|_| false)
     }
 
-    /// The entries from the first whose key is not before the wanted one, in order.
+    /// The entries in order, starting with the first for whose key `is_before` is false.
     pub(crate) fn starting_where(
         &self,
         is_before: impl Fn(&K) -> bool,

@@ -17,7 +17,7 @@ use crate::offer;
 /// The most incidents queued for a slow listener.
 const INCIDENTS: usize = 256;
 
-/// The bus itself. One lock is held while a message is delivered, so that all participants see the same
+/// The shared state of a bus. One lock is held while a message is delivered, so that all participants see the same
 /// order.
 #[derive(Default)]
 pub(super) struct Network(Mutex<State>);
@@ -45,7 +45,7 @@ pub(super) struct Member {
     number: u32,
     pub(super) node: String,
     graph: watch::Sender<Arc<Graph>>,
-    /// Whether its graph was ever requested: until then it has none.
+    /// Whether the participant's graph was ever requested; until then it is not kept.
     is_watched: AtomicBool,
     pub(super) incidents: broadcast::Sender<Incident>,
 }
@@ -136,7 +136,7 @@ impl Network {
         gid
     }
 
-    /// The servers of a service of other participants.
+    /// The servers of a service that belong to other participants.
     pub(super) fn servers(&self, asker: &Arc<Member>, service: &str) -> Vec<(Gid, Answer)> {
         let state = self.lock();
         let offers = |(_, server): &(&Gid, &Server)| {
@@ -209,7 +209,7 @@ impl State {
         self.last_number
     }
 
-    /// A GID that starts with that of its participant.
+    /// The next GID, which starts with the participant's id.
     fn next_gid(&mut self, member: &Member) -> Gid {
         let number = u128::from(self.next_number());
         Gid::prefixed((u128::from(member.number) << 64 | number).to_be_bytes())
@@ -225,7 +225,7 @@ impl State {
         gids.filter_map(|gid| self.readers.get(gid))
     }
 
-    /// The QoS that a subscription requests from the present publishers.
+    /// The QoS that a subscription requests from the current publishers.
     fn requested(&self, reader: &Reader) -> Qos {
         match &reader.asked {
             Asked::Exactly(qos) => qos.clone(),
@@ -281,7 +281,7 @@ impl State {
         }
     }
 
-    /// Reports the endpoints of a topic: one of them is new, so that others may request a different QoS.
+    /// Reports all endpoints of a topic after one was added, as others may then request a different QoS.
     fn report_topic(&self, topic: &str) {
         self.report(|graph, seen_by| {
             self.endpoints(topic, seen_by).for_each(|endpoint| graph.put(endpoint));
@@ -303,7 +303,7 @@ impl State {
         });
     }
 
-    /// Everything that a participant sees.
+    /// The whole graph as a participant sees it.
     fn seen_by(&self, member: &Arc<Member>) -> Graph {
         let mut graph = Graph::default();
         self.members.iter().for_each(|each| each.appear_in(&mut graph));
@@ -387,7 +387,7 @@ impl Writer {
         Writer { member, topic, schema, qos, sequence: 0, kept: VecDeque::new() }
     }
 
-    /// Whether a subscription has the same topic and type.
+    /// Whether a subscription has the same topic and type, and belongs to another participant.
     fn reaches(&self, reader: &Reader) -> bool {
         self.topic == reader.topic
             && self.schema.name == reader.type_name
