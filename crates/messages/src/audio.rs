@@ -31,7 +31,7 @@ const SHOWN_BYTES: usize = 40;
 pub struct AudioBlock {
     /// The header's stamp, if there is one and it is set.
     pub stamp: Option<Time>,
-    /// Its samples, in a format that [`AudioInfo`] states.
+    /// The samples of the block, in a format that [`AudioInfo`] states.
     pub data: Bytes,
 }
 
@@ -74,13 +74,13 @@ pub enum AudioError {
     Message(#[from] CdrError),
     /// Samples in an unsupported format.
     #[error(
-        "read sound of the format `{0}`; S8, U8, S16LE, S24LE, S32LE and F32LE, or BE, can be read"
+        "read sound of the format `{0}`; S8, U8, S16LE, S24LE, S32LE and F32LE, and the same in BE, can be read"
     )]
     Format(String),
     /// Encoded sound.
     #[error("read sound that is encoded as `{0}`: have its node publish samples (`format:=wave`)")]
     Encoded(String),
-    /// No channels, or no rate.
+    /// The sound has no channels, or no rate.
     #[error("read sound of {channels} channels at {rate_hz} Hz")]
     Impossible {
         /// The announced channels.

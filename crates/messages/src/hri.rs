@@ -1,5 +1,5 @@
-//! What other programs see of people, in messages of `hri_msgs` (REP-155), as numbers under the names and in the units
-//! of those that models of our own give.
+//! Converts messages of `hri_msgs` (REP-155), in which other programs report what they see of people, to numbers with
+//! the same names and units as those of our own models.
 //!
 //! | message | numbers |
 //! |---|---|
@@ -9,8 +9,8 @@
 //! | `Gaze` | whether the robot is looked at |
 //! | `EngagementLevel` | the level |
 //!
-//! What a message leaves at zero is unknown, not zero: a point without place and score, a unit without intensity and
-//! score, valence and arousal that are both 0, an expression without confidence.
+//! Values that a message leaves at zero are unknown, not zero: a point without position and score, a unit without
+//! intensity and score, valence and arousal that are both 0, an expression without confidence.
 
 use teampulse_core::text::label;
 use teampulse_core::time::Time;
@@ -24,18 +24,18 @@ use crate::standard::hri_msgs::{
 };
 use crate::standard::std_msgs::Header;
 
-/// The codes of the facial action units that are read: those of the face itself, and of closed eyes.
+/// The codes of the facial action units that are read: movements of the face itself, and closed eyes.
 pub const UNITS: [u8; 30] = [
     1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27,
     28, 43, 45, 46,
 ];
 
-/// The channels with the size of the frame in which points are.
+/// The channels with the size of the frame to which points refer.
 pub const FRAME_CHANNELS: [&str; 2] = ["frame_width", "frame_height"];
 
-/// How far outside of the picture a point may be [widths, heights]; beyond that it is not believed.
+/// How far outside the picture a coordinate of a point may be [widths, heights]; beyond this it is taken as unknown.
 const MOST_OUTSIDE: f32 = 1.0;
-/// The largest intensity of a unit that is believed; programs have 0 to 1 or 0 to 5.
+/// The largest plausible intensity of a unit; programs use 0 to 1 or 0 to 5.
 const MOST_INTENSITY: f32 = 10.0;
 /// The largest side of a frame [px].
 const MOST_PIXELS: u32 = 65_536;
@@ -45,16 +45,16 @@ const SHOWN_BYTES: usize = 40;
 /// Width and height of a camera's frame [px].
 pub type Frame = [u32; 2];
 
-/// A kind of message.
+/// A kind of message that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Points of a face.
     Landmarks,
     /// Facial action units.
     ActionUnits,
-    /// What a face expresses.
+    /// The expression of a face.
     Expression,
-    /// Who is looked at.
+    /// Who looks at whom.
     Gaze,
     /// Points of a body.
     Skeleton,
@@ -62,24 +62,24 @@ pub enum Kind {
     Engagement,
 }
 
-/// What a message says.
+/// The contents of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sighting {
-    /// The stamp of its header; `None` where it is zero.
+    /// The stamp of the message's header; `None` if it is zero.
     pub stamp: Option<Time>,
-    /// Who looks, of a gaze; empty otherwise.
+    /// Who looks, for a gaze; empty for other kinds.
     pub sender: String,
-    /// The numbers, one a channel; NaN where unknown.
+    /// The numbers, one per channel; NaN if unknown.
     pub numbers: Vec<f64>,
 }
 
 /// Why a message can't be read. It fits after "failed to".
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum HriError {
-    /// It is cut off, or no message of this type.
-    #[error("read a message of faces or bodies: {0}")]
+    /// The message is truncated, or not of this type.
+    #[error("read a message about faces or bodies: {0}")]
     Message(#[from] CdrError),
-    /// Points whose pixels can't be computed.
+    /// The pixels of points can't be computed, as the size of the frame is unknown.
     #[error("find the size of the camera's frame in a message: give it as `frame = [640, 480]`")]
     Size,
     /// An expression that `hri_msgs` does not list.
@@ -103,7 +103,7 @@ impl Kind {
         Kind::ALL.into_iter().find(|kind| kind.type_name() == type_name)
     }
 
-    /// Its message type.
+    /// The message type of this kind.
     pub fn type_name(self) -> &'static str {
         match self {
             Kind::Landmarks => FacialLandmarks::NAME,
@@ -115,7 +115,7 @@ impl Kind {
         }
     }
 
-    /// The last token of its topic, as REP-155 and libhri have it.
+    /// The last token of the topic, as in REP-155 and libhri.
     pub fn topic(self) -> &'static str {
         match self {
             Kind::Landmarks => "landmarks",
@@ -127,8 +127,8 @@ impl Kind {
         }
     }
 
-    /// The names and units of its numbers. A skeleton states no size of its frame: without one its places are parts of
-    /// the width and the height.
+    /// The names and units of the numbers. A skeleton does not state the size of its frame: if `frame` is `None`,
+    /// positions are fractions of the width and the height.
     pub fn channels(self, frame: Option<Frame>) -> Vec<(String, &'static str)> {
         let named = |name: &str, unit| vec![(name.to_owned(), unit)];
         match self {
@@ -147,7 +147,7 @@ impl Kind {
         }
     }
 
-    /// Reads a message of this kind. The frame is that of the camera, where the message has none.
+    /// Reads a message of this kind. `frame` is the frame of the camera, which is used if the message states none.
     pub fn read(self, cdr: &[u8], frame: Option<Frame>) -> Result<Sighting, HriError> {
         let (header, numbers) = match self {
             Kind::Landmarks => {
@@ -192,7 +192,7 @@ impl Sighting {
     }
 }
 
-/// Whether a frame has a size.
+/// Whether a frame has a valid size.
 pub fn is_frame(frame: &Frame) -> bool {
     frame.iter().all(|side| (1..=MOST_PIXELS).contains(side))
 }
@@ -207,10 +207,10 @@ fn points(names: &[&str], is_sized: bool) -> Vec<(String, &'static str)> {
     names.iter().flat_map(each).chain(size.into_iter().filter(|_| is_sized)).collect()
 }
 
-/// The places and scores of points, in a frame or in parts of one, and the size of that frame.
+/// The positions and scores of points, in pixels of a frame or as fractions of it, and the size of the frame.
 fn placed(points: &[NormalizedPointOfInterest2D], frame: Option<Frame>) -> Vec<f64> {
     let [width, height] = frame.map_or([1.0; 2], |frame| frame.map(f64::from));
-    // A program that states no score at all means all of its points.
+    // If a program states no score at all, all of its points count as certain.
     let is_scored = points.iter().any(|point| point.c != 0.0);
     let each = |point: &NormalizedPointOfInterest2D| {
         if [point.x, point.y, point.c].iter().all(|number| *number == 0.0) {
@@ -227,12 +227,13 @@ fn placed(points: &[NormalizedPointOfInterest2D], frame: Option<Frame>) -> Vec<f
     points.iter().flat_map(each).chain(size).collect()
 }
 
-/// A share [0..1]; `None` for what is none.
+/// A number if it is a fraction [0..1]; otherwise `None`.
 fn share(number: f32) -> Option<f64> {
     (0.0..=1.0).contains(&number).then(|| f64::from(number))
 }
 
-/// The probabilities of the words, valence and arousal. What the stated word leaves to 1 the others share evenly.
+/// The probabilities of the words, valence and arousal. The stated word has its confidence as its probability; all
+/// other words share the rest evenly.
 fn expressed(seen: &Expression) -> Result<Vec<f64>, HriError> {
     let word = seen.expression.trim();
     let place = EXPRESSIONS.iter().position(|each| each.eq_ignore_ascii_case(word));

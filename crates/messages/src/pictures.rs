@@ -17,7 +17,7 @@ const SHOWN_BYTES: usize = 60;
 /// A file with a picture, such as a JPEG.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PictureFile {
-    /// The sender's description of it: `jpeg`, or `rgb8; jpeg compressed bgr8`.
+    /// The sender's description of the file: `jpeg`, or `rgb8; jpeg compressed bgr8`.
     pub format: String,
     /// The file.
     pub bytes: Bytes,
@@ -73,7 +73,7 @@ pub enum PictureError {
     #[error("the message can't be read: {0}")]
     Message(#[from] CdrError),
     /// Pixels in an unsupported encoding.
-    #[error("pixels of `{0}` can't be read")]
+    #[error("pixels in the encoding `{0}` can't be read")]
     Encoding(String),
     /// Fewer pixels than announced, or none.
     #[error(
@@ -107,7 +107,7 @@ impl Encoding {
     fn named(name: &[u8], is_big_endian: bool) -> Option<Encoding> {
         Some(match name {
             b"rgb8" => Encoding::Rgb8,
-            // The names of OpenCV's types say nothing of the order of colours; its order is this one.
+            // The names of OpenCV's types do not state the order of colours; OpenCV uses this one.
             b"bgr8" | b"8UC3" => Encoding::Bgr8,
             b"rgba8" => Encoding::Rgba8,
             b"bgra8" | b"8UC4" => Encoding::Bgra8,
@@ -119,7 +119,7 @@ impl Encoding {
         })
     }
 
-    /// Its ROS name; of several the usual one.
+    /// The ROS name of the encoding; if it has several, the usual one.
     pub fn name(self) -> &'static str {
         match self {
             Encoding::Rgb8 => "rgb8",

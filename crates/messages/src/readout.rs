@@ -19,7 +19,7 @@ pub struct Readout {
 /// The location of the numbers.
 #[derive(Debug)]
 enum Layout {
-    /// All numbers of the sample, `width` each: of the sample, of each sample of a wave, or of a feature.
+    /// All numbers of the data, `width` of them in a sample, in each sample of a wave, or in a feature.
     Plain { width: usize },
     /// Fields of a message.
     Fields(Fields),
@@ -46,8 +46,8 @@ impl Readout {
         Some(Readout { layout, scales, numbers: Vec::new() })
     }
 
-    /// Returns a number for each channel, NaN for those missing in the message; for a wave, those of all
-    /// samples in sequence. `None` if the sample can't be read at all.
+    /// Returns a number for each channel, NaN for those missing in the message; for a wave, the numbers of all samples
+    /// in sequence. `None` if the sample can't be read at all.
     pub fn read(&mut self, data: &Data) -> Option<&[f64]> {
         match (&self.layout, data) {
             (Layout::Plain { width }, Data::Sample(numbers)) if numbers.len() == *width => {
@@ -74,7 +74,7 @@ impl Readout {
     }
 }
 
-/// The definition in the schema, or else the shipped one.
+/// The definition in the schema, or else the shipped definition.
 pub fn definition(schema: &Schema) -> Option<Definition> {
     let own = Definition::of(schema).ok();
     own.or_else(|| Definition::of(&*shipped(&schema.name)?).ok())

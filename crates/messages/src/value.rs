@@ -42,8 +42,8 @@ impl fmt::Display for Value {
 /// values.
 const MOST_VALUES: usize = 100_000;
 
-/// The values of a message in order, each with its path. A field with more than `limit` values is listed
-/// only by their number, and so is one after the first hundred thousand values.
+/// The values of a message in order, each with its path. Of a field with more than `limit` values only their number is
+/// listed; after the first hundred thousand values, this applies to every field with several values.
 pub fn flatten(
     definition: &Definition,
     cdr: &[u8],

@@ -1,38 +1,38 @@
 //! Frames of video in messages (`foxglove_msgs/CompressedVideo`, `ffmpeg_image_transport_msgs/FFMPEGPacket`), without a
-//! copy, and what a frame of H.264 needs to be decoded.
+//! copy, and what is needed to decode a frame of H.264.
 
 use bytes::Bytes;
 
 use crate::cdr::{CdrError, Reader};
 use crate::standard::std_msgs::Header;
 
-/// The type of messages with a frame of video each, as Foxglove defines it.
+/// The type of Foxglove's messages with a frame of video each.
 pub const COMPRESSED_VIDEO: &str = "foxglove_msgs/msg/CompressedVideo";
-/// The type of messages of ROS's `ffmpeg_image_transport`.
+/// The type of messages with a frame of video each from ROS's `ffmpeg_image_transport`.
 pub const FFMPEG_PACKET: &str = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket";
 
 /// The longest name of a format that is kept [bytes].
 const FORMAT_BYTES: usize = 60;
 
-/// Types of NAL units (ITU-T H.264, table 7-1): a part of a picture, and of one that stands alone (IDR).
+/// Types of NAL units (ITU-T H.264, table 7-1): a slice of a picture, and a slice of a picture that stands alone (IDR).
 const PART: u8 = 1;
 const PART_OF_IDR: u8 = 5;
 
 /// A frame of video.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VideoFrame {
-    /// What its sender says of it: `h264`, or `h264;yuv420p;bgr8;bgr8`.
+    /// The format as stated by the sender: `h264`, or `h264;yuv420p;bgr8;bgr8`.
     pub format: String,
-    /// The frame, in the format's own bytes.
+    /// The encoded frame.
     pub bytes: Bytes,
 }
 
-/// What a frame of H.264 needs to be decoded.
+/// What is needed to decode a frame of H.264.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
-    /// Nothing: it stands alone.
+    /// Nothing: the frame stands alone.
     Nothing,
-    /// All frames since the last one that stands alone.
+    /// All frames since the last frame that stands alone.
     Before,
 }
 
@@ -45,7 +45,7 @@ impl VideoFrame {
     /// Reads a message of either type.
     pub fn read(type_name: &str, message: &Bytes) -> Result<VideoFrame, CdrError> {
         let mut reader = Reader::new(message)?;
-        // A time and a frame's name are laid out as a header is.
+        // A time and the name of a frame are laid out like a header.
         reader.read::<Header>()?;
         let of = |format: &[u8]| {
             String::from_utf8_lossy(&format[..format.len().min(FORMAT_BYTES)]).into_owned()
@@ -60,19 +60,19 @@ impl VideoFrame {
         Ok(VideoFrame { format: of(reader.text()?), bytes })
     }
 
-    /// Whether it is H.264, by its sender's word: `h264`, `avc1`, or an encoder of ffmpeg's such as `libx264`.
+    /// Whether the frame is H.264, as stated by the sender: `h264`, `avc1`, or an encoder of ffmpeg such as `libx264`.
     pub fn is_h264(&self) -> bool {
         let codec = self.format.split(';').next().unwrap_or_default().to_ascii_lowercase();
         codec.contains("264") || codec.starts_with("avc")
     }
 
-    /// What it needs to be decoded; `None` of bytes that are no picture of H.264 in Annex B, with a start code before
-    /// each unit.
+    /// What is needed to decode the frame; `None` if the bytes are not a picture of H.264 in Annex B format, with a
+    /// start code before each unit.
     pub fn needs(&self) -> Option<Needs> {
         let is_started =
             self.bytes.starts_with(&[0, 0, 1]) || self.bytes.starts_with(&[0, 0, 0, 1]);
         is_started.then_some(())?;
-        // All parts of a picture are of the same kind.
+        // All slices of a picture are of the same kind.
         let mut units = units(&self.bytes);
         units.find_map(|kind| match kind {
             PART_OF_IDR => Some(Needs::Nothing),

@@ -26,7 +26,7 @@ pub fn shipped(type_name: &str) -> Option<Arc<Schema>> {
     Some(Arc::clone(shipped.schema.get_or_init(|| Arc::new(schema(type_name)))))
 }
 
-/// The same; without text and hash if none is shipped.
+/// The schema of a type; without text and hash if no definition is shipped.
 pub fn shipped_or_bare(type_name: &str) -> Arc<Schema> {
     let bare = || Schema {
         name: type_name.into(),
@@ -44,8 +44,9 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 
 fn schema(type_name: &str) -> Schema {
     let text = assemble(type_name, |name| SHIPPED.get(name).map(|shipped| shipped.text));
-    let text = text.expect("what a shipped type is made of is shipped");
-    let definition = Definition::parse(type_name, &text).expect("what is shipped is a definition");
+    let text = text.expect("all parts of a shipped type are shipped");
+    let definition =
+        Definition::parse(type_name, &text).expect("a shipped text is a valid definition");
     let (name, encoding) = (type_name.to_owned(), "ros2msg".to_owned());
     Schema { name, encoding, hash: definition.hash(), text }
 }

@@ -18,7 +18,7 @@ pub use writer::Writer;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum CdrError {
     /// There are fewer bytes than the four-byte header needs.
-    #[error("read a message of {0} bytes: even its header has four")]
+    #[error("read a message of {0} bytes: the header alone has four")]
     NoHeader(usize),
     /// The representation in the header is not used for ROS messages.
     #[error("read a message in representation {0:#06x}: expected CDR (0, 1) or plain CDR2 (6, 7)")]
@@ -28,7 +28,7 @@ pub enum CdrError {
     Short {
         /// The minimum number of bytes needed.
         needed: u64,
-        /// The offset of its start after the header [bytes].
+        /// The offset of the value after the header [bytes].
         at: usize,
         /// The number of bytes left there.
         left: usize,

@@ -4,13 +4,13 @@ use super::{CdrError, Reader, Writer};
 
 /// A value that can be serialised as CDR.
 pub trait Cdr: Sized {
-    /// The minimum number of bytes in its CDR form, excluding padding.
+    /// The minimum number of bytes in the CDR form of the value, excluding padding.
     const LEAST_BYTES: usize = 1;
 
-    /// Appends it to a message.
+    /// Appends the value to a message.
     fn write(&self, to: &mut Writer);
 
-    /// Reads it from a message.
+    /// Reads the value from a message.
     fn read(from: &mut Reader<'_>) -> Result<Self, CdrError>;
 
     /// Appends a slice of values.

@@ -3,7 +3,7 @@ use bytes::Bytes;
 use super::Cdr;
 
 const HEADER: [u8; 4] = [0, 1, 0, 0];
-/// The room of a message whose size is not known before [bytes]: samples and features of a few numbers need no more.
+/// The initial room for a message of unknown size [bytes]: enough for samples and features of a few numbers.
 const USUAL_ROOM: usize = 124;
 
 /// Writes values into a message in order.
@@ -60,7 +60,7 @@ impl Writer {
         self.0.resize(HEADER.len() + body.next_multiple_of(width), 0);
     }
 
-    /// Appends the length of a sequence, limited to the range of `u32`.
+    /// Appends the length of a sequence, which must fit in a `u32`.
     fn count(&mut self, count: usize) {
         self.write(&u32::try_from(count).expect("a message is shorter than 4 GiB"));
     }

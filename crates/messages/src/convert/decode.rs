@@ -8,8 +8,8 @@ use super::{DecodeError, Decoded};
 use crate::standard::std_msgs::Header;
 use crate::standard::{Message, teampulse_msgs as msgs};
 
-/// The largest of our messages that is read [bytes]: its decoded form is a few times as large. A wave of
-/// two million numbers fits.
+/// The largest message of ours that is decoded [bytes], as the decoded form is a few times as large. A wave of two
+/// million numbers fits.
 const LARGEST_BYTES: usize = 16 << 20;
 
 /// The most characters of an unknown word that are shown.

@@ -21,11 +21,11 @@ pub use schema::{schema_of, shape_of, type_name};
 /// A sample decoded from one of our own messages.
 #[derive(Clone, Debug)]
 pub struct Decoded {
-    /// The stamp of its header: the time of measurement or, for a description, of declaration.
+    /// The stamp of the message's header: the time of measurement or, for a description, of declaration.
     pub stamp: Time,
-    /// The device's own clock [ns]; `None` when it has none.
+    /// The time by the device's own clock [ns]; `None` if it has no clock.
     pub device_time: Option<i64>,
-    /// Its index in the stream; `None` for shapes without an index on the wire.
+    /// The sample's index in the stream; `None` for shapes without an index on the wire.
     pub index: Option<u64>,
     /// The content of the sample.
     pub data: Data,
@@ -34,10 +34,10 @@ pub struct Decoded {
 /// Why a message can't be decoded as one of ours.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum DecodeError {
-    /// Its bytes are not a valid message of this type.
+    /// The bytes are not a valid message of this type.
     #[error(transparent)]
     Cdr(#[from] CdrError),
-    /// Its type is not one of ours.
+    /// The type is not one of ours.
     #[error("read a {0}: it is not a type of teampulse_msgs")]
     Type(String),
     /// A field contains a word that is not in its list.
@@ -68,10 +68,10 @@ pub enum DecodeError {
         /// The length expected.
         expected: String,
     },
-    /// It is larger than any device sends.
+    /// The message is larger than any that a device sends.
     #[error("read a message of {0} bytes: expected at most 16 MiB")]
     Large(usize),
     /// The period of a wave is not a valid duration.
-    #[error("read a period of {0} ns: expected a finite one that is not negative")]
+    #[error("read a period of {0} ns: expected a finite number that is not negative")]
     Period(f64),
 }

@@ -14,7 +14,7 @@ pub enum AssembleError {
     /// The text of a type is not available.
     #[error("find the text of {0}")]
     Missing(String),
-    /// It refers to more types than is reasonable.
+    /// The type refers to more types than is reasonable.
     #[error("assemble {0}: it consists of more than {MOST_PARTS} types")]
     Endless(String),
 }

@@ -21,7 +21,7 @@ pub enum DefinitionError {
     /// Only the name of the type is known.
     #[error("read the definition of {0}: it is not known")]
     Unknown(String),
-    /// It is written in a different language.
+    /// The definition is written in a different language.
     #[error("read the definition of {type_name}: expected ros2msg, not {encoding}")]
     Encoding {
         /// The type being defined.
@@ -66,7 +66,7 @@ pub enum Problem {
     Separator,
 }
 
-/// A problem, and the line that has it.
+/// A problem, and the number of its line.
 pub(super) struct Misread {
     pub line: usize,
     pub problem: Problem,

@@ -26,14 +26,14 @@ pub struct Definition {
 }
 
 impl Definition {
-    /// Parses a definition in rosbag2's format: the `.msg` text of the type, then those of the types that
-    /// it refers to, each after a line of 80 `=` and a line `MSG: package/Type`.
+    /// Parses a definition in rosbag2's format: the `.msg` text of the type, then the texts of the types that it refers
+    /// to, each after a line of 80 `=` and a line `MSG: package/Type`.
     pub fn parse(type_name: &str, text: &str) -> Result<Definition, DefinitionError> {
         link::read(type_name, text).map(|root| Definition { root })
     }
 
-    /// The `.msg` texts in a definition: its own first, each with the full name of its type. [`assemble`]
-    /// joins them again.
+    /// Splits a definition into `.msg` texts, that of the type itself first, each with the full name of its type.
+    /// [`assemble`] joins them again.
     pub fn parts(type_name: &str, text: &str) -> Result<Vec<(String, String)>, DefinitionError> {
         sections::parts(type_name, text)
     }

@@ -6,11 +6,11 @@ use super::{DefinitionError, Problem};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Section<'a> {
     pub text: &'a str,
-    /// The number of lines before it in the whole text.
+    /// The number of lines before the section in the whole text.
     pub lines_before: usize,
 }
 
-/// Splits a text into those of its types, each with its full name.
+/// Splits a text into the texts of its types, each with the full name of the type.
 pub(super) fn split<'a>(root: &str, text: &'a str) -> Result<Vec<(String, Section<'a>)>, Misread> {
     let mut sections = Vec::new();
     let (mut name, mut begin, mut lines_before) = (root.to_owned(), 0, 0);

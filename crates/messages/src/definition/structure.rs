@@ -8,9 +8,9 @@ pub const EMPTY: &str = "structure_needs_at_least_one_member";
 pub struct Struct {
     /// The full name: `sensor_msgs/msg/BatteryState`.
     pub name: String,
-    /// Its fields in order; there is at least one, see [`EMPTY`].
+    /// The fields in order; there is at least one, see [`EMPTY`].
     pub fields: Vec<Field>,
-    /// Its constants.
+    /// The constants of the type.
     pub constants: Vec<Constant>,
     pub(super) least_bytes: u64,
     pub(super) depth: usize,
@@ -19,11 +19,11 @@ pub struct Struct {
 /// A field of a type.
 #[derive(Debug)]
 pub struct Field {
-    /// Its name.
+    /// The field's name.
     pub name: String,
-    /// The type of its values.
+    /// The type of the field's values.
     pub kind: Kind,
-    /// The number of its values.
+    /// The number of values in the field.
     pub count: Count,
     /// The default value, as written in the definition; empty for none.
     pub default: String,
@@ -38,7 +38,7 @@ pub enum Kind {
     Text(Option<u64>),
     /// A string of 16-bit units, with its bound [units].
     WideText(Option<u64>),
-    /// A message.
+    /// A nested message.
     Struct(Arc<Struct>),
 }
 
@@ -49,7 +49,7 @@ pub enum Number {
     Bool,
     /// An uninterpreted octet.
     Byte,
-    /// Since ROS 2 the same as `uint8`.
+    /// The same as `uint8`, since ROS 2.
     Char,
     Int8,
     Uint8,
@@ -79,11 +79,11 @@ pub enum Count {
 /// A named constant.
 #[derive(Debug)]
 pub struct Constant {
-    /// Its name.
+    /// The constant's name.
     pub name: String,
-    /// Its type: a number or a string.
+    /// The constant's type: a number or a string.
     pub kind: Kind,
-    /// Its value, as written in the definition.
+    /// The constant's value, as written in the definition.
     pub value: String,
 }
 

@@ -5,11 +5,11 @@ use crate::cdr::Reader;
 use crate::definition::{Count, Definition, Kind};
 use crate::standard::{Message, std_msgs::Header};
 
-/// The time in messages of `foxglove_msgs`, which comes first and has the place that a header's stamp has.
+/// The time in messages of `foxglove_msgs`: their first field, where other messages have the stamp of their header.
 const TIMESTAMP: (&str, &str) = ("timestamp", "builtin_interfaces/msg/Time");
 
-/// Whether messages of a type start with a `std_msgs/Header`, and so with a stamp; or with a `timestamp`, as those of
-/// `foxglove_msgs` do.
+/// Whether messages of a type start with a `std_msgs/Header`, and so with a stamp; or with a `timestamp`, as in
+/// `foxglove_msgs`.
 pub fn starts_with_header(definition: &Definition) -> bool {
     definition.root().fields.first().is_some_and(|first| match &first.kind {
         Kind::Struct(nested) => {
@@ -27,7 +27,8 @@ pub fn header_stamp(cdr: &[u8]) -> Option<Time> {
     stamp.ok().filter(|stamp| *stamp != Time::EPOCH)
 }
 
-/// The frame of such a message, without a slash before it; `None` where it states none, or can't be read.
+/// The frame of a message whose type [starts with a header](starts_with_header), without a leading slash; `None` if the
+/// message states none, or can't be read.
 pub fn header_frame(cdr: &[u8]) -> Option<&str> {
     let mut from = Reader::new(cdr).ok()?;
     from.read::<Time>().ok()?;

@@ -1,7 +1,7 @@
 use super::numbers;
 use crate::definition::Definition;
 
-/// The path that was probably meant: one that ends with the given text, or the most similar if it is near.
+/// The path that was probably meant: a path that ends with the given text, or the most similar path if it is close.
 pub(super) fn nearest(definition: &Definition, asked: &str) -> Option<String> {
     let paths = numbers(definition);
     let end = format!(".{asked}");
@@ -11,7 +11,7 @@ pub(super) fn nearest(definition: &Definition, asked: &str) -> Option<String> {
     longer.or_else(|| similar().filter(|path| is_near(asked, path))).cloned()
 }
 
-/// Whether a path may be another one misspelt: at most a third of its letters differ.
+/// Whether `asked` may be a misspelling of `path`: at most a third of the letters differ.
 fn is_near(asked: &str, path: &str) -> bool {
     let letters = asked.chars().count().max(path.chars().count());
     strsim::osa_distance(asked, path) <= (letters / 3).max(1)

@@ -13,9 +13,9 @@ pub(super) struct Plan(Vec<Step>);
 enum Step {
     /// Skips the field.
     Skip(Kind, Count),
-    /// Reads its single value.
+    /// Reads the single value of the field.
     Read(Target),
-    /// Reads the selected ones of its values, in order of their indices.
+    /// Reads the selected values of the field, in order of their indices.
     Pick { kind: Kind, count: Count, picks: Vec<(usize, Target)> },
 }
 

@@ -33,8 +33,8 @@ pub(super) fn resolve(definition: &Definition, text: &str) -> Result<ResolvedPat
     }
 }
 
-/// The kind of the values at a path of a type, whatever the indices in it; `None` where the path leads nowhere, or to a
-/// message.
+/// The kind of the values at a path of a type, regardless of indices in the path; `None` if the path leads nowhere, or
+/// to a message.
 pub fn kind<'a>(definition: &'a Definition, path: &str) -> Option<&'a Kind> {
     let path: Path = path.parse().ok()?;
     let mut within = Some(definition.root());

@@ -10,7 +10,7 @@ pub(super) struct Translated {
     pub has_sequence_numbers: bool,
 }
 
-/// What ROS 1 has no package for: `time` and `duration` are built in.
+/// The ROS 2 types of `time` and `duration`, which are built into ROS 1.
 const BUILTIN: [(&str, &str); 2] = [
     ("builtin_interfaces/msg/Time", "int32 sec\nuint32 nanosec\n"),
     ("builtin_interfaces/msg/Duration", "int32 sec\nuint32 nanosec\n"),
@@ -24,13 +24,13 @@ const HEADER_FIELDS: [&str; 3] = ["uint32 seq", "time stamp", "string frame_id"]
 /// The most fields whose names become equal under ROS 2 rules.
 const MOST_ALIKE: usize = 20;
 
-/// The text of a type without fields: readers take an empty one for a missing definition.
+/// The text of a type without fields: readers take an empty text for a missing definition.
 const NO_FIELDS: &str = "# It has no fields.\n";
 
 /// A type that has a different name in ROS 2, with the same fields.
 const RENAMED: (&str, &str) = ("tf/msg/tfMessage", "tf2_msgs/msg/TFMessage");
 
-/// Translates a definition, and those of the types that it refers to.
+/// Translates the definitions of a type and of the types that it refers to.
 pub(super) fn translate(type_name: &str, text: &str) -> Result<Translated, DefinitionError> {
     let mut texts: BTreeMap<String, String> =
         BTreeMap::from(BUILTIN.map(|(name, text)| (name.to_owned(), text.to_owned())));
@@ -84,7 +84,7 @@ fn translated_line(line: &str, names: &mut BTreeSet<String>) -> Option<String> {
     };
     let name = name.trim().to_ascii_uppercase();
     if kind == "string" {
-        // A text of ROS 1 is what follows the equals sign, also after a `#`.
+        // In ROS 1, the value of a string is everything after the equals sign, even a `#`.
         let text = line.split_once('=').map_or("", |(_, text)| text.trim());
         let text = text.replace('\\', "\\\\").replace('"', "\\\"");
         return Some(format!("string {name}=\"{text}\""));
@@ -93,20 +93,20 @@ fn translated_line(line: &str, names: &mut BTreeSet<String>) -> Option<String> {
     Some(format!("{kind} {name}={}{behind}{comment}", value.trim()))
 }
 
-/// A type in ROS 2, with the number of its values.
+/// Translates a type to ROS 2, with the number of its values.
 fn kind_of(written: &str) -> String {
     let (kind, count) = written.split_at(written.find('[').unwrap_or(written.len()));
     let kind = match kind {
         "time" => "builtin_interfaces/Time",
         "duration" => "builtin_interfaces/Duration",
-        // A header needs no package, wherever it is.
+        // ROS 1 allows a header without a package anywhere.
         "Header" => "std_msgs/Header",
         other => other,
     };
     format!("{kind}{count}")
 }
 
-/// A field's name by ROS 2 rules: lower case, words separated by one underscore, none at the ends.
+/// Converts a field's name to ROS 2 rules: lower case, words separated by one underscore, none at the ends.
 fn field_name(name: &str) -> String {
     let mut words = String::new();
     let mut was_lower = false;
@@ -120,8 +120,8 @@ fn field_name(name: &str) -> String {
     words.split('_').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("_")
 }
 
-/// The name, followed by a number if another field has it: in ROS 1 `x` and `X` differ. Names shared by too many fields
-/// are left unchanged, which is an error of the definition.
+/// The name, followed by a number if another field already has it: in ROS 1 `x` and `X` differ. Names shared by too
+/// many fields are left unchanged, which is an error of the definition.
 fn unused(name: &str, names: &mut BTreeSet<String>) -> String {
     let numbered = (2..=MOST_ALIKE).map(|number| format!("{name}_{number}"));
     let mut candidates = std::iter::once(name.to_owned()).chain(numbered);

@@ -1,4 +1,4 @@
-//! ROS 1 messages as ROS 2 messages: their definitions, and their bytes as CDR.
+//! Converts ROS 1 messages to ROS 2: their definitions, and their bytes to CDR.
 //!
 //! ROS 1 serialises fields in order, little-endian, without padding; strings and sequences begin with a 32-bit count.
 //! Source: <http://wiki.ros.org/msg>, and `genmsg` for how definitions are read.
@@ -15,7 +15,7 @@ use serialized::Serialized;
 
 use bytes::Bytes;
 
-/// A ROS 1 type with the ROS 2 type that its messages are converted to.
+/// A ROS 1 type, with the ROS 2 type to which its messages are converted.
 #[derive(Debug)]
 pub struct Ros1Type {
     schema: Schema,
@@ -32,20 +32,20 @@ pub enum Ros1Error {
     Short {
         /// The number of bytes needed.
         needed: usize,
-        /// The offset of its start [bytes].
+        /// The offset of the value [bytes].
         at: usize,
         /// The number of bytes left there.
         left: usize,
     },
     /// The message continues after its last field.
-    #[error("match a message of {length} bytes with its definition: it ends at byte {at}")]
+    #[error("match a message of {length} bytes with its definition: its fields end at byte {at}")]
     Long {
         /// The length of the message [bytes].
         length: usize,
         /// Where it should end.
         at: usize,
     },
-    /// It would become far larger: sequences of empty messages.
+    /// The message would become far larger, as it contains sequences of empty messages.
     #[error("convert a message to more than {0} bytes")]
     Large(usize),
 }

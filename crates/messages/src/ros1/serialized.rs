@@ -7,7 +7,7 @@ use crate::definition::{Count, EMPTY, Field, Kind, Struct};
 const MOST_TIMES: usize = 16;
 const MOST_MORE: usize = 1024;
 
-/// The only type whose fields are not those of ROS 1.
+/// The only type whose fields differ from those in ROS 1.
 const HEADER: &str = "std_msgs/msg/Header";
 
 /// The rest of a ROS 1 message.
@@ -67,7 +67,7 @@ impl<'a> Serialized<'a> {
         Ok(())
     }
 
-    /// ROS 1 strings don't end with a zero.
+    /// Converts a string; ROS 1 strings don't end with a zero.
     fn text(&mut self, to: &mut Writer) -> Result<(), Ros1Error> {
         let length = self.number()?;
         let text = self.take(length as usize)?;

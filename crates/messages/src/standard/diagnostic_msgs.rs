@@ -17,7 +17,7 @@ message!(DiagnosticArray { header, status } = "diagnostic_msgs/msg/DiagnosticArr
 /// The state of one component.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DiagnosticStatus {
-    /// One of the codes below.
+    /// The level, as one of the codes below.
     pub level: u8,
     /// The name of the component.
     pub name: String,

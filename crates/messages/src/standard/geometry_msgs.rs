@@ -19,11 +19,11 @@ message!(Point { x, y, z } = "geometry_msgs/msg/Point");
 /// A vector, in the unit of the quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vector3 {
-    /// The forward component, or that about the forward axis.
+    /// The component along the forward axis, or about it.
     pub x: f64,
-    /// The leftward component, or that about the left axis.
+    /// The component along the left axis, or about it.
     pub y: f64,
-    /// The upward component, or that about the vertical axis.
+    /// The component along the vertical axis, or about it.
     pub z: f64,
 }
 

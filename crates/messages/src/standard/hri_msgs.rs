@@ -1,6 +1,6 @@
-//! `hri_msgs` of ROS4HRI (REP-155), as its versions 2.0 to 2.3 for ROS 2 define them: what is seen of people.
+//! `hri_msgs` of ROS4HRI (REP-155), versions 2.0 to 2.3 for ROS 2: observations of people.
 //!
-//! Places are parts of the picture's width and height, from its top left.
+//! Positions are fractions of the picture's width and height, from the top left.
 
 use super::message;
 use super::std_msgs::Header;
@@ -12,14 +12,14 @@ pub const BODY_POINTS: usize = 18;
 /// The number of codes of facial action units.
 pub const ACTION_UNITS: usize = 99;
 
-/// A point, with how certain it is.
+/// A point in a picture, and how certain it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NormalizedPointOfInterest2D {
-    /// To the right [widths].
+    /// The horizontal position, to the right [widths].
     pub x: f32,
-    /// Down [heights].
+    /// The vertical position, downwards [heights].
     pub y: f32,
-    /// How certain it is [0..1].
+    /// How certain the point is [0..1].
     pub c: f32,
 }
 
@@ -30,15 +30,15 @@ message!(NormalizedPointOfInterest2D { x, y, c } = "hri_msgs/msg/NormalizedPoint
 pub struct NormalizedRegionOfInterest2D {
     /// The time of the picture.
     pub header: Header,
-    /// Its left side [widths].
+    /// The left side [widths].
     pub xmin: f32,
-    /// Its top [heights].
+    /// The top [heights].
     pub ymin: f32,
-    /// Its right side [widths].
+    /// The right side [widths].
     pub xmax: f32,
-    /// Its bottom [heights].
+    /// The bottom [heights].
     pub ymax: f32,
-    /// How certain it is [0..1].
+    /// How certain the region is [0..1].
     pub c: f32,
 }
 
@@ -52,7 +52,7 @@ message!(
 pub struct FacialLandmarks {
     /// The time of the picture.
     pub header: Header,
-    /// The points, in the order of [`LANDMARKS`]; all zeros where one was not found.
+    /// The points, in the order of [`LANDMARKS`]; all zeros for a point that was not found.
     pub landmarks: [NormalizedPointOfInterest2D; FACE_POINTS],
     /// The height of the picture [px].
     pub height: u32,
@@ -74,7 +74,7 @@ impl Default for FacialLandmarks {
 pub struct Skeleton2D {
     /// The time of the picture.
     pub header: Header,
-    /// The points, in the order of [`SKELETON`]; all zeros where one was not found.
+    /// The points, in the order of [`SKELETON`]; all zeros for a point that was not found.
     pub skeleton: [NormalizedPointOfInterest2D; BODY_POINTS],
 }
 
@@ -87,14 +87,14 @@ impl Default for Skeleton2D {
     }
 }
 
-/// The intensities of facial action units, each at the place of its code.
+/// The intensities of facial action units, each at the index of its code.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FacialActionUnits {
     /// The time of the picture.
     pub header: Header,
-    /// Intensities.
+    /// The intensity of each unit.
     pub intensity: [f32; ACTION_UNITS],
-    /// How certain they are [0..1].
+    /// How certain each intensity is [0..1].
     pub confidence: [f32; ACTION_UNITS],
 }
 
@@ -107,16 +107,16 @@ impl Default for FacialActionUnits {
     }
 }
 
-/// What a face expresses.
+/// The expression of a face.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Expression {
     /// The time of the picture.
     pub header: Header,
-    /// One of [`EXPRESSIONS`]; empty without one.
+    /// One of [`EXPRESSIONS`]; empty if there is none.
     pub expression: String,
-    /// How pleasant [-1..1].
+    /// How pleasant the emotion is [-1..1].
     pub valence: f32,
-    /// How aroused [-1..1].
+    /// How aroused the person is [-1..1].
     pub arousal: f32,
     /// How certain the expression is [0..1].
     pub confidence: f32,
@@ -129,7 +129,7 @@ message!(
 /// Who looks at whom.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gaze {
-    /// The time of it.
+    /// The time of the observation.
     pub header: Header,
     /// Who looks; empty for the robot.
     pub sender: String,
@@ -142,7 +142,7 @@ message!(Gaze { header, sender, receiver } = "hri_msgs/msg/Gaze");
 /// The ids of faces, bodies or persons.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct IdsList {
-    /// The time of it.
+    /// The time of the observation.
     pub header: Header,
     /// The ids.
     pub ids: Vec<String>,
@@ -153,7 +153,7 @@ message!(IdsList { header, ids } = "hri_msgs/msg/IdsList");
 /// How engaged a person is with the robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EngagementLevel {
-    /// The time of it.
+    /// The time of the observation.
     pub header: Header,
     /// 0 unknown, 1 disengaged, 2 engaging, 3 engaged, 4 disengaging.
     pub level: u8,

@@ -21,7 +21,7 @@ use crate::cdr::{Cdr, CdrError, Reader, Writer};
 
 /// A message type with its ROS name.
 pub trait Message: Cdr {
-    /// The full name of its type: `sensor_msgs/msg/BatteryState`.
+    /// The full name of the type: `sensor_msgs/msg/BatteryState`.
     const NAME: &'static str;
 
     /// Encodes the message as CDR with its four-byte header.
@@ -38,7 +38,7 @@ pub trait Message: Cdr {
     }
 }
 
-/// The CDR form of a struct: that of its fields, in this order.
+/// Implements the CDR form of a struct: its fields, in this order.
 macro_rules! message {
     ($name:ident { $($field:ident),* $(,)? } = $ros_name:literal) => {
         impl $crate::cdr::Cdr for $name {

@@ -72,7 +72,7 @@ message!(ListParametersRequest { prefixes, depth } = "rcl_interfaces/srv/ListPar
 /// The names of a node's parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ListParametersResponse {
-    /// Their names and prefixes.
+    /// The names and prefixes of the parameters.
     pub result: ListParametersResult,
 }
 
@@ -92,7 +92,7 @@ message!(ListParametersResult { names, prefixes } = "rcl_interfaces/msg/ListPara
 /// Sets parameters independently of each other.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SetParametersRequest {
-    /// Their new values.
+    /// The parameters, with their new values.
     pub parameters: Vec<Parameter>,
 }
 
@@ -110,7 +110,7 @@ message!(SetParametersResponse { results } = "rcl_interfaces/srv/SetParameters_R
 /// Sets parameters atomically: all or none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SetParametersAtomicallyRequest {
-    /// Their new values.
+    /// The parameters, with their new values.
     pub parameters: Vec<Parameter>,
 }
 
@@ -122,7 +122,7 @@ message!(
 /// The result of setting parameters atomically.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SetParametersAtomicallyResponse {
-    /// One result for all.
+    /// The result for all parameters.
     pub result: SetParametersResult,
 }
 
@@ -145,9 +145,9 @@ message!(SetParametersResult { successful, reason } = "rcl_interfaces/msg/SetPar
 /// A parameter of a node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parameter {
-    /// Its name.
+    /// The name of the parameter.
     pub name: String,
-    /// Its value.
+    /// The value of the parameter.
     pub value: ParameterValue,
 }
 
@@ -156,7 +156,7 @@ message!(Parameter { name, value } = "rcl_interfaces/msg/Parameter");
 /// The description of a parameter.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterDescriptor {
-    /// Its name.
+    /// The name of the parameter.
     pub name: String,
     /// The type, as a code of [`ParameterValue`].
     pub r#type: u8,
@@ -164,9 +164,9 @@ pub struct ParameterDescriptor {
     pub description: String,
     /// Constraints other than the ranges, in words.
     pub additional_constraints: String,
-    /// Whether it can't be changed while the node runs.
+    /// Whether the parameter can't be changed while the node runs.
     pub read_only: bool,
-    /// Whether its type may change.
+    /// Whether the type of the parameter may change.
     pub dynamic_typing: bool,
     /// The range of a floating-point parameter; at most one.
     pub floating_point_range: Vec<FloatingPointRange>,
@@ -220,23 +220,23 @@ message!(IntegerRange { from_value, to_value, step } = "rcl_interfaces/msg/Integ
 pub struct ParameterValue {
     /// The type, as one of the codes below, which determines the field with the value.
     pub r#type: u8,
-    /// The value of [`ParameterValue::BOOL`].
+    /// The value of a parameter of type [`ParameterValue::BOOL`].
     pub bool_value: bool,
-    /// The value of type 2.
+    /// The value of a parameter of type 2.
     pub integer_value: i64,
-    /// The value of type 3.
+    /// The value of a parameter of type 3.
     pub double_value: f64,
-    /// The value of type 4.
+    /// The value of a parameter of type 4.
     pub string_value: String,
-    /// The value of type 5.
+    /// The value of a parameter of type 5.
     pub byte_array_value: Vec<u8>,
-    /// The value of type 6.
+    /// The value of a parameter of type 6.
     pub bool_array_value: Vec<bool>,
-    /// The value of type 7.
+    /// The value of a parameter of type 7.
     pub integer_array_value: Vec<i64>,
-    /// The value of type 8.
+    /// The value of a parameter of type 8.
     pub double_array_value: Vec<f64>,
-    /// The value of type 9.
+    /// The value of a parameter of type 9.
     pub string_array_value: Vec<String>,
 }
 

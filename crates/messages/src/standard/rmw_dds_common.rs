@@ -10,9 +10,9 @@ pub type Gid = [u8; 16];
 /// The width of a GID on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GidWidth {
-    /// 24, padded with zeros: up to Humble.
+    /// 24 bytes, padded with zeros: up to Humble.
     Humble,
-    /// 16: from Iron on.
+    /// 16 bytes: from Iron on.
     Iron,
 }
 
@@ -21,16 +21,16 @@ pub enum GidWidth {
 pub struct ParticipantEntitiesInfo {
     /// The participant.
     pub gid: Gid,
-    /// Its nodes.
+    /// The nodes of the participant.
     pub node_entities_info_seq: Vec<NodeEntitiesInfo>,
 }
 
 /// A node and its endpoints.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct NodeEntitiesInfo {
-    /// Its namespace: `/` or `/robot1`.
+    /// The node's namespace: `/` or `/robot1`.
     pub node_namespace: String,
-    /// Its name.
+    /// The node's name.
     pub node_name: String,
     /// The readers of the node.
     pub reader_gid_seq: Vec<Gid>,
@@ -39,10 +39,10 @@ pub struct NodeEntitiesInfo {
 }
 
 impl ParticipantEntitiesInfo {
-    /// The full name of its type.
+    /// The full name of the message type.
     pub const NAME: &'static str = "rmw_dds_common/msg/ParticipantEntitiesInfo";
 
-    /// The message as CDR with its four-byte header.
+    /// Encodes the message as CDR with its four-byte header.
     pub fn encode(&self, width: GidWidth) -> Bytes {
         let mut to = Writer::new();
         width.write(&self.gid, &mut to);
@@ -53,8 +53,7 @@ impl ParticipantEntitiesInfo {
         to.finish()
     }
 
-    /// Decodes the message from CDR, and detects the width of its GIDs: the one with which the message ends
-    /// exactly.
+    /// Decodes the message from CDR, and detects the width of its GIDs: the width with which the message ends exactly.
     pub fn decode(cdr: &[u8]) -> Result<(ParticipantEntitiesInfo, GidWidth), CdrError> {
         let iron = ParticipantEntitiesInfo::read(cdr, GidWidth::Iron);
         let humble = ParticipantEntitiesInfo::read(cdr, GidWidth::Humble);

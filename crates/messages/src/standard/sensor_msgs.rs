@@ -36,7 +36,7 @@ pub struct BatteryState {
     pub cell_temperature: Vec<f32>,
     /// The location or slot of the battery.
     pub location: String,
-    /// Its serial number.
+    /// The serial number of the battery.
     pub serial_number: String,
 }
 

@@ -24,10 +24,10 @@ pub struct Text {
 
 message!(Text { data } = "std_msgs/msg/String");
 
-/// Yes or no.
+/// A boolean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Flag {
-    /// Whether it is so.
+    /// The boolean.
     pub data: bool,
 }
 

@@ -11,11 +11,11 @@ pub const NO_DEVICE_TIME: i64 = i64::MIN;
 /// A reading with one number per channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sample {
-    /// When it was measured.
+    /// When the sample was measured.
     pub header: Header,
     /// The time by the device's own clock [ns]; [`NO_DEVICE_TIME`] if it has none.
     pub device_time: i64,
-    /// Its index in the stream; a jump is a gap.
+    /// The sample's index in the stream; a jump means a gap.
     pub index: u64,
     /// The values, one per channel.
     pub values: Vec<f64>,
@@ -26,11 +26,11 @@ message!(Sample { header, device_time, index, values } = "teampulse_msgs/msg/Sam
 /// A batch of samples with a constant period.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wave {
-    /// When its first sample was measured.
+    /// When the first sample of the wave was measured.
     pub header: Header,
-    /// The time of its first sample by the device's own clock [ns]; [`NO_DEVICE_TIME`] if it has none.
+    /// The time of the first sample by the device's own clock [ns]; [`NO_DEVICE_TIME`] if it has none.
     pub device_time: i64,
-    /// The index of the wave in its stream; a jump is a gap.
+    /// The index of the wave in its stream; a jump means a gap.
     pub index: u64,
     /// The sampling period [ns].
     pub period_ns: f64,
@@ -71,7 +71,7 @@ message!(
 /// An event.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Event {
-    /// The time at which it happened or started.
+    /// The time at which the event happened or started.
     pub header: Header,
     /// That time by the device's own clock [ns]; [`NO_DEVICE_TIME`] if it has none.
     pub device_time: i64,
@@ -92,11 +92,11 @@ message!(
 /// The description of a stream, published on `/teampulse/streams`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StreamDescription {
-    /// When it was declared.
+    /// When the stream was declared.
     pub header: Header,
-    /// Its topic.
+    /// The topic of the stream.
     pub name: String,
-    /// The full name of its type.
+    /// The full name of the message type.
     pub r#type: String,
     /// The signal, as a word of [`Signal`](teampulse_core::stream::Signal).
     pub signal: String,
@@ -109,7 +109,7 @@ pub struct StreamDescription {
     pub device: String,
     /// The origin, as a code of [`Origin`](teampulse_core::stream::Origin): 0 raw, 1 derived.
     pub origin: u8,
-    /// The streams that it was computed from.
+    /// The streams that the stream was computed from.
     pub inputs: Vec<String>,
     /// The method of computation.
     pub method: String,
@@ -125,9 +125,9 @@ pub struct StreamDescription {
     pub doc: String,
     /// The family of the feature; empty for a raw stream.
     pub family: String,
-    /// The length of its windows [s]; 0 without any, [`PHASES`](Self::PHASES) for whole phases.
+    /// The length of the windows [s]; 0 if there are none, [`PHASES`](Self::PHASES) for whole phases.
     pub window_secs: f64,
-    /// The topic shared with another publisher; empty for any other stream.
+    /// The topic, if this stream holds the samples of another publisher of that topic; empty for any other stream.
     pub beside: String,
 }
 
@@ -155,7 +155,7 @@ message!(
 );
 
 impl StreamDescription {
-    /// The `window_secs` of values that cover a whole phase each.
+    /// The `window_secs` of values that each cover a whole phase.
     pub const PHASES: f64 = -1.0;
 }
 
@@ -170,11 +170,11 @@ pub struct StreamStatus {
     pub state: u8,
     /// The reason if the state is not OK.
     pub reason: String,
-    /// Its rate over the last seconds [Hz].
+    /// The rate over the last seconds [Hz].
     pub rate_hz: f64,
-    /// The time since its last sample [s]; NaN before the first.
+    /// The time since the last sample [s]; NaN before the first.
     pub age_secs: f64,
-    /// The number of samples received.
+    /// The number of readings received; a wave counts once.
     pub received: u64,
     /// The number of samples lost before reception; −1 if unknown.
     pub lost_source: i64,
@@ -186,15 +186,15 @@ pub struct StreamStatus {
     pub duplicates: u64,
     /// The kind of clock model: 0 = the host's clock.
     pub clock: u8,
-    /// The number of times that its clock was reset or restarted.
+    /// The number of times that the stream's clock was reset or restarted.
     pub epoch: u32,
-    /// The offset of its clock, positive when ahead of the session's [s]; NaN if unknown.
+    /// The offset of the clock, positive if it is ahead of the session's [s]; NaN if unknown.
     pub offset_secs: f64,
-    /// The rate error of its clock, positive when fast [ppm]; NaN if unknown.
+    /// The rate error of the clock, positive if it is fast [ppm]; NaN if unknown.
     pub skew_ppm: f64,
-    /// The jitter of its delays [s]; NaN if unknown.
+    /// The jitter of delays [s]; NaN if unknown.
     pub jitter_secs: f64,
-    /// The uncertainty of its times [s]; NaN if unknown.
+    /// The standard uncertainty of times [s]; NaN if unknown.
     pub sigma_secs: f64,
     /// The median latency from measurement to arrival [s]; NaN if unknown.
     pub latency_secs: f64,

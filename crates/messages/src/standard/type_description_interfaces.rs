@@ -23,7 +23,7 @@ message!(
 pub struct GetTypeDescriptionResponse {
     /// Whether the node knows the type.
     pub successful: bool,
-    /// The reason if it does not.
+    /// The reason if the node does not know the type.
     pub failure_reason: String,
     /// The description of the type.
     pub type_description: TypeDescription,
@@ -48,7 +48,7 @@ message!(
 pub struct TypeDescription {
     /// The description of the type itself.
     pub type_description: IndividualTypeDescription,
-    /// The types that it refers to, directly or not, by name.
+    /// The types that the type refers to, directly or not, by name.
     pub referenced_type_descriptions: Vec<IndividualTypeDescription>,
 }
 
@@ -62,7 +62,7 @@ message!(
 pub struct IndividualTypeDescription {
     /// The full name.
     pub type_name: String,
-    /// Its fields, in order.
+    /// The fields, in order.
     pub fields: Vec<Field>,
 }
 
@@ -74,9 +74,9 @@ message!(
 /// One field of a type.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Field {
-    /// Its name.
+    /// The name of the field.
     pub name: String,
-    /// Its type.
+    /// The type of the field.
     pub r#type: FieldType,
     /// The default value as text; empty for none.
     pub default_value: String,
