@@ -21,9 +21,9 @@ use schema::{Kind, Schemas};
 pub(crate) const MAGIC: &[u8] = b"Obj\x01";
 /// The most that a block may unpack to [bytes].
 const MOST_BYTES: u64 = 256 << 20;
-/// The memory that a value other than a number counts for, in numbers.
+/// How many numbers any other value counts as, towards the memory limit.
 const NUMBERS_A_VALUE: usize = 16;
-/// How deeply values may be nested.
+/// The deepest nesting of values.
 const MOST_DEPTH: usize = 64;
 
 /// A value.
@@ -33,17 +33,17 @@ pub(crate) enum Value {
     Number(f64),
     Integer(i64),
     Text(String),
-    /// Numbers alone, which is most of a file.
+    /// An array of numbers only, which is most of a file.
     Numbers(Vec<f64>),
     Integers(Vec<i64>),
     Array(Vec<Value>),
     Record(BTreeMap<String, Value>),
-    /// Not used here.
+    /// Bytes, whose contents are not used here.
     Bytes,
 }
 
 impl Value {
-    /// A field of a record, by its path.
+    /// The value at a path of fields.
     pub(crate) fn at(&self, path: &[&str]) -> Option<&Value> {
         path.iter().try_fold(self, |value, name| match value {
             Value::Record(fields) => fields.get(*name),
@@ -122,7 +122,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Value>, FormatError> {
     Ok(values)
 }
 
-/// The schema and the codec.
+/// Reads the schema and the codec from the header.
 fn header(file: &mut Cursor<'_>) -> Result<(String, String), FormatError> {
     let (mut schema, mut codec) = (String::new(), "null".to_owned());
     loop {
@@ -157,7 +157,7 @@ fn block_count(file: &mut Cursor<'_>) -> Result<u64, FormatError> {
     Ok(count.unsigned_abs())
 }
 
-/// A zig-zag number of up to ten bytes.
+/// Reads a zig-zag encoded integer of up to ten bytes.
 fn long(file: &mut Cursor<'_>) -> Result<i64, FormatError> {
     let mut number = 0_u64;
     for shift in (0..64).step_by(7) {
@@ -178,12 +178,12 @@ fn text(file: &mut Cursor<'_>) -> Result<String, FormatError> {
 /// Reads values of a schema.
 struct Reader<'a> {
     schemas: &'a Schemas,
-    /// The values so far.
+    /// The size of the values so far, in numbers.
     numbers: usize,
 }
 
 impl Reader<'_> {
-    /// Counts values; values that take no bytes are bounded by their number.
+    /// Counts values towards the limit, which also bounds values that take no bytes.
     fn count(&mut self, count: usize) -> Result<(), FormatError> {
         self.numbers = self.numbers.saturating_add(count);
         bounded(self.numbers)
@@ -223,8 +223,9 @@ impl Reader<'_> {
             Kind::Union(branches) => {
                 let branch =
                     usize::try_from(long(file)?).ok().and_then(|place| branches.get(place));
-                let branch = branch
-                    .ok_or_else(|| FormatError::malformed("a union", "", "one of its branches"))?;
+                let branch = branch.ok_or_else(|| {
+                    FormatError::malformed("a union", "", "the index of one of its branches")
+                })?;
                 self.value(file, *branch, depth + 1)?
             }
             Kind::Record(fields) => {

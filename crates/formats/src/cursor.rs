@@ -51,7 +51,7 @@ impl<'a> Cursor<'a> {
         self.array().map(f64::from_le_bytes)
     }
 
-    /// A length of 64 bits, which must fit into what is left.
+    /// Takes as many bytes as a 64-bit length states; fails if fewer are left.
     pub(crate) fn length(&mut self, length: u64) -> Result<&'a [u8], FormatError> {
         let count = usize::try_from(length).map_err(|_too_long| FormatError::Short(self.part))?;
         self.take(count)

@@ -2,20 +2,20 @@
 
 use crate::recording::nanos;
 
-/// A date that a file states for times that count from elsewhere.
+/// The date that a file states, for times that do not count from 1970.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StatedDate {
-    /// The date of time zero [ns since 1970]; of local time where it has no zone.
+    /// The date of time zero [ns since 1970]; in local time if no zone is stated.
     pub zero_ns: i64,
-    /// Whether its time zone is stated.
+    /// Whether the time zone is stated.
     pub has_zone: bool,
 }
 
 const SECS_PER_DAY: i64 = 86_400;
 
 impl StatedDate {
-    /// The date and the time of day of an EDF header: `05.01.26` and `10.15.00`. `None` for anything else, and for
-    /// the 1st of January 1985, which files without a date have.
+    /// Parses the date and the time of day in an EDF header: `05.01.26` and `10.15.00`. `None` for anything else, and
+    /// for 1 January 1985, which stands for an unknown date.
     pub(crate) fn of_edf(date: &str, time: &str) -> Option<StatedDate> {
         let [day, month, year] = numbers(date)?;
         let [hour, minute, second] = numbers(time)?;
@@ -27,7 +27,7 @@ impl StatedDate {
         Some(StatedDate { zero_ns: nanos(secs as f64)?, has_zone: false })
     }
 
-    /// A date of ISO 8601, as in the header of an XDF file: `2026-01-05T10:15:00+0100`.
+    /// Parses an ISO 8601 date, as in the header of an XDF file: `2026-01-05T10:15:00+0100`.
     pub(crate) fn of_iso(text: &str) -> Option<StatedDate> {
         let (date, rest) = text.trim().split_once(['T', ' '])?;
         let [year, month, day] = numbers(date)?;
@@ -44,7 +44,7 @@ impl StatedDate {
     }
 }
 
-/// Three numbers between two marks.
+/// Three numbers, separated by punctuation.
 fn numbers(text: &str) -> Option<[i64; 3]> {
     let number = |text: &str| text.parse::<u16>().ok().map(i64::from);
     let numbers: Option<Vec<i64>> = text.split(['.', ':', '-', '/']).map(number).collect();
@@ -67,7 +67,8 @@ fn of_day(hour: i64, minute: i64, second: i64) -> Option<i64> {
     is_time.then_some((hour * 60 + minute) * 60 + second)
 }
 
-/// Days since 1970; `None` where the calendar has no such day. Hinnant, `chrono-Compatible Low-Level Date Algorithms`.
+/// The number of days since 1970; `None` if the calendar has no such day. Hinnant,
+/// `chrono-Compatible Low-Level Date Algorithms`.
 fn days(year: i64, month: i64, day: i64) -> Option<i64> {
     let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
     let length = match month {

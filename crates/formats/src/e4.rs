@@ -25,7 +25,7 @@ pub const MAGIC: &[u8] = b"PK\x03\x04";
 const MOST_BYTES: u64 = 256 << 20;
 /// The most entries of the archive that are examined.
 const MOST_ENTRIES: usize = 1000;
-/// The acceleration is in 64ths of g.
+/// The number of units of acceleration in 1 g.
 const ACC_PER_G: f64 = 64.0;
 
 /// An evenly sampled file: its name, quantity, channels, unit and scale.
@@ -70,7 +70,7 @@ fn without_samples(name: &str) -> String {
     format!("{name}.csv has no samples")
 }
 
-/// The text of the file with this name, in any folder of the archive.
+/// Unpacks the text of the file with this name, in any folder of the archive; `None` if there is none.
 fn unpacked(
     archive: &mut ZipArchive<Cursor<&[u8]>>,
     stem: &str,
@@ -89,7 +89,7 @@ fn unpacked(
     if file.encrypted() {
         return Err(FormatError::Unsupported("an encrypted zip".into()));
     }
-    // The size that the archive states may be false: what is read is bounded.
+    // The size that the archive states may be false, so reading is bounded.
     let mut text = Vec::new();
     let mut limited = file.take(MOST_BYTES + 1);
     limited.read_to_end(&mut text).map_err(|error| broken(error.to_string()))?;
@@ -100,7 +100,7 @@ fn unpacked(
     Ok(Some(text.map_err(|error| broken(error.to_string()))?))
 }
 
-/// An evenly sampled file; `None` if it has no samples.
+/// Reads an evenly sampled file; `None` if it has no samples.
 fn sampled(file: &Sampled, text: &str) -> Result<Option<Signal>, FormatError> {
     let Sampled(name, quantity, channels, unit, scale) = *file;
     let mut lines = text.lines().filter(|line| !line.trim().is_empty());
@@ -132,7 +132,7 @@ fn sampled(file: &Sampled, text: &str) -> Result<Option<Signal>, FormatError> {
     Ok((!signal.is_empty()).then_some(signal))
 }
 
-/// The intervals between beats; `None` if there are none.
+/// Reads the intervals between beats; `None` if there are none.
 fn intervals(text: &str) -> Result<Option<Signal>, FormatError> {
     let mut lines = text.lines().filter(|line| !line.trim().is_empty());
     let Some(head) = lines.next() else { return Ok(None) };
@@ -162,7 +162,7 @@ fn intervals(text: &str) -> Result<Option<Signal>, FormatError> {
     Ok((!signal.is_empty()).then_some(signal))
 }
 
-/// The presses of the button; `None` if there are none.
+/// Reads the presses of the button; `None` if there are none.
 fn tags(text: &str) -> Result<Option<Signal>, FormatError> {
     let mark = |line: &str| {
         let at_ns = number(line).and_then(nanos);

@@ -6,10 +6,10 @@
 //! | 256 · n | by field: label, transducer, unit, physical and digital range, filters, samples per record |
 //! | records | the samples of each signal in this record, 16 bits (EDF) or 24 bits (BDF), little-endian |
 //!
-//! Annotations are a signal of text (`EDF Annotations`), whose first entry in each record is the record's start,
-//! since records of EDF+D need not follow each other. Sources: Kemp et al. 1992, doi:10.1016/0013-4694(92)90009-7;
-//! Kemp and Olivan 2003, doi:10.1016/S1388-2457(03)00123-8. The start has no time zone, so times are since the start,
-//! and its date is beside them. The identity of the person is not read.
+//! Annotations are a signal of text (`EDF Annotations`). Its first entry in each record is the start of that record,
+//! since records of EDF+D need not be contiguous. Sources: Kemp et al. 1992, doi:10.1016/0013-4694(92)90009-7; Kemp and
+//! Olivan 2003, doi:10.1016/S1388-2457(03)00123-8. The start has no time zone, so times count from the start, and its
+//! date is given separately. The identity of the person is not read.
 
 mod annotations;
 mod header;
@@ -84,7 +84,7 @@ fn annotations_of(header: &Header, record: &[u8]) -> Annotations {
     found
 }
 
-/// The signals of one quantity, unit and rate together, such as all electroencephalograms.
+/// Groups of signals with the same quantity, unit and rate, such as all electroencephalograms.
 struct Groups<'a> {
     header: &'a Header,
     groups: Vec<Group>,
@@ -94,7 +94,7 @@ struct Group {
     quantity: Quantity,
     samples: usize,
     unit: String,
-    /// The signals, by their place in the header.
+    /// The indices of the signals in the header.
     places: Vec<usize>,
     runs: Vec<Run>,
 }

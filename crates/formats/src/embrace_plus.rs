@@ -23,7 +23,7 @@ const SAMPLED: [(&str, Quantity, &str, &str); 3] = [
     ("eda", Quantity::Eda, "eda", "uS"),
     ("temperature", Quantity::Temperature, "temperature", "degC"),
 ];
-/// The longest interval between two heartbeats [ns]: after a longer one a beat was missed.
+/// The longest interval between two heartbeats [ns]: a longer one means that a beat was missed.
 const LONGEST_INTERVAL_NS: i64 = 2_500_000_000;
 
 /// Reads a raw data file.
@@ -48,7 +48,7 @@ pub fn read(bytes: &[u8]) -> Result<Recording, FormatError> {
     Ok(recording)
 }
 
-/// Notes on signals whose samples have no rate, and so no times.
+/// Notes on signals whose samples have no valid rate, and so no times.
 fn left_out(raw: &Value) -> impl Iterator<Item = String> {
     let fields = SAMPLED.iter().map(|(field, ..)| *field).chain(["accelerometer"]);
     fields.filter_map(|field| {
@@ -119,7 +119,7 @@ fn acceleration(part: &Value) -> Result<Option<Signal>, FormatError> {
     Ok((!signal.is_empty()).then_some(signal))
 }
 
-/// The intervals between successive systolic peaks; none across a missed one.
+/// The intervals between successive systolic peaks, except across a missed peak.
 fn intervals(raw: &Value) -> Option<Signal> {
     let peaks = raw.at(&["systolicPeaks", "peaksTimeNanos"])?.integers()?;
     let pairs = peaks.windows(2).map(|pair| (pair[1], pair[1].saturating_sub(pair[0])));

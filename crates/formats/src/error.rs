@@ -5,10 +5,10 @@ use thiserror::Error;
 /// Why a file can't be read. The message fits after "failed to read the file: ".
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum FormatError {
-    /// It ends too early.
+    /// The file ends too early.
     #[error("it ends within {0}")]
     Short(&'static str),
-    /// A part of it violates the format.
+    /// A part of the file violates the format.
     #[error("{what}: {found:?}; expected {expected}")]
     Malformed {
         /// The part.
@@ -18,7 +18,7 @@ pub enum FormatError {
         /// What was expected.
         expected: &'static str,
     },
-    /// A line of a text file in it violates the format.
+    /// A line of a text file in the archive violates the format.
     #[error("{what}: {found:?}; expected {expected}")]
     MalformedText {
         /// The part.
@@ -28,13 +28,13 @@ pub enum FormatError {
         /// What was expected.
         expected: &'static str,
     },
-    /// It contains nothing that can be imported.
+    /// The file contains nothing that can be imported.
     #[error("it contains no {0}")]
     Empty(&'static str),
-    /// It would fill the memory.
+    /// The contents would fill the memory.
     #[error("it has more than 64 million numbers, or unpacks to more than 256 MiB")]
     TooLarge,
-    /// It is compressed or encrypted in a way that is not supported.
+    /// The file is compressed or encrypted in a way that is not supported.
     #[error("{0} is not supported")]
     Unsupported(String),
     /// The archive can't be unpacked.

@@ -1,4 +1,4 @@
-//! What a file contains: signals of one device, on the device's own clock.
+//! The contents of a file: signals of one device, on the device's own clock.
 
 use crate::date::StatedDate;
 use crate::error::FormatError;
@@ -12,10 +12,10 @@ pub const MOST_VALUES: usize = 64 << 20;
 pub struct Recording {
     /// The device, as a lower-case word: `empatica_e4`; empty if the file does not state it.
     pub device: String,
-    /// Whether times are since 1970, by the device's clock; otherwise they are since the start of the recording or by a
-    /// clock that only the file's writer knows.
+    /// Whether times count from 1970, by the device's clock; otherwise they count from the start of the recording, or
+    /// from an origin that only the writer of the file knows.
     pub is_dated: bool,
-    /// The date of such times that the file states, if it does.
+    /// The date of time zero for times that do not count from 1970, if the file states it.
     pub date: Option<StatedDate>,
     /// The signals, in the order of the file.
     pub signals: Vec<Signal>,
@@ -26,7 +26,7 @@ pub struct Recording {
 /// One signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
-    /// Its name in the file.
+    /// The signal's name in the file.
     pub name: String,
     /// The measured quantity.
     pub quantity: Quantity,
@@ -38,12 +38,12 @@ pub struct Signal {
     pub content: Content,
 }
 
-/// A number of each sample.
+/// A channel: one number of each sample.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// Its name.
+    /// The channel's name.
     pub name: String,
-    /// Its unit, as spelt in the file; empty if it is not stated.
+    /// The channel's unit, as spelt in the file; empty if it is not stated.
     pub unit: String,
 }
 
@@ -70,7 +70,7 @@ pub enum Quantity {
     Interval,
     /// Marks, such as the presses of a button.
     Mark,
-    /// Any other.
+    /// Any other quantity.
     Other,
 }
 
@@ -83,7 +83,7 @@ pub enum Content {
     Uneven {
         /// The time of each sample [ns].
         at_ns: Vec<i64>,
-        /// Sample by sample, all channels of each.
+        /// The values, sample by sample, with all channels of each.
         values: Vec<f64>,
     },
     /// Times, each with a text.
@@ -97,37 +97,37 @@ pub struct Run {
     pub start_ns: i64,
     /// The time between two samples [ns].
     pub period_ns: f64,
-    /// Sample by sample, all channels of each; NaN for a missing number.
+    /// The values, sample by sample, with all channels of each; NaN for a missing number.
     pub samples: Vec<f64>,
 }
 
 /// A time with a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mark {
-    /// The time at which it begins [ns].
+    /// When the mark begins [ns].
     pub at_ns: i64,
-    /// How long it lasts [ns]; 0 for a moment.
+    /// How long the mark lasts [ns]; 0 for a moment.
     pub duration_ns: i64,
     /// The text.
     pub label: String,
 }
 
 impl Mark {
-    /// A mark of a moment.
+    /// Creates a mark without a duration.
     pub(crate) fn new(at_ns: i64, label: impl Into<String>) -> Mark {
         Mark { at_ns, duration_ns: 0, label: label.into() }
     }
 }
 
 impl Channel {
-    /// A channel.
+    /// Creates a channel.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Channel {
         Channel { name: name.into(), unit: unit.into() }
     }
 }
 
 impl Content {
-    /// The time of its first sample [ns]; `None` if it has none.
+    /// The time of the first sample [ns]; `None` if there are none.
     pub fn first_ns(&self) -> Option<i64> {
         match self {
             Content::Even(runs) => runs.iter().map(|run| run.start_ns).min(),
@@ -138,7 +138,7 @@ impl Content {
 }
 
 impl Signal {
-    /// An evenly sampled signal of one channel, without gaps.
+    /// Creates an evenly sampled signal.
     pub(crate) fn even(
         name: &str,
         quantity: Quantity,
@@ -149,14 +149,14 @@ impl Signal {
         Signal { name: name.into(), quantity, channels, rate_hz, content: Content::Even(runs) }
     }
 
-    /// Marks.
+    /// Creates a signal of marks.
     pub(crate) fn marks(name: &str, marks: Vec<Mark>) -> Signal {
         let content = Content::Marks(marks);
         let (quantity, channels) = (Quantity::Mark, Vec::new());
         Signal { name: name.into(), quantity, channels, rate_hz: 0.0, content }
     }
 
-    /// Whether it has no samples.
+    /// Whether the signal has no samples.
     pub fn is_empty(&self) -> bool {
         match &self.content {
             Content::Even(runs) => runs.iter().all(|run| run.samples.is_empty()),
@@ -171,9 +171,10 @@ pub(crate) fn bounded(values: usize) -> Result<(), FormatError> {
     if values > MOST_VALUES { Err(FormatError::TooLarge) } else { Ok(()) }
 }
 
-/// Seconds as nanoseconds, to a microsecond for dates; `None` if out of range.
+/// Converts seconds to nanoseconds, with a precision of a microsecond for dates; `None` if out of range.
 pub(crate) fn nanos(secs: f64) -> Option<i64> {
-    // Seconds and their fraction apart: a date in nanoseconds has more digits than a number holds.
+    // Whole seconds and the fraction are converted separately, as a date in nanoseconds has more digits than an `f64`
+    // holds.
     let (whole, fraction) = (secs.trunc(), (secs.fract() * 1e9).round());
     (whole.abs() < 9.2e9).then(|| whole as i64 * 1_000_000_000 + fraction as i64)
 }

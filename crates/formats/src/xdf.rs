@@ -5,15 +5,15 @@
 //! <https://github.com/sccn/xdf/wiki/Specifications>.
 //!
 //! After a chunk that can't be read, reading continues with the next chunk if one follows it, or else after the next
-//! boundary, as in `pyxdf`. A sample without a stamp follows the one before it; after a part that can't be read, it is
-//! left out.
+//! boundary, as in `pyxdf`. A sample without a stamp is placed one period after the previous sample; after a part that
+//! can't be read, it is left out.
 //!
-//! Stamps are by the clock of the computer that sent the stream; the line through the measured offsets converts
-//! them to that of the recorder: one line for each clock, where a computer was restarted or replaced. The recorder's
-//! counts from when its computer was started and so has no date; that of the file's header, when the recording began,
-//! is taken for the first sample. Stamps of evenly sampled streams have the jitter of the network: each stretch between
-//! gaps becomes a run with the line through its stamps. `pyxdf` does the same, but takes only what lacks more than a
-//! second and 500 samples for a gap.
+//! Stamps are by the clock of the computer that sent the stream. A line through the measured offsets converts them to
+//! the recorder's clock; if a computer was restarted or replaced, each of its clocks has its own line. The recorder's
+//! clock counts from the start of its computer, and so has no date: the date in the file's header, when the recording
+//! began, is taken for the first sample. Stamps of evenly sampled streams have the jitter of the network: each stretch
+//! between gaps becomes a run, timed by a line through its stamps. `pyxdf` does the same, but finds only gaps of more
+//! than a second and 500 samples.
 
 mod chunks;
 mod clock;
@@ -88,7 +88,7 @@ fn is_malformed(error: &FormatError) -> bool {
     matches!(error, FormatError::Malformed { .. })
 }
 
-/// When the recording began, by the header of the file.
+/// When the recording began, as stated in the header of the file.
 fn stated(xml: &[u8]) -> Option<StatedDate> {
     let xml = String::from_utf8_lossy(xml);
     StatedDate::of_iso(element(&xml, "datetime")?.0)

@@ -244,7 +244,7 @@ fn samples_of_xdf_without_a_stamp_are_not_placed_by_those_before_the_damage() {
         file[starts[1]] = 7;
     });
     let note = "58 bytes in one place could not be read: the samples there are missing, and 10 after \
-                them, which have no stamp of their own, were left out";
+                them, which have no stamps, were left out";
     assert_eq!((starts, notes), (vec![0, 2000, 3000], vec![note.to_owned()]));
 }
 

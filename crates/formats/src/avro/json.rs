@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// How deeply values may be nested.
+/// The deepest nesting of values.
 const MOST_DEPTH: usize = 64;
 
 /// A value of JSON.
@@ -50,7 +50,7 @@ impl<'a> Parser<'a> {
         self.rest
     }
 
-    /// Whether this character comes next, which is then consumed.
+    /// Consumes the next character if it is `wanted`; returns whether it was.
     fn eat(&mut self, wanted: char) -> bool {
         let after = self.skip().strip_prefix(wanted);
         self.rest = after.unwrap_or(self.rest);

@@ -62,7 +62,7 @@ impl Schemas {
                 Ok(self.push(Kind::Union(branches)))
             }
             Json::Object(_) => self.add_object(json),
-            _ => Err(FormatError::malformed("its schema", "", "types")),
+            _ => Err(FormatError::malformed("its schema", "", "a type")),
         }
     }
 
@@ -91,15 +91,16 @@ impl Schemas {
 
     fn add_object(&mut self, json: &Json) -> Result<usize, FormatError> {
         let part = |name: &'static str| {
-            json.get(name)
-                .ok_or_else(|| FormatError::malformed("its schema", name, "this in each type"))
+            json.get(name).ok_or_else(|| {
+                FormatError::malformed("a missing key in its schema", name, "it in each such type")
+            })
         };
         let of = part("type")?;
         let Some(word) = of.text() else { return self.add(of) };
         if !["array", "map", "enum", "fixed", "record", "error"].contains(&word) {
             return self.named(word);
         }
-        // The place is taken before its parts are read, as these may name it.
+        // The type gets its index before its parts are read, as these may refer to it by name.
         let place = self.push(Kind::Null);
         if let Some(name) = json.get("name").and_then(Json::text) {
             self.named.insert(short(name).to_owned(), place);

@@ -1,5 +1,5 @@
-//! Annotations: `+onset[\x15duration]\x14text\x14…\x00`, of which the first of a record has no text and is the
-//! record's start.
+//! Annotations: `+onset[\x15duration]\x14text\x14…\x00`. The first one of a record has no text, and is the start of the
+//! record.
 
 use crate::recording::{Mark, nanos};
 
@@ -30,7 +30,7 @@ pub(super) fn annotations(bytes: &[u8]) -> Annotations {
     found
 }
 
-/// A time [s], and in nanoseconds.
+/// Parses a time; returns it in seconds and in nanoseconds.
 fn number(text: &[u8]) -> Option<(f64, i64)> {
     let secs = std::str::from_utf8(text).ok()?.parse().ok()?;
     Some((secs, nanos(secs)?))

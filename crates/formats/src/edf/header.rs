@@ -1,4 +1,4 @@
-//! The header of a file.
+//! The header of an EDF or BDF file.
 
 use super::{BDF_MAGIC, cursor};
 use crate::cursor::Cursor;
@@ -6,10 +6,10 @@ use crate::date::StatedDate;
 use crate::error::FormatError;
 use crate::recording::Quantity;
 
-/// The most signals of a file.
+/// The most signals in a file.
 const MOST_SIGNALS: usize = 4096;
 
-/// The header.
+/// The header of a file.
 #[derive(Debug)]
 pub(super) struct Header {
     pub(super) bytes: usize,
@@ -19,12 +19,12 @@ pub(super) struct Header {
     pub(super) records: Option<usize>,
     pub(super) record_secs: f64,
     pub(super) sample_bytes: usize,
-    /// Whether records have starts of their own.
+    /// Whether each record states its own start (EDF+ or BDF+).
     pub(super) is_plus: bool,
     pub(super) signals: Vec<EdfSignal>,
 }
 
-/// A signal of the header.
+/// A signal as described in the header.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EdfSignal {
     pub(super) label: String,
@@ -74,7 +74,7 @@ impl Header {
         Ok(header)
     }
 
-    /// Notes on signals whose numbers all become one.
+    /// Notes on signals whose samples all become the same number.
     pub(super) fn notes(&self) -> impl Iterator<Item = String> {
         let signals = self.signals.iter().filter(|signal| !signal.is_annotations());
         let flat = signals.filter(|signal| signal.physical.0.total_cmp(&signal.physical.1).is_eq());
@@ -93,7 +93,7 @@ impl Header {
         self.samples_a_record() * self.sample_bytes
     }
 
-    /// Where in a record each signal begins.
+    /// The offset of each signal in a record [bytes].
     pub(super) fn starts(&self) -> impl Iterator<Item = usize> {
         self.signals.iter().scan(0, |at, signal| {
             let start = *at;
@@ -103,7 +103,7 @@ impl Header {
     }
 }
 
-/// The signals, whose fields are stored one after the other: first all labels, then all transducers, …
+/// Reads the signals, whose fields are stored one after the other: first all labels, then all transducers, …
 fn signals(file: &mut Cursor<'_>, count: usize) -> Result<Vec<EdfSignal>, FormatError> {
     let mut signals = vec![EdfSignal::default(); count];
     for signal in &mut signals {
@@ -148,13 +148,13 @@ impl EdfSignal {
         matches!(&*self.label, "EDF Annotations" | "BDF Annotations")
     }
 
-    /// A digital value in the signal's unit.
+    /// Converts a digital value to the signal's unit.
     pub(super) fn physical(&self, digital: i32) -> f64 {
         let ((least, most), (from, to)) = (self.physical, self.digital);
         least + (f64::from(digital) - from) * (most - least) / (to - from)
     }
 
-    /// The measured quantity, by the first word of the label, as listed in EDF+, and by words in common use.
+    /// The measured quantity, from the first word of the label: the words listed in EDF+ and others in common use.
     pub(super) fn quantity(&self) -> Quantity {
         let label = self.label.to_ascii_lowercase();
         let mut words = label.split(|each: char| !each.is_ascii_alphanumeric());

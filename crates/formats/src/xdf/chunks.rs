@@ -5,7 +5,8 @@ use super::unread::Unread;
 use crate::cursor::Cursor;
 use crate::error::FormatError;
 
-/// The content of a boundary chunk, which `LabRecorder` writes about every 10 s so that readers find their way back.
+/// The content of a boundary chunk, which `LabRecorder` writes about every 10 s, so that readers can continue after
+/// damage.
 const BOUNDARY: [u8; 16] = [
     0x43, 0xA5, 0x46, 0xDC, 0xCB, 0xF5, 0x41, 0x0F, 0xB3, 0x0E, 0xD5, 0x46, 0x73, 0x83, 0xCB, 0xE4,
 ];
@@ -27,14 +28,14 @@ pub(super) struct Chunk<'a> {
     pub(super) content: Cursor<'a>,
 }
 
-/// The chunks in order.
+/// Reads the chunks in order.
 pub(super) struct Chunks<'a> {
     file: &'a [u8],
     /// The offset of the last chunk.
     start: usize,
-    /// The offset of the next one; that of the last chunk if its length can't be read.
+    /// The offset of the next chunk; the same as `start` if the length of the last chunk can't be read.
     end: usize,
-    /// Whether the file ends within the last chunk, if its length is right.
+    /// Whether the file ends within the last chunk, according to its length.
     is_cut: bool,
     unread: Unread,
 }
@@ -48,8 +49,8 @@ impl<'a> Chunks<'a> {
         Ok(Chunks { file, start: at, end: at, is_cut: false, unread: Unread::default() })
     }
 
-    /// The next chunk; `None` at the end. After one that can't be read, or whose content can't, [`Chunks::skip`]
-    /// continues.
+    /// The next chunk; `None` at the end. Call [`Chunks::skip`] after a chunk that can't be read, or whose content
+    /// can't.
     pub(super) fn next(&mut self) -> Option<Result<Chunk<'a>, FormatError>> {
         self.start = self.end;
         let rest = &self.file[self.start..];
@@ -80,7 +81,7 @@ impl<'a> Chunks<'a> {
         }
     }
 
-    /// What was skipped.
+    /// The bytes that were skipped.
     pub(super) fn unread(&self) -> &Unread {
         &self.unread
     }
@@ -96,12 +97,12 @@ impl<'a> Chunks<'a> {
 struct Frame<'a> {
     tag: u16,
     content: &'a [u8],
-    /// Its length with that of its prefix [bytes].
+    /// The length of the chunk, including its prefix [bytes].
     length: usize,
 }
 
 impl<'a> Frame<'a> {
-    /// The first chunk of bytes; the error is [`FormatError::Short`] only if they end within it.
+    /// Reads the first chunk of `bytes`; the error is [`FormatError::Short`] only if they end within it.
     fn read(bytes: &'a [u8]) -> Result<Frame<'a>, FormatError> {
         let mut rest = Cursor::new(bytes, "a chunk");
         let length = length(&mut rest)?.checked_sub(2).ok_or_else(|| {
@@ -119,7 +120,7 @@ impl<'a> Frame<'a> {
     fn chunk(self) -> Result<Chunk<'a>, FormatError> {
         let tag = Tag::of(self.tag)?;
         if tag == Tag::Boundary && self.content != BOUNDARY {
-            return Err(FormatError::malformed("a boundary", "others", "its fixed bytes"));
+            return Err(FormatError::malformed("a boundary", "other bytes", "its fixed bytes"));
         }
         Ok(Chunk { tag, content: Cursor::new(self.content, "a chunk") })
     }
@@ -145,7 +146,7 @@ impl Tag {
     }
 }
 
-/// A length of one, four or eight bytes, preceded by that number.
+/// Reads a length of one, four or eight bytes, preceded by its size.
 pub(super) fn length(file: &mut Cursor<'_>) -> Result<u64, FormatError> {
     match file.u8()? {
         1 => file.u8().map(u64::from),

@@ -9,7 +9,7 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// The least-squares line; through a single point it is level. `None` without a point.
+    /// The least-squares line through points; it is level through a single point. `None` if there are no points.
     pub(super) fn of(points: &[(f64, f64)]) -> Option<Fit> {
         if points.is_empty() {
             return None;
@@ -24,7 +24,7 @@ impl Fit {
         Some(Fit { center, at_center, slope })
     }
 
-    /// The same without points that are more than five median deviations off: probes that were delayed.
+    /// The least-squares line without points that are off by more than five median deviations, such as delayed probes.
     pub(super) fn without_outliers(points: &[(f64, f64)]) -> Option<Fit> {
         let first = Fit::of(points)?;
         let off = |point: &(f64, f64)| (point.1 - first.at(point.0)).abs();

@@ -2,21 +2,21 @@
 
 use std::collections::VecDeque;
 
-/// The stamps around a place that are compared [s], and the fewest of them.
+/// The span of the stamps that are compared before and after a place [s], and their minimum number.
 const AROUND_SECS: f64 = 2.0;
 const FEWEST: usize = 20;
-/// From this many periods between two stamps on, a sample may be missing.
+/// The number of periods between two stamps from which a sample may be missing.
 const STEP_PERIODS: f64 = 1.5;
-/// Later stamps are all late by more than this many periods, and by this many times the usual jitter, after a gap.
+/// After a gap, all later stamps are late by more than this many periods plus this many times the usual jitter.
 const LATE_PERIODS: f64 = 0.5;
 const LATE_JITTERS: f64 = 4.0;
 
-/// The indices of the stamps before which samples are missing. Where stamps are only late, those that follow catch up;
-/// after a gap they stay late.
+/// The indices of the stamps before which samples are missing. If stamps are only delayed, later stamps catch up; after
+/// a gap they stay late.
 pub(super) fn gaps(stamps_secs: &[f64], rate_hz: f64) -> Vec<usize> {
     let width = ((AROUND_SECS * rate_hz) as usize).max(FEWEST);
     let Some(period_secs) = period_secs(stamps_secs, width) else { return Vec::new() };
-    // How late each stamp is, compared with any other.
+    // How late each stamp is, relative to the others.
     let late: Vec<f64> =
         stamps_secs.iter().enumerate().map(|(at, secs)| secs - at as f64 * period_secs).collect();
     let after = least_from_here(&late, width);
@@ -37,7 +37,7 @@ pub(super) fn gaps(stamps_secs: &[f64], rate_hz: f64) -> Vec<usize> {
     found
 }
 
-/// The usual period [s], from stamps this many samples apart, most of which have no gap in between.
+/// The usual period [s], from pairs of stamps `width` samples apart, most of which have no gap in between.
 fn period_secs(stamps_secs: &[f64], width: usize) -> Option<f64> {
     let lag = width.min(stamps_secs.len() / 4);
     if lag < FEWEST / 4 {
@@ -54,7 +54,7 @@ fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     (!numbers.is_empty()).then(|| *numbers.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// The smallest of each number and of those that follow it, this many in all.
+/// For each number, the minimum of `width` numbers starting with it.
 fn least_from_here(numbers: &[f64], width: usize) -> Vec<f64> {
     let mut least = Least::new(width);
     let backwards = numbers.iter().rev().map(|number| {
@@ -66,11 +66,11 @@ fn least_from_here(numbers: &[f64], width: usize) -> Vec<f64> {
     found
 }
 
-/// The least of the newest numbers.
+/// The minimum of the newest `width` numbers.
 struct Least {
     width: usize,
     count: usize,
-    /// Those that may become the least, each with its place: ever larger.
+    /// The numbers that may still become the minimum, in increasing order, each with its index.
     candidates: VecDeque<(usize, f64)>,
 }
 

@@ -15,7 +15,7 @@ pub(super) struct Header {
     pub(super) rate_hz: f64,
 }
 
-/// How a value is stored.
+/// The format in which a value is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Format {
     Float32,
@@ -69,7 +69,7 @@ impl Format {
     }
 }
 
-/// The quantity of a stream by its type, from <https://github.com/sccn/xdf/wiki/Meta-Data> and from common use.
+/// The quantity of a stream, from its type, as listed in <https://github.com/sccn/xdf/wiki/Meta-Data> or in common use.
 fn quantity(kind: &str, format: Format) -> Quantity {
     match &*kind.to_ascii_lowercase() {
         "ecg" | "ekg" => Quantity::Ecg,
@@ -114,7 +114,7 @@ fn unit(unit: &str) -> &str {
     }
 }
 
-/// The content of the first element with a name, and the text after it.
+/// The content of the first XML element with a name, and the text after the element.
 pub(super) fn element<'a>(xml: &'a str, name: &str) -> Option<(&'a str, &'a str)> {
     let (opening, closing) = (format!("<{name}"), format!("</{name}>"));
     let mut rest = xml;
@@ -127,7 +127,7 @@ pub(super) fn element<'a>(xml: &'a str, name: &str) -> Option<(&'a str, &'a str)
                 rest = &rest[rest.find('>')?..];
                 break;
             }
-            // A longer name.
+            // An element with a longer name.
             _ => {}
         }
     }

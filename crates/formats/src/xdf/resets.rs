@@ -1,25 +1,26 @@
-//! Resets of a stream's clock: its computer was restarted, or another one took over.
+//! Resets of a stream's clock: its computer was restarted, or replaced by another one.
 
 use super::clock::Fit;
 
-/// A measured offset that differs by more than this from the one before it is that of another clock [s]: a delayed
+/// A measured offset that differs by more than this from the previous one belongs to another clock [s]: a delayed
 /// measurement is wrong by less.
 const RESET_SECS: f64 = 1.0;
-/// The drift of clocks that have nothing else in common: it moves an offset by this much of the time in between.
+/// The largest relative drift between two clocks, by which an offset may change over time.
 const DRIFT: f64 = 1e-3;
-/// LSL measures every 5 s: a stamp that is this much later than the last measurement may be of another clock [s].
+/// LSL measures every 5 s: a stamp that is this much later than the last measurement may come from another clock [s].
 const MEASURED_SECS: f64 = 10.0;
-/// One that goes back by more than this is, if it is this near to the next clock's first measurement [s].
+/// A stamp that goes back by more than this comes from the next clock, if it is this close to that clock's measurements
+/// [s].
 const BACK_SECS: f64 = 0.5;
 const NEAR_SECS: f64 = 60.0;
 
 /// A clock between two resets.
 #[derive(Debug)]
 struct Epoch {
-    /// The first and the last time of its offsets [s], by itself.
+    /// The first and the last time of the clock's offsets, by the clock itself [s].
     first_secs: f64,
     last_secs: f64,
-    /// The recorder's clock minus this one.
+    /// The recorder's clock minus this clock.
     offset: Fit,
 }
 
@@ -37,13 +38,13 @@ impl Epoch {
         secs + self.offset.at(secs)
     }
 
-    /// How far a time lies outside of it [s].
+    /// How far a time is outside the epoch [s].
     fn distance_secs(&self, secs: f64) -> f64 {
         (self.first_secs - secs).max(secs - self.last_secs).max(0.0)
     }
 }
 
-/// Converts stamps to the recorder's clock, in place; returns how often their clock was reset.
+/// Converts stamps to the recorder's clock, in place; returns how many times their clock was reset.
 pub(super) fn convert(stamps_secs: &mut [f64], offsets: &[(f64, f64)]) -> usize {
     let epochs: Vec<Epoch> = split(offsets).into_iter().filter_map(Epoch::of).collect();
     let Some(mut now) = epochs.first() else { return 0 };
@@ -61,7 +62,7 @@ pub(super) fn convert(stamps_secs: &mut [f64], offsets: &[(f64, f64)]) -> usize 
     epochs.len() - 1
 }
 
-/// Whether a stamp is of the later of two clocks; with the converted stamp before it [s].
+/// Whether a stamp belongs to the later of two clocks; `before_secs` is the previous stamp, converted [s].
 fn begins((now, later): (&Epoch, &Epoch), secs: f64, before_secs: f64) -> bool {
     let (off_now_secs, off_later_secs) = (now.distance_secs(secs), later.distance_secs(secs));
     let is_earlier = |epoch: &Epoch| epoch.convert(secs) < before_secs - BACK_SECS;
@@ -69,7 +70,7 @@ fn begins((now, later): (&Epoch, &Epoch), secs: f64, before_secs: f64) -> bool {
     goes_back || off_now_secs > off_later_secs.max(MEASURED_SECS)
 }
 
-/// The offsets between resets.
+/// Splits the offsets at resets.
 fn split(offsets: &[(f64, f64)]) -> Vec<&[(f64, f64)]> {
     let mut parts = Vec::new();
     let mut start = 0;
@@ -83,7 +84,7 @@ fn split(offsets: &[(f64, f64)]) -> Vec<&[(f64, f64)]> {
     parts
 }
 
-/// Whether the clock was reset before an offset: it jumps, and those that follow do not return.
+/// Whether the clock was reset before an offset: the offset jumps, and later ones do not return.
 fn is_reset(offsets: &[(f64, f64)], at: usize) -> bool {
     let (before, found) = (offsets[at - 1], offsets[at]);
     let returns = at > 1 && !differs(offsets[at - 2], found);
@@ -92,7 +93,7 @@ fn is_reset(offsets: &[(f64, f64)], at: usize) -> bool {
     }
     match offsets.get(at + 1) {
         Some(after) => !differs(found, *after) && differs(before, *after),
-        // The last one may be an outlier, but a clock that goes back is another one.
+        // The last offset may be an outlier, but a clock that goes back is another clock.
         None => found.0 < before.0,
     }
 }

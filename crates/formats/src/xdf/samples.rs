@@ -16,18 +16,18 @@ pub(super) struct Samples {
     pub(super) texts: Vec<String>,
     /// The number of samples that were left out because their stamps are not times.
     pub(super) unplaced: usize,
-    /// The number of those that were left out because they have no stamp, and what they follow could not be read.
+    /// The number of samples that were left out because they have no stamp, and the part before them could not be read.
     pub(super) unstamped: usize,
-    /// The number of integers that have no `f64` of their own.
+    /// The number of integers that an `f64` can't represent exactly.
     pub(super) rounded: usize,
-    /// The indices of the samples before which others may be missing.
+    /// The indices of the samples before which other samples may be missing.
     pub(super) interruptions: Vec<usize>,
     /// The time of the next sample if it has no stamp; `None` if it is unknown.
     next_secs: Option<f64>,
 }
 
 impl Samples {
-    /// No samples yet; the next one is at this time if it has no stamp.
+    /// Starts without samples; `next_secs` is the time of the next sample if it has no stamp.
     pub(super) fn none(next_secs: Option<f64>) -> Samples {
         Samples {
             stamps_secs: Vec::new(),
@@ -41,7 +41,7 @@ impl Samples {
         }
     }
 
-    /// The samples of a chunk that follows these.
+    /// Reads the samples of the next chunk.
     pub(super) fn read(
         &self,
         header: &Header,
@@ -70,7 +70,7 @@ impl Samples {
         self.next_secs = more.next_secs;
     }
 
-    /// Samples may be missing here: the next one can be placed only if it has a stamp.
+    /// Notes that samples may be missing here: the next sample can be timed only if it has a stamp.
     pub(super) fn interrupt(&mut self) {
         self.next_secs = None;
         self.interruptions.push(self.stamps_secs.len());
@@ -101,7 +101,7 @@ impl Samples {
         Ok(())
     }
 
-    /// Reads the values of a sample, or returns its text.
+    /// Reads the values of a sample; returns its text if values are texts.
     fn values(
         &mut self,
         header: &Header,

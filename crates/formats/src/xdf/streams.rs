@@ -11,16 +11,16 @@ use crate::cursor::Cursor;
 use crate::error::FormatError;
 use crate::recording::{Content, Mark, Quantity, Run, Signal, bounded, nanos};
 
-/// A stamp that is late by more than a second and by more than 500 samples begins another run, as in `pyxdf`, whatever
-/// follows.
+/// A stamp that is late by more than a second and by more than 500 samples always begins another run, as in `pyxdf`.
 const GAP_SECS: f64 = 1.0;
 const GAP_SAMPLES: f64 = 500.0;
-/// So does one that lies further before the last one than jitter explains.
+/// A stamp that goes back by more than this also begins another run, as jitter can't explain it [s].
 const BACK_SECS: f64 = 1.0;
-/// And, where a part of the file could not be read, one from which on a sample is missing.
+/// After a part of the file that could not be read, a stamp this many samples after the previous one begins another
+/// run.
 const MISSING_SAMPLES: f64 = 1.5;
 
-/// The streams so far, by their id.
+/// The streams so far, by id.
 #[derive(Default)]
 pub(super) struct Streams {
     each: BTreeMap<u32, XdfStream>,
@@ -31,7 +31,7 @@ pub(super) struct Streams {
 struct XdfStream {
     header: Header,
     samples: Samples,
-    /// The measured offsets, each with its time by the recorder's clock.
+    /// The measured offsets [s], each after the time at which it was measured [s].
     offsets: Vec<(f64, f64)>,
 }
 
@@ -79,17 +79,17 @@ impl Streams {
         bounded(self.values)
     }
 
-    /// Samples of every stream may be missing here.
+    /// Notes that samples of every stream may be missing here.
     pub(super) fn interrupt(&mut self) {
         self.each.values_mut().for_each(|stream| stream.samples.interrupt());
     }
 
-    /// The number of samples that were left out because they have no stamp, and what they follow could not be read.
+    /// The number of samples that were left out because they have no stamp, and the part before them could not be read.
     pub(super) fn unstamped(&self) -> usize {
         self.each.values().map(|stream| stream.samples.unstamped).sum()
     }
 
-    /// The signals, and notes on what was skipped.
+    /// Converts the streams to signals; also returns notes on what was skipped.
     pub(super) fn finish(self) -> (Vec<Signal>, Vec<String>) {
         let mut notes = Vec::new();
         if self.unknown > 0 {
@@ -130,7 +130,7 @@ impl XdfStream {
         *format == Format::Text || *rate_hz <= 0.0 || *quantity == Quantity::Interval
     }
 
-    /// Puts its samples on the recorder's clock; returns notes on what is odd about them.
+    /// Converts the stream's stamps to the recorder's clock; returns notes on irregularities.
     fn convert(&mut self) -> impl Iterator<Item = String> {
         let (name, stamps_secs) = (&self.header.name, &mut self.samples.stamps_secs);
         let resets = convert(stamps_secs, &self.offsets);
@@ -150,7 +150,7 @@ impl XdfStream {
         reset.into_iter().chain(back).chain(rounded)
     }
 
-    /// Its samples.
+    /// Converts the stream to a signal.
     fn signal(self) -> Signal {
         let is_uneven = self.is_uneven();
         let at = |secs: f64| nanos(secs).unwrap_or_default();
@@ -171,7 +171,7 @@ impl XdfStream {
     }
 }
 
-/// The runs between gaps, each with the line through its stamps.
+/// The runs between gaps, each timed by a line through its stamps.
 fn runs(samples: &Samples, width: usize, rate_hz: f64) -> Vec<Run> {
     let mut start = 0;
     let run = |end: usize| {
@@ -206,7 +206,7 @@ fn breaks(samples: &Samples, rate_hz: f64) -> BTreeSet<usize> {
     breaks
 }
 
-/// A note on where samples of a signal are missing between its runs, and for how long; `None` if none are.
+/// A note on how often and for how long samples are missing between the runs of a signal; `None` if none are.
 fn missing(signal: &Signal) -> Option<String> {
     let Content::Even(runs) = &signal.content else { return None };
     let width = signal.channels.len().max(1);
@@ -224,7 +224,7 @@ fn missing(signal: &Signal) -> Option<String> {
     }
 }
 
-/// How often, in words.
+/// A number of times, in words.
 fn times(count: usize) -> String {
     if count == 1 { "once".to_owned() } else { format!("{count} times") }
 }

@@ -1,4 +1,4 @@
-//! What of a damaged file could not be read.
+//! The parts of a damaged file that could not be read.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use std::ops::Range;
 pub(super) struct Unread {
     bytes: usize,
     places: usize,
-    /// The offset after the last place.
+    /// The offset after the last skipped bytes.
     end: usize,
     last: Option<Last>,
 }
@@ -16,12 +16,12 @@ pub(super) struct Unread {
 #[derive(Debug)]
 struct Last {
     bytes: usize,
-    /// Whether it is the start of a chunk, as after a crash of the recorder.
+    /// Whether the file ends within a chunk, as after a crash of the recorder.
     is_cut: bool,
 }
 
 impl Unread {
-    /// Counts bytes that were skipped; those that directly follow others are in the same place.
+    /// Counts bytes that were skipped; bytes that directly follow others count as the same place.
     pub(super) fn skipped(&mut self, bytes: Range<usize>) {
         self.bytes += bytes.len();
         self.places += usize::from(self.places == 0 || bytes.start != self.end);
@@ -33,7 +33,7 @@ impl Unread {
         self.last = Some(Last { bytes: bytes.len(), is_cut });
     }
 
-    /// Notes on what is missing. `unstamped` is the number of samples that were left out after skipped bytes, as they
+    /// Notes on the missing parts. `unstamped` is the number of samples that were left out after skipped bytes, as they
     /// have no stamp.
     pub(super) fn notes(&self, unstamped: usize) -> Vec<String> {
         let skipped = (self.places > 0).then(|| self.skipped_note(unstamped));
@@ -47,9 +47,7 @@ impl Unread {
         };
         let left_out = match unstamped {
             0 => String::new(),
-            _ => format!(
-                ", and {unstamped} after them, which have no stamp of their own, were left out"
-            ),
+            _ => format!(", and {unstamped} after them, which have no stamps, were left out"),
         };
         let bytes = self.bytes;
         format!(
