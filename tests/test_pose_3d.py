@@ -189,7 +189,7 @@ def test_a_skeleton_of_another_program_is_in_space_and_frames_without_depth_are_
         at_ns = time.time_ns()
         see(at_ns)
         camera.depth.say(depth_message(body.depth, "16UC1", at_ns))
-        return f"nothing has come on {INFO}; publish the sensor_msgs/msg/CameraInfo" in monitor.stderr
+        return f"nothing has arrived on {INFO}; publish the sensor_msgs/msg/CameraInfo" in monitor.stderr
 
     harness.eventually(lacking, within_secs=30)
     camera.show(body, "16UC1", time.time_ns())

@@ -1,4 +1,4 @@
-//! Pictures with hidden faces.
+//! Hides faces in pictures.
 
 mod held;
 
@@ -28,35 +28,36 @@ use crate::model::process::{Models, Process, Seen, memory_mib, patience_secs};
 use crate::model::read;
 use held::{Held, Picked};
 
-/// How often the end of the session and the exit of the process are checked for while no frame arrives.
+/// The interval at which the end of the session and the exit of the process are checked for while no frame arrives.
 const LOOK: Duration = Duration::from_millis(500);
-/// How much earlier than due a frame may be processed, as a share of the period: cameras are not perfectly regular.
+/// How early a frame may be processed, as a share of the period, as cameras are not perfectly regular.
 const EARLY: f64 = 0.1;
 /// The longest time for which frames can be held [s].
 const MOST_HOLD_SECS: f64 = 10.0;
 
-/// Pictures with hidden faces, from the cameras, robots and topics for which the study sets `faces = "blur"`. The
-/// original pictures are visible only to workers; the blurred ones are recorded and shown.
+/// Hides faces in pictures from the cameras, robots and topics for which the study sets `faces = "blur"`. The original
+/// pictures are visible only to workers; the blurred ones are recorded and shown.
 ///
-/// Faces are detected by one or more models, each of which processes the whole picture. Frames that were not
-/// processed are not recorded: a frame that cannot be decoded, and one that is skipped because the models are too
-/// slow, are counted as lost. A face is also hidden at the same place for a moment before and after it was found. If
-/// the models miss a face for longer than that, it is visible: test them on your own pictures.
+/// Faces are detected by one or more models, each of which processes the whole picture. Frames that were not processed
+/// are not recorded: frames that cannot be decoded, or are skipped because the models are too slow, are counted as
+/// lost. A face is also hidden at the same place for a moment before and after it was found. A face that the models
+/// miss for longer is visible, so test them on your own pictures.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Blur {
     /// The descriptors of the face detection models, such as `YuNet`'s; a lower `least_score` there hides more.
     pub descriptors: Vec<PathBuf>,
-    /// How much the hidden part is enlarged on each side of a face, as a share of its width and height.
+    /// How far the hidden part extends beyond each side of a face, as a share of the face's width and height.
     #[serde(default = "margin")]
     pub margin: f64,
-    /// How long before and after its detection a face is hidden at its place [s]. Pictures are delayed by this time.
+    /// How long before and after its detection a face is hidden at the same place [s]. Pictures are delayed by this
+    /// time.
     #[serde(default = "hold_secs")]
     pub hold_secs: f64,
     /// The highest rate at which the frames of a camera are processed and recorded [Hz]. By default all frames.
     #[serde(default)]
     pub max_hz: Option<f64>,
-    /// The library of an ONNX Runtime (1.22 or newer), which is several times faster. By default the one in
+    /// The library of an ONNX Runtime (1.22 or newer), which is several times faster. By default the library in
     /// `ORT_DYLIB_PATH`, or else the engine in pure Rust.
     #[serde(default)]
     pub onnx_runtime: Option<PathBuf>,
@@ -89,7 +90,7 @@ impl Component<dyn Worker, WorkerContext> for Blur {
             return Err(SettingsError::new(message).at("hold_secs"));
         }
         if self.max_hz.is_some_and(|rate| !rate.is_finite() || rate <= 0.0) {
-            return Err(SettingsError::new("it must be above 0").at("max_hz"));
+            return Err(SettingsError::new("the rate must be above 0 Hz").at("max_hz"));
         }
         Ok(Box::new(self))
     }
@@ -114,7 +115,7 @@ impl Worker for Blur {
         for camera in cameras.values_mut() {
             match &looked {
                 Ok(()) => camera.let_go(Time::from_nanos(i64::MAX), outlet),
-                // They were processed, but a face may appear in the frames after them.
+                // The held frames were processed, but a face may appear in the frames after them.
                 Err(_) => outlet.lost(camera.stream, camera.held.len() as u64),
             }
         }
@@ -127,7 +128,7 @@ fn is_to_hide(stream: &Stream) -> bool {
     stream.audience == Audience::Workers && stream.signal == Signal::Image
 }
 
-/// Fails for a model that finds no faces, or does not process the whole picture.
+/// Fails if a model does not find faces, or does not process the whole picture.
 fn refuse_blind(descriptor: &Descriptor) -> Result<(), WorkerError> {
     let name = &descriptor.name;
     let refuse = |why: &str, hint: &str| {
@@ -135,7 +136,10 @@ fn refuse_blind(descriptor: &Descriptor) -> Result<(), WorkerError> {
         Err(WorkerError { message, hint: hint.to_owned() })
     };
     if descriptor.output.finds() != Some(Subject::Face) {
-        return refuse("finds no faces", "YuNet does: `teampulse models list`");
+        return refuse(
+            "does not find faces",
+            "use a face detector such as YuNet: see `teampulse models list`",
+        );
     }
     if descriptor.input.source != Source::Frame || descriptor.input.resize == Resize::Crop {
         return refuse(
@@ -219,15 +223,15 @@ fn blurred(name: &str) -> String {
     format!("{plain}/blurred/compressed")
 }
 
-/// A camera whose faces are hidden.
+/// A camera in whose pictures faces are hidden.
 struct Camera {
-    /// The stream of its pictures with hidden faces.
+    /// The stream of the camera's pictures with hidden faces.
     stream: StreamId,
     held: Held,
     /// The minimum time between two processed frames [s].
     period_secs: f64,
     last: Option<Time>,
-    /// Why its last frame was left out: reported once, until a frame succeeds.
+    /// Why the camera's last frame was left out; reported once, until a frame succeeds.
     failing: Option<String>,
 }
 
@@ -282,7 +286,7 @@ impl Camera {
         self.failing = Some(why);
     }
 
-    /// Offers the frames whose holding time ends at this time.
+    /// Offers the frames whose holding time has ended by `now`.
     fn let_go(&mut self, now: Time, outlet: &Outlet) {
         while let Some((taken, hidden)) = self.held.next(now) {
             match hidden {

@@ -20,21 +20,21 @@ use crate::guard::Guard;
 
 /// The longest line that a program may write [bytes].
 pub(crate) const LONGEST_LINE: u64 = 16 << 20;
-/// The number of last lines of its standard error that are kept.
+/// The number of last lines of the program's standard error that are kept.
 const LAST_WORDS: usize = 3;
-/// How long it may take to exit once its input is closed.
+/// How long the program may take to exit once its input is closed.
 const FAREWELL: Duration = Duration::from_secs(1);
-/// How often its exit is checked for.
+/// The interval at which the program's exit is checked for.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// A running program. Dropping it kills it together with all processes that it has started.
 pub(crate) struct Child {
     process: std::process::Child,
-    /// What to write to it; `None` once its input is closed.
+    /// The queue of the program's input; `None` once the input is closed.
     input: Option<SyncSender<Vec<u8>>>,
     lines: Receiver<Written>,
     last_words: LastWords,
-    /// The thread that reads its standard error.
+    /// The thread that reads the program's standard error.
     listener: JoinHandle<()>,
     guard: Option<Guard>,
 }
@@ -42,7 +42,7 @@ pub(crate) struct Child {
 /// A piece of a program's output.
 enum Written {
     Whole(String),
-    /// Longer than [`LONGEST_LINE`].
+    /// A piece of a line that is longer than [`LONGEST_LINE`].
     TooLong,
 }
 
@@ -60,9 +60,9 @@ pub(crate) enum Answer {
 
 /// How a program exited.
 pub(crate) struct Ended {
-    /// Its exit status, in words.
+    /// The exit status, in words.
     pub(crate) status: String,
-    /// The last lines of its standard error; may be empty.
+    /// The last lines of the program's standard error; may be empty.
     pub(crate) last_words: String,
 }
 
@@ -82,8 +82,8 @@ pub(crate) fn is_installed(program: &str) -> bool {
 }
 
 impl Child {
-    /// Starts a program in its own process group: Ctrl-C does not reach it, and it exits when its input is
-    /// closed. `variables` are added to its environment.
+    /// Starts a program in its own process group, which Ctrl-C does not reach; it should exit when its input is closed.
+    /// `variables` are added to its environment.
     pub(crate) fn start(
         command: &[String],
         variables: &[(&str, &str)],
@@ -112,7 +112,7 @@ impl Child {
         let (read, lines) = sync_channel(1);
         let last_words = LastWords::default();
         let words = Arc::clone(&last_words);
-        // They end with the process: its pipes are closed then.
+        // These threads end with the process, when its pipes are closed.
         thread::spawn(move || write_all(stdin, &waiting));
         thread::spawn(move || {
             each_line(stdout, |line| {
@@ -124,7 +124,7 @@ impl Child {
         Ok(Child { process, input: Some(input), lines, last_words, listener, guard })
     }
 
-    /// Queues its next input, without waiting until it is read.
+    /// Queues the program's next input, without waiting until it is read.
     pub(crate) fn write(&self, bytes: Vec<u8>) {
         // If this fails, the program has exited, which the next answer reports.
         if let Some(input) = &self.input {
@@ -132,7 +132,7 @@ impl Child {
         }
     }
 
-    /// Waits for its next line for at most `patience`.
+    /// Waits for the program's next line, for at most `patience`.
     pub(crate) fn read(&mut self, patience: Duration) -> Answer {
         match self.lines.recv_timeout(patience) {
             Ok(Written::Whole(line)) => Answer::Read(line),
@@ -142,7 +142,7 @@ impl Child {
         }
     }
 
-    /// Fails if it has exited although it was not asked for anything.
+    /// Fails if the program has exited without being asked to.
     pub(crate) fn check(&mut self) -> Result<(), Ended> {
         match self.process.try_wait() {
             Ok(None) => Ok(()),
@@ -150,7 +150,7 @@ impl Child {
         }
     }
 
-    /// Closes its input and gives it a moment to exit by itself.
+    /// Closes the program's input, and gives it a moment to exit by itself.
     pub(crate) fn end(&mut self) {
         self.input = None;
         let began = Stopwatch::start();
@@ -159,7 +159,7 @@ impl Child {
         }
     }
 
-    /// Reports how it exited; a program that has closed its output is killed.
+    /// Reports how the program exited; a program that has closed its output but still runs is killed.
     fn ended(&mut self) -> Ended {
         self.end();
         self.kill();
@@ -171,7 +171,7 @@ impl Child {
         Ended { status, last_words: words.join(" · ") }
     }
 
-    /// Waits until its standard error has been read; a process that left its group may hold it open.
+    /// Waits until standard error has been read, for a limited time, as a process that left the group may hold it open.
     fn listen(&self) {
         let began = Stopwatch::start();
         while began.elapsed() < FAREWELL && !self.listener.is_finished() {
@@ -181,7 +181,7 @@ impl Child {
 
     fn kill(&self) {
         if let Some(group) = Pid::from_raw(self.process.id().cast_signed()) {
-            // It fails if all processes of the group have exited.
+            // This fails if all processes of the group have exited.
             let _ended = kill_process_group(group, Signal::KILL);
         }
     }
@@ -189,7 +189,7 @@ impl Child {
 
 impl Drop for Child {
     fn drop(&mut self) {
-        // Before the process is reaped: its group id cannot have been reused yet.
+        // The guard goes before the process is reaped, as the group id cannot have been reused until then.
         self.guard = None;
         self.kill();
         drop(self.process.wait());
@@ -212,8 +212,8 @@ fn write_all(mut to: impl Write, pieces: &Receiver<Vec<u8>>) {
     }
 }
 
-/// Passes on each line of a pipe until the pipe closes or `take` returns `false`; of a line that is too long, each
-/// part.
+/// Passes on each line of a pipe, until the pipe closes or `take` returns `false`. For a line that is too long, it
+/// reports each part.
 fn each_line(from: impl Read, mut take: impl FnMut(Written) -> bool) {
     let mut from = BufReader::new(from);
     loop {
@@ -234,7 +234,7 @@ fn each_line(from: impl Read, mut take: impl FnMut(Written) -> bool) {
     }
 }
 
-/// Keeps the last lines of standard error, and logs each; one that is too long is dropped.
+/// Keeps the last lines of standard error, and logs each line; a line that is too long is dropped.
 fn keep(last: &LastWords, line: Written) -> bool {
     let Written::Whole(line) = line else { return true };
     let line = label(line, LONGEST_LABEL);

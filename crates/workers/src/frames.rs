@@ -1,4 +1,4 @@
-//! Frame measures of cameras that need no model.
+//! Measures of camera frames that need no model.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ use teampulse_vision::picture::{Picture, PictureError};
 
 use crate::WorkerContext;
 
-/// How often the end of the session is checked for while no frame arrives.
+/// The interval at which the end of the session is checked for while no frame arrives.
 const LOOK: Duration = Duration::from_millis(500);
 /// The values of a frame.
 const CHANNELS: &[(&str, &str)] = &[
@@ -42,14 +42,14 @@ pub(crate) const OF_TRANSPORTS: &[&str] =
     &["compressed", "image", "image_raw", "image_rect", "image_color"];
 
 /// Measures of camera frames that need no model: brightness, sharpness, movement, the presence of a person, and the
-/// mean colour of skin. The pictures themselves are not passed on.
+/// mean skin colour. The pictures themselves are not passed on.
 ///
-/// A frame takes a few milliseconds. Under overload, the newest frame of each camera is processed next; skipped ones
-/// are counted. A picture that cannot be decoded is a fault and counted as lost; the next one is tried.
+/// A frame takes a few milliseconds. Under overload, the newest frame of each camera is processed next; skipped frames
+/// are counted. A picture that cannot be decoded is reported as a fault and counted as lost, and the next one is tried.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Frames {
-    /// The cameras, by the name of their stream; `*` matches a part of a token: `"/robot1/front/compressed"`.
+    /// The cameras, by the names of their streams; `*` matches a part of a token: `"/robot1/front/compressed"`.
     pub streams: Vec<Pattern>,
     /// The person in view of these cameras. By default the values are about the subject of the pictures: the robot
     /// that carries the camera.
@@ -115,7 +115,7 @@ impl Frames {
             // Skipped frames do not count as missing.
             rate_hz: 0.0,
             inputs: vec![pictures.name.clone()],
-            doc: "measures of each camera frame, without its picture".to_owned(),
+            doc: "measures of each camera frame, without the picture".to_owned(),
             ..Stream::raw(name, subject, Shape::Sample)
         };
         let stream = outlet.declare(stream.with_channels(CHANNELS));
@@ -142,7 +142,7 @@ pub(crate) fn type_of(stream: &Stream) -> Option<&'static str> {
 struct Camera {
     stream: StreamId,
     frames: frame::Frames,
-    /// Why its last frame could not be decoded: reported once, until one can.
+    /// Why the camera's last frame could not be decoded; reported once, until a frame can be decoded.
     failing: Option<PictureError>,
 }
 

@@ -11,7 +11,7 @@ const SCRIPT: &str = r#"read -r _; sleep 1; kill -s KILL -- "-$1""#;
 pub(crate) struct Guard(Child);
 
 impl Guard {
-    /// Guards the process group of a program; `None` if no shell can be started.
+    /// Starts to guard the process group of a program; `None` if no shell can be started.
     pub(crate) fn of(program: &Child) -> Option<Guard> {
         let mut shell = Command::new("sh");
         shell.args(["-c", SCRIPT, "guard"]).arg(program.id().to_string());
@@ -22,7 +22,7 @@ impl Guard {
 
 impl Drop for Guard {
     fn drop(&mut self) {
-        // It fails if the shell has exited.
+        // This fails if the shell has exited.
         drop(self.0.kill());
         drop(self.0.wait());
     }

@@ -27,7 +27,7 @@ pub const WORKERS: &[Entry<dyn Worker, WorkerContext>] = &[
     Entry::new::<pose_3d::Pose3d>("pose_3d"),
 ];
 
-/// The context that workers are built with.
+/// The context in which workers are built.
 #[derive(Clone, Debug)]
 pub struct WorkerContext {
     /// The session's clock.

@@ -32,22 +32,22 @@ use crate::frames::{named, type_of};
 use process::{Models, Process, Seen, memory_mib, patience_secs};
 use signal::signal_of;
 
-/// How often the end of the session and the exit of the process are checked for while no frame arrives.
+/// The interval at which the end of the session and the exit of the process are checked for while no frame arrives.
 const LOOK: Duration = Duration::from_millis(500);
-/// How much earlier than due a frame may be processed, as a share of the period: cameras are not perfectly regular.
+/// How early a frame may be processed, as a share of the period, as cameras are not perfectly regular.
 const EARLY: f64 = 0.1;
 
-/// Your own ONNX models, run on camera pictures: keypoints of bodies, faces, expressions, gaze, or any other numbers.
-/// A descriptor next to each file describes its input and output; `teampulse models` lists, writes and verifies
-/// descriptors of published models.
+/// Runs your own ONNX models on camera pictures: keypoints of bodies, faces, expressions, gaze, or any other numbers. A
+/// descriptor next to each model file describes the model's input and output; `teampulse models` lists, writes and
+/// verifies descriptors of published models.
 ///
-/// Models run in a separate process, on one thread, with bounded memory: a crash, a time-out or excessive memory use
-/// is a fault after which the process is restarted, and the session continues. Under overload, the newest frame is
-/// processed next; skipped ones are counted.
+/// Models run in a separate process, on one thread, with bounded memory: a crash, a time-out or excessive memory use is
+/// a fault after which the process is restarted, and the session continues. Under overload, the newest frame is
+/// processed next; skipped frames are counted.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
-    /// The cameras, by the name of their stream; `*` matches a part of a token: `"/robot1/front/compressed"`.
+    /// The cameras, by the names of their streams; `*` matches a part of a token: `"/robot1/front/compressed"`.
     pub streams: Vec<Pattern>,
     /// The descriptors, in the order in which the models process a frame: put a face detector before the models that
     /// process a face.
@@ -56,11 +56,11 @@ pub struct Model {
     /// that carries the camera.
     #[serde(default)]
     pub person: Option<String>,
-    /// The highest rate at which the frames of a camera are processed [Hz]. By default the lowest limit of the
-    /// descriptors, or as high as possible.
+    /// The highest rate at which the frames of a camera are processed [Hz]. By default the lowest limit in the
+    /// descriptors; if there is none, as high as possible.
     #[serde(default)]
     pub max_hz: Option<f64>,
-    /// The library of an ONNX Runtime (1.22 or newer), which is several times faster. By default the one in
+    /// The library of an ONNX Runtime (1.22 or newer), which is several times faster. By default the library in
     /// `ORT_DYLIB_PATH`, or else the engine in pure Rust.
     #[serde(default)]
     pub onnx_runtime: Option<PathBuf>,
@@ -88,7 +88,7 @@ max_hz      = 10
             });
         }
         if self.max_hz.is_some_and(|rate| !rate.is_finite() || rate <= 0.0) {
-            return wrong("it must be above 0", "max_hz");
+            return wrong("the rate must be above 0 Hz", "max_hz");
         }
         self.models().check()?;
         Ok(Box::new(self))
@@ -128,8 +128,8 @@ impl Worker for Model {
     }
 }
 
-/// Descriptors of models, in the order in which they process pictures. They are read again at each start, so that a
-/// file can be corrected during a session.
+/// Reads the descriptors of models, in the order in which the models process pictures. They are read again at each
+/// start, so that a file can be corrected during a session.
 pub(crate) fn read(descriptors: &[PathBuf]) -> Result<Vec<Descriptor>, WorkerError> {
     let failed = |message: String| WorkerError {
         message,
@@ -202,7 +202,7 @@ impl Model {
     }
 }
 
-/// A description of a model, with its licence and its file.
+/// A description of a model, with its file, hash and licence.
 fn about(descriptor: &Descriptor) -> String {
     let hash = descriptor.sha256.get(..12).unwrap_or_default();
     let Descriptor { doc, licence, .. } = descriptor;
@@ -217,7 +217,7 @@ struct Camera {
     /// The minimum time between two processed frames [s].
     period_secs: f64,
     last: Option<Time>,
-    /// Why its last frame could not be decoded: reported once, until one can.
+    /// Why the camera's last frame could not be decoded; reported once, until a frame can be decoded.
     failing: Option<String>,
 }
 
@@ -257,7 +257,7 @@ impl Camera {
         }
     }
 
-    /// Offers the values of a frame, with its time.
+    /// Offers the values of a frame, with the frame's time.
     fn offer(
         &self,
         numbers: Vec<Vec<f64>>,

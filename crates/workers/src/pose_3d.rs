@@ -1,4 +1,4 @@
-//! Points of a picture in space, by the depth picture of the same camera.
+//! Places the points of a picture in space, with the depth picture of the same camera.
 
 mod layout;
 mod pairs;
@@ -29,44 +29,44 @@ use crate::WorkerContext;
 use layout::Layout;
 use pairs::{Frame, Pairs};
 
-/// How often the end of the session is checked for, and frames that wait, while nothing comes.
+/// The interval at which the end of the session and waiting frames are checked while nothing arrives.
 const LOOK: Duration = Duration::from_millis(200);
-/// The end of the names of streams in space.
+/// The suffix of the names of streams with points in space.
 const ENDING: &str = "_3d";
-/// The longest time by which a depth picture may be apart from a frame [s].
+/// The largest value of `within_secs` [s].
 const MOST_APART_SECS: f64 = 1.0;
 /// The largest side of a patch [px].
 const MOST_SIDE: u32 = 101;
-/// The largest spread of the distances of a patch [m].
+/// The largest value of `most_spread_m` [m].
 const MOST_SPREAD_M: f64 = 10.0;
 
-/// Points of a picture in space: those that a model or another program found in the pictures of a camera for colour and
-/// depth, each with the median distance around it, in metres in the camera's optical frame (x to the right, y down, z
-/// forward).
+/// Places the points of a picture in space. A model or another program finds the points in the colour pictures of a
+/// depth camera; each point gets the median distance around it. Positions are in metres, in the camera's optical frame
+/// (x to the right, y down, z forward).
 ///
-/// The depth picture has to show the same view (`aligned_depth_to_color` of a `RealSense`, `depth_registered` of
-/// others), and its `sensor_msgs/CameraInfo` has to be read by a source, too. A point at which there is no distance, or
-/// at an edge, where it would be that of something else, is NaN and has the score 0; `holes` and `edges` count these. A
-/// frame without a depth picture of its time is skipped and counted as lost.
+/// The depth picture must show the same view (`aligned_depth_to_color` of a `RealSense`, `depth_registered` of others),
+/// and a source must also read its `sensor_msgs/CameraInfo`. A point without a distance, or at an edge, where the
+/// distance could belong to something else, is NaN and has the score 0; `holes` and `edges` count such points. A frame
+/// without a depth picture from the same time is skipped and counted as lost.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pose3d {
-    /// The streams of points in pixels, of models (`"/humans/persons/p001/robot1_front/rtmpose"`) or of other programs
+    /// The streams of points in pixels, from models (`"/humans/persons/p001/robot1_front/rtmpose"`) or other programs
     /// (`"/humans/persons/p001/hri/skeleton2d"`); `*` matches a part of a token.
     pub points: Vec<Pattern>,
-    /// The stream of depth pictures: `sensor_msgs/Image` of `16UC1` (millimetres) or `32FC1` (metres).
+    /// The stream of depth pictures: `sensor_msgs/Image` with the encoding `16UC1` (millimetres) or `32FC1` (metres).
     pub depth: String,
-    /// The stream of the calibration of these pictures. Without it, `camera_info` beside them.
+    /// The stream with the calibration of the depth pictures. By default `camera_info` beside their stream.
     #[serde(default)]
     pub camera_info: Option<String>,
-    /// How far the times of a frame and of its depth picture may be apart [s].
+    /// The largest difference between the times of a frame and its depth picture [s].
     #[serde(default = "within_secs")]
     pub within_secs: f64,
-    /// The side of the square of pixels around a point whose distances are taken [px].
+    /// The side of the square around a point in which distances are measured [px].
     #[serde(default = "patch_px")]
     pub patch_px: u32,
-    /// The largest spread of the distances in that square, of which the nearest and the farthest tenth do not count;
-    /// beyond it the point is at an edge [m].
+    /// The largest spread of the distances in that square [m], without the nearest and the farthest tenth; beyond it,
+    /// the point counts as at an edge.
     #[serde(default = "most_spread_m")]
     pub most_spread_m: f64,
 }
@@ -92,9 +92,8 @@ depth  = "/robot1/aligned_depth_to_color/image_raw"
     fn build(self, _: &WorkerContext) -> Result<Box<dyn Worker>, SettingsError> {
         let wrong = |message: &str, at: &str| Err(SettingsError::new(message).at(at));
         if self.points.is_empty() {
-            return wrong("it has no points", "points").map_err(|error| {
-                let hint =
-                    "name their stream, such as \"/humans/persons/p001/robot1_front/rtmpose\"";
+            return wrong("no stream of points is selected", "points").map_err(|error| {
+                let hint = "name a stream, such as \"/humans/persons/p001/robot1_front/rtmpose\"";
                 error.with_hint(hint)
             });
         }
@@ -106,13 +105,13 @@ depth  = "/robot1/aligned_depth_to_color/image_raw"
             }
         }
         if !(self.within_secs >= 0.0 && self.within_secs <= MOST_APART_SECS) {
-            return wrong("give seconds from 0 to 1", "within_secs");
+            return wrong("the time difference must be from 0 to 1 s", "within_secs");
         }
         if !(1..=MOST_SIDE).contains(&self.patch_px) {
-            return wrong("give 1 to 101 pixels", "patch_px");
+            return wrong("the side must be from 1 to 101 px", "patch_px");
         }
         if !(self.most_spread_m > 0.0 && self.most_spread_m <= MOST_SPREAD_M) {
-            return wrong("give metres above 0, and 10 at most", "most_spread_m");
+            return wrong("the spread must be above 0 m and at most 10 m", "most_spread_m");
         }
         Ok(Box::new(self))
     }
@@ -156,7 +155,7 @@ impl Worker for Pose3d {
 }
 
 impl Pose3d {
-    /// The stream of the calibration.
+    /// The stream with the calibration.
     fn camera_info(&self) -> String {
         let beside = || {
             let above = self.depth.rsplit_once('/').map_or("", |(above, _)| above);
@@ -187,23 +186,23 @@ fn is_of(stream: &Stream, name: &str, type_name: &str) -> bool {
     stream.name == name && schema.name == type_name
 }
 
-/// Whether a stream has points in pixels, and is among those asked for.
+/// Whether a stream has points in pixels, and one of the patterns matches its name.
 fn is_among(stream: &Stream, patterns: &[Pattern]) -> bool {
     stream.shape == Shape::Sample
         && patterns.iter().any(|pattern| pattern.matches(&stream.name))
         && Layout::of(stream).is_some()
 }
 
-/// A camera for colour and depth.
+/// A camera that records colour and depth.
 struct Camera<'a> {
     settings: &'a Pose3d,
     patch: Patch,
     pairs: Pairs,
-    /// Its calibration, or why the newest can't be used.
+    /// The newest calibration, or why it can't be used.
     intrinsics: Option<Result<Intrinsics, IntrinsicsError>>,
     /// The streams of points.
     points: BTreeMap<StreamId, Points>,
-    /// Why the last frame of a stream in space was skipped: said once, until one is not.
+    /// Why the last frame of each output stream was skipped; reported once, until a frame is not skipped.
     failing: BTreeMap<StreamId, Discriminant<Skipped>>,
 }
 
@@ -218,16 +217,16 @@ struct Points {
 /// Why a frame is skipped. The message fits after "failed to".
 #[derive(Clone, Debug, Error)]
 enum Skipped {
-    /// No calibration has come.
+    /// No calibration has arrived.
     #[error(
-        "place points in space: nothing has come on {0}; publish the {CAMERA_INFO} of the depth pictures there, and have \
+        "place points in space: nothing has arrived on {0}; publish the {CAMERA_INFO} of the depth pictures there, and have \
          a source read it (`topics`)"
     )]
     NoCalibration(String),
     /// The calibration can't be used.
     #[error("{error} ({topic})")]
     Calibration { error: IntrinsicsError, topic: String },
-    /// No depth picture is of its time.
+    /// There is no depth picture from the frame's time.
     #[error(
         "place points in space: {topic} has no picture within {within_secs} s of the frame (`within_secs`)"
     )]
@@ -252,7 +251,7 @@ impl Camera<'_> {
         Camera { settings, patch, pairs, intrinsics: None, points, failing }
     }
 
-    /// Takes what came.
+    /// Takes in a record.
     fn take(&mut self, record: &Record, outlet: &Outlet) {
         let (id, taken) = (record.sample.stream, record.sample.measured);
         match &record.sample.data {
@@ -277,7 +276,8 @@ impl Camera<'_> {
         }
     }
 
-    /// Places the points of each frame whose depth picture has come, and skips those that waited in vain at this time.
+    /// Places the points of each frame whose depth picture has arrived, and skips frames that have waited too long at
+    /// `now`.
     fn settle(&mut self, now: Time, outlet: &Outlet) {
         for frame in self.pairs.settled(now, self.intrinsics.is_some()) {
             let Some(Points { name, layout, stream }) = self.points.get(&frame.stream) else {
@@ -305,7 +305,7 @@ impl Camera<'_> {
         }
     }
 
-    /// The points of a frame in space.
+    /// Places the points of a frame in space.
     fn placed(&self, frame: &Frame, layout: &Layout) -> Result<Arc<[f64]>, Skipped> {
         let Pose3d { depth: topic, within_secs, .. } = self.settings;
         let info = || self.settings.camera_info();

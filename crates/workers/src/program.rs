@@ -25,40 +25,40 @@ use question::Questions;
 use crate::WorkerContext;
 use crate::child::{self, Answer, Child, Ended, LONGEST_LINE};
 
-/// How often the end of the session is checked for while the program runs.
+/// The interval at which the end of the session is checked for while the program runs.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How long a program may be busy at the end of the session and still gets the time to exit by itself.
+/// How long a program may have been busy at the end of the session to be given time to exit by itself.
 const BUSY: Duration = Duration::from_secs(1);
 
 const ONE_LINE_EACH: &str = "write one line for each line read: a JSON array of readings, which may be empty; \
      missing values are `null`, and messages go to standard error";
 
-/// Your own program, in any language: a model, a score, a rule. It reads the new records of its streams as a
-/// line of JSON, and answers with a line of JSON that holds its readings.
+/// Runs your own program, in any language: a model, a score, a rule. It reads the new records of its streams as a line
+/// of JSON, and answers with a line of JSON that contains its readings.
 ///
-/// A program that exits or does not answer in time is restarted. A slow one gets the newest record of each
-/// stream next; the skipped ones are counted.
+/// A program that exits or does not answer in time is restarted. A slow program gets the newest record of each stream
+/// next; skipped records are counted.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Program {
     /// The program and its arguments: `["python3", "attention.py"]`.
     pub command: Vec<String>,
-    /// The streams that it reads, by name; `*` matches a part of a token.
+    /// The streams that the program reads, by name; `*` matches a part of a token.
     #[serde(default)]
     pub streams: Vec<Pattern>,
-    /// The streams of which it reads every record instead of only the newest, as a score that counts needs. At most
-    /// 64 MiB are queued for it.
+    /// The streams of which the program reads every record, not only the newest; a score that counts events needs this.
+    /// At most 64 MiB are queued for it.
     #[serde(default)]
     pub keeps: Vec<Pattern>,
-    /// The streams that it publishes readings on.
+    /// The streams on which the program publishes readings.
     #[serde(default)]
     pub offers: Vec<Offer>,
-    /// The name under which it accepts commands: it reads the request of `do NAME REQUEST`. Without a name it accepts
-    /// none.
+    /// The name under which the program accepts commands: it reads the request of `do NAME REQUEST`. Without a name it
+    /// accepts none.
     #[serde(default)]
     pub name: Option<String>,
-    /// How long it may take to answer [s].
+    /// How long the program may take to answer [s].
     #[serde(default = "patience_secs")]
     pub patience_secs: f64,
 }
@@ -155,7 +155,7 @@ impl Worker for Program {
                 }
                 Fed::Command(_) | Fed::Silence => dialogue.check()?,
                 Fed::Closed => {
-                    // The session does not wait for one that would not see the end of its input.
+                    // The session does not wait for a program that would not notice the end of its input.
                     if !dialogue.hangs {
                         dialogue.child.end();
                     }
@@ -173,7 +173,7 @@ struct Dialogue<'a> {
     child: Child,
     feed: &'a Feed,
     outlet: &'a Outlet,
-    /// Whether it had not answered for a long time when the session ended.
+    /// Whether the program had not answered for a long time when the session ended.
     hangs: bool,
 }
 
@@ -193,7 +193,7 @@ impl Dialogue<'_> {
         Ok(())
     }
 
-    /// The program's next line; `None` if the session ends first.
+    /// Waits for the program's next line; `None` if the session ends first.
     fn wait(&mut self) -> Result<Option<String>, WorkerError> {
         let patience = Duration::from_secs_f64(self.program.patience_secs);
         let began = Stopwatch::start();
@@ -212,8 +212,7 @@ impl Dialogue<'_> {
         }
     }
 
-    /// Fails if the program has exited although it was not asked for anything, or if another publisher uses one of
-    /// its stream names.
+    /// Fails if the program has exited without being asked to, or if another publisher uses one of its stream names.
     fn check(&mut self) -> Result<(), WorkerError> {
         self.declared.check(self.outlet)?;
         self.child.check().map_err(|ended| self.stopped(&ended))

@@ -14,20 +14,20 @@ use teampulse_vision::picture::Picture;
 
 /// The JPEG quality of pictures in which a face is hidden.
 const QUALITY: u8 = 85;
-/// The most data held per camera [bytes]. Beyond it, the oldest frames are dropped.
+/// The most data held per camera [bytes]. Beyond this limit, the oldest frames are dropped.
 const MOST_BYTES: usize = 256 << 20;
 
 /// A processed frame.
 pub(super) struct Picked {
-    /// The type of its message.
+    /// The type of the frame's message.
     pub type_name: &'static str,
-    /// Its message.
+    /// The frame's message.
     pub message: Bytes,
-    /// The time at which it was taken.
+    /// When the frame was taken.
     pub taken: Time,
 }
 
-/// The held frames of a camera, and the faces in them and shortly before.
+/// The held frames of a camera, and the faces in these and slightly earlier frames.
 pub(super) struct Held {
     hold_secs: f64,
     margin: f64,
@@ -38,7 +38,7 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// Creates an empty queue that enlarges hidden parts by this share of a face's sides on each side.
+    /// Creates an empty queue; hidden parts extend beyond each side of a face by `margin`, as a share of its sides.
     pub fn new(hold_secs: f64, margin: f64) -> Held {
         Held { hold_secs, margin, frames: VecDeque::new(), bytes: 0, faces: VecDeque::new() }
     }
@@ -60,8 +60,8 @@ impl Held {
         left_out
     }
 
-    /// The next frame whose surroundings are known at this time: its time, and its message with hidden faces or the
-    /// reason why there is none.
+    /// The next frame whose holding time has ended by `now`: its time, and its message with hidden faces or the reason
+    /// why there is none.
     pub fn next(&mut self, now: Time) -> Option<(Time, Result<Bytes, String>)> {
         let taken = self.frames.front()?.taken;
         if now.secs_since(taken) < self.hold_secs {

@@ -13,14 +13,14 @@ use super::serve::COMMAND;
 use super::wire::{Announced, Reply};
 use crate::child::{Answer, Child, Ended};
 
-/// How often the end of the session is checked for while a model runs.
+/// The interval at which the end of the session is checked for while a model runs.
 const LOOK: Duration = Duration::from_millis(50);
 /// Shortens the panic message of a process that runs out of memory, so that its last line states the reason.
 const SHORT: (&str, &str) = ("RUST_BACKTRACE", "0");
-/// How many addresses the allocator reserves at once [KiB]: a gibibyte, as usual, would count against the limit of the
-/// memory.
+/// How much address space the allocator reserves at once [KiB]: its default, 1 GiB, would count towards the memory
+/// limit.
 const RESERVED: (&str, &str) = ("MIMALLOC_ARENA_RESERVE", "65536");
-/// Keeps the memory of one picture for the next.
+/// Keeps the memory of one picture for the next picture.
 const KEPT: (&str, &str) = ("MIMALLOC_PURGE_DELAY", "-1");
 /// The path of this executable, even after its file was replaced.
 const ITSELF: &str = "/proc/self/exe";
@@ -48,7 +48,7 @@ pub(crate) fn memory_mib() -> u64 {
 }
 
 impl Models<'_> {
-    /// Fails without models, or with a time or memory limit out of range.
+    /// Fails if there are no models, or if the time or memory limit is out of range.
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         if self.descriptors.is_empty() {
             let error = SettingsError::new("no model is given").at("descriptors");
@@ -66,7 +66,7 @@ impl Models<'_> {
     }
 }
 
-/// A process that runs models. Dropping it kills it.
+/// A process that runs models, which is killed when this value is dropped.
 pub(crate) struct Process<'a> {
     child: Child,
     feed: &'a Feed,
@@ -84,7 +84,7 @@ pub(crate) enum Seen {
         /// All faces: left, top, width and height [px].
         faces: Vec<[f32; 4]>,
     },
-    /// The reason why it cannot be decoded.
+    /// The picture cannot be decoded, for this reason.
     Unreadable(String),
 }
 
@@ -147,7 +147,7 @@ impl<'a> Process<'a> {
         self.child.end();
     }
 
-    /// The next reply; `None` if the session ends first.
+    /// Waits for the next reply; `None` if the session ends first.
     fn reply(&mut self, what: &str) -> Result<Option<Reply>, WorkerError> {
         let began = Stopwatch::start();
         loop {
@@ -191,7 +191,7 @@ fn understood(line: &str) -> Result<Reply, WorkerError> {
 
 fn unexpected(reply: &Reply) -> WorkerError {
     let reply = label(format!("{reply:?}"), 60);
-    failed(&format!("understand the process of the models: it replied {reply}"), "")
+    failed(&format!("understand the process that runs the models: it replied {reply}"), "")
 }
 
 fn failed(message: &str, hint: &str) -> WorkerError {

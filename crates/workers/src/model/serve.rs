@@ -22,7 +22,7 @@ const LONGEST_LINE: u64 = 4096;
 /// The largest message with a picture [bytes].
 const MOST_BYTES: usize = 256 << 20;
 
-/// The sides of a face that may be anywhere in the picture [px].
+/// The rectangle of a face that may be anywhere in the picture: left, top, width and height [px].
 const ANYWHERE: [f32; 4] = [0.0, 0.0, 1e6, 1e6];
 
 /// Limits the memory of this process: a larger allocation fails, or aborts it.
@@ -34,16 +34,16 @@ pub fn limit_memory(mib: u64) {
     limited.unwrap_or_else(|error| tracing::warn!("failed to limit the memory of models: {error}"));
 }
 
-/// The engine: the one in the settings, or else that of `ORT_DYLIB_PATH`, the variable by which other programs find
-/// ONNX Runtime.
+/// The engine that runs models: the library in the settings, or else the library in `ORT_DYLIB_PATH`, with which other
+/// programs find ONNX Runtime, or else pure Rust.
 pub fn library(setting: Option<PathBuf>) -> Library {
     let found = setting.or_else(|| var_os("ORT_DYLIB_PATH").map(PathBuf::from));
     let found = found.filter(|path| !path.as_os_str().is_empty());
     found.map_or(Library::Pure, Library::OnnxRuntime)
 }
 
-/// Loads models, then replies to each picture until there are no more. The reason for an early exit is written before
-/// it is returned.
+/// Loads models, then replies to each picture until there are no more. The reason for an early exit is also written as
+/// a reply.
 pub fn serve(
     descriptors: &[PathBuf],
     library: &Library,

@@ -3,7 +3,7 @@
 use teampulse_core::stream::Signal;
 use teampulse_vision::model::decode::Output;
 
-/// Words that occur only in names of body keypoints, and only in names of expressions.
+/// Words that occur only in the names of body keypoints, and words that occur only in the names of expressions.
 const OF_BODY: [&str; 2] = ["hip", "shoulder"];
 const OF_EXPRESSION: [&str; 6] = ["valence", "arousal", "happy", "happiness", "anger", "angry"];
 

@@ -1,4 +1,4 @@
-//! The protocol between a session and the process that runs its models: a line of JSON before each picture, and one
+//! The protocol between a session and the process that runs its models: a line of JSON before each picture, and a line
 //! in reply.
 
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ pub(super) struct Announced {
     /// The type of the message.
     #[serde(rename = "type")]
     pub(super) type_name: String,
-    /// Its length.
+    /// The length of the message [bytes].
     pub(super) bytes: usize,
 }
 
@@ -20,7 +20,7 @@ pub(super) struct Announced {
 pub(super) enum Reply {
     /// The models are loaded.
     Ready {
-        /// The name of the engine that runs them.
+        /// The name of the engine that runs the models.
         engine: String,
     },
     /// The findings in a picture.

@@ -1,21 +1,21 @@
-//! Where the points are among the numbers of a stream.
+//! Finds points among the channels of a stream.
 
 use teampulse_core::stream::{Channel, Stream};
 use teampulse_messages::hri::FRAME_CHANNELS;
 use teampulse_vision::depth::{Depth, Intrinsics, Patch, Unplaced, is_alike, scaled};
 
-/// The channels that count the points without a distance, and those at an edge.
+/// The channels that count the points without a distance, and the points at an edge.
 const COUNTS: [&str; 2] = ["holes", "edges"];
 
 /// The points of a stream, by its channels.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layout {
     points: Vec<Point>,
-    /// Where the width and the height of the frame are.
+    /// The indices of the channels with the width and the height of the frame.
     size: Option<[usize; 2]>,
 }
 
-/// Where a point is among the channels.
+/// The indices of the channels of a point.
 #[derive(Clone, Debug, PartialEq)]
 struct Point {
     name: String,
@@ -24,12 +24,12 @@ struct Point {
 }
 
 impl Layout {
-    /// The points in pixels of a stream; `None` where it has none.
+    /// The points in pixels of a stream; `None` if it has none.
     pub(super) fn of(stream: &Stream) -> Option<Layout> {
         let point = |(x, channel): (usize, &Channel)| {
             let name = channel.name.strip_suffix("_x").filter(|_| channel.unit == "px")?;
             let y = stream.place_of(&format!("{name}_y"))?;
-            // The points of a face or a palm have the score of the whole.
+            // The points of a face or a palm share one score.
             let score = stream.place_of(&format!("{name}_score"));
             let score = score.or_else(|| stream.place_of("score"));
             Some(Point { name: name.to_owned(), place: [x, y], score })
@@ -50,8 +50,8 @@ impl Layout {
         self.points.iter().flat_map(each).chain(counts).collect()
     }
 
-    /// The points of a frame in space, and how many were left out. Fails with the size of a frame that the depth
-    /// picture can't show [px].
+    /// The points of a frame in space, and how many were left out. Fails with the size of the frame [px] if the depth
+    /// picture can't show the same view.
     pub(super) fn in_space(
         &self,
         values: &[f64],
@@ -60,7 +60,7 @@ impl Layout {
         patch: &Patch,
     ) -> Result<Vec<f64>, [f64; 2]> {
         let number = |place: usize| values.get(place).copied().unwrap_or(f64::NAN);
-        // Without a size the points are in pixels of the depth picture.
+        // Without a size, points are in pixels of the depth picture.
         let frame = self.size.map_or(depth.size(), |size| size.map(number));
         if !is_alike(frame, depth.size()) {
             return Err(frame);

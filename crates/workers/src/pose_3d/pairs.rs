@@ -1,4 +1,4 @@
-//! Frames with points, each with the depth picture of its time.
+//! Pairs frames of points with the depth pictures from the same time.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -7,11 +7,11 @@ use bytes::Bytes;
 use teampulse_core::stream::StreamId;
 use teampulse_core::time::Time;
 
-/// How long a frame waits for what belongs to it, after it was taken [s].
+/// How long a frame waits for its depth picture, after it was taken [s].
 const PATIENCE_SECS: f64 = 1.0;
 /// How long depth pictures are held for the frames of a slow model [s].
 const HOLD_SECS: f64 = 5.0;
-/// The most that is held of them [bytes].
+/// The most depth pictures that are held [bytes].
 const MOST_BYTES: usize = 256 << 20;
 /// The most frames that wait.
 const MOST_FRAMES: usize = 1024;
@@ -19,7 +19,7 @@ const MOST_FRAMES: usize = 1024;
 /// The points of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Frame {
-    /// Their stream.
+    /// The stream of the points.
     pub stream: StreamId,
     /// When the frame was taken.
     pub taken: Time,
@@ -27,7 +27,7 @@ pub(super) struct Frame {
     pub values: Arc<[f64]>,
 }
 
-/// Frames that wait, and depth pictures.
+/// Waiting frames, and depth pictures.
 pub(super) struct Pairs {
     within_secs: f64,
     frames: VecDeque<Frame>,
@@ -37,13 +37,13 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// Nothing has come. A depth picture is of the time of a frame if it is at most this far apart.
+    /// Starts without frames. A depth picture fits a frame if their times differ by at most `within_secs`.
     pub(super) fn new(within_secs: f64) -> Pairs {
         let (frames, depths) = (VecDeque::new(), VecDeque::new());
         Pairs { within_secs, frames, depths, bytes: 0, newest: None }
     }
 
-    /// Takes a depth picture in its message.
+    /// Takes in the message with a depth picture.
     pub(super) fn push_depth(&mut self, taken: Time, message: Bytes) {
         self.bytes += message.len();
         self.depths.push_back((taken, message));
@@ -57,14 +57,14 @@ impl Pairs {
         }
     }
 
-    /// Takes a frame. Returns one that waits no longer, for want of room.
+    /// Takes in a frame. Returns the oldest frame if there are too many.
     pub(super) fn push_frame(&mut self, frame: Frame) -> Option<Frame> {
         self.frames.push_back(frame);
         (self.frames.len() > MOST_FRAMES).then(|| self.frames.pop_front()).flatten()
     }
 
-    /// The frames that wait no longer: those with a depth picture of their time or later, and at this time the old
-    /// ones. Without the calibration all wait for as long as they may.
+    /// Takes out the frames that need not wait any longer: a depth picture from the same or a later time has arrived,
+    /// or they have waited too long at `now`. Without a calibration, all frames wait for as long as possible.
     pub(super) fn settled(&mut self, now: Time, has_calibration: bool) -> Vec<Frame> {
         let patience = PATIENCE_SECS + self.within_secs;
         let newest = self.newest.filter(|_| has_calibration);
@@ -78,7 +78,7 @@ impl Pairs {
         settled
     }
 
-    /// The depth picture nearest to a time, if it is near enough.
+    /// The depth picture nearest to a time, if it is close enough.
     pub(super) fn nearest(&self, taken: Time) -> Option<&Bytes> {
         let apart = |(time, _): &&(Time, Bytes)| time.nanos().abs_diff(taken.nanos());
         let (time, message) = self.depths.iter().min_by_key(apart)?;

@@ -11,12 +11,12 @@ use thiserror::Error;
 
 use super::offers::Declared;
 
-/// How much newer than all its records a reading may be [ns]: a prediction may refer to the near future.
+/// How much newer than the newest record a reading may be [ns]: a prediction may refer to the near future.
 const AHEAD_NS: i64 = 1_000_000_000;
-/// How much older than all its records a reading may be [ns]: the program may have waited for more records.
+/// How much older than the oldest record a reading may be [ns]: the program may have waited for more records.
 const BEHIND_NS: i64 = 3_600_000_000_000;
 
-/// What is wrong with an answer.
+/// The reason why an answer is invalid.
 #[derive(Debug, Error)]
 pub(super) enum AnswerError {
     #[error("it is not a JSON array of readings: {0}")]
@@ -45,7 +45,8 @@ struct Answered {
     duration_secs: Option<f64>,
 }
 
-/// The readings of an answer to records with these oldest and newest times. A reading without a time gets the newest.
+/// The readings of an answer to records with these oldest and newest times. A reading without a time gets the newest
+/// time.
 pub(super) fn read(
     line: &str,
     asked: RangeInclusive<Time>,

@@ -1,4 +1,4 @@
-//! The streams that a program publishes readings on.
+//! The streams on which a program publishes readings.
 
 use std::collections::BTreeMap;
 
@@ -17,10 +17,10 @@ use teampulse_core::worker::WorkerError;
 pub struct Offer {
     /// The name of the stream, as a ROS topic: `/humans/persons/p001/own/attention`.
     pub name: String,
-    /// The person that it is about. Nothing about a person is published unless `publish` names it.
+    /// The person that the stream is about. Nothing about a person is published unless `publish` names it.
     #[serde(default)]
     pub person: Option<String>,
-    /// The robot that it is about; without a robot and a person it is about the team.
+    /// The robot that the stream is about; without a robot or a person, the stream is about the team.
     #[serde(default)]
     pub robot: Option<String>,
     /// The values of a reading, in order. Without channels the readings are events.
@@ -35,14 +35,14 @@ pub struct Offer {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OfferedChannel {
-    /// Its name.
+    /// The name of the value.
     pub name: String,
-    /// Its unit: `uS`, `m/s`; `1` for a number without a unit.
+    /// The unit of the value: `uS`, `m/s`; `1` for a number without a unit.
     pub unit: String,
 }
 
 impl Offer {
-    /// Fails if it is not a valid stream of a session.
+    /// Fails if this is not a valid stream of a session.
     pub(super) fn check(&self) -> Result<(), SettingsError> {
         let fits = |token: &str| {
             let is_plain = |each: char| each.is_ascii_alphanumeric() || each == '_';
@@ -89,9 +89,9 @@ impl Offer {
 
 /// The declared streams of a program's readings.
 pub(super) struct Declared {
-    /// By name, with the number of values of a reading.
+    /// The id of each stream and the number of values of a reading, by name.
     streams: BTreeMap<String, (StreamId, usize)>,
-    /// The number of the session's streams that were compared with them.
+    /// The number of the session's streams that have been compared with these.
     compared: usize,
 }
 
@@ -121,12 +121,12 @@ impl Declared {
         taken.next().map(|(_, stream)| stream.name.clone())
     }
 
-    /// A stream by its name, with the number of values per reading: none if its readings are events.
+    /// The id of a stream, and the number of values per reading, which is 0 for events.
     pub(super) fn get(&self, name: &str) -> Option<(StreamId, usize)> {
         self.streams.get(name).copied()
     }
 
-    /// Their names.
+    /// The names of the streams.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         self.streams.keys().map(String::as_str)
     }

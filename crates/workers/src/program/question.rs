@@ -14,7 +14,7 @@ use teampulse_messages::value::{self, flatten};
 /// The longest array in a message whose values are written; for longer ones, only the length is written.
 const LONGEST_ARRAY: usize = 1024;
 
-/// A request to the program and its time as a line: an array with one object.
+/// Writes a request to the program, with its time, as a line: an array with one object.
 pub(super) fn request(request: &str, at: Time) -> String {
     let mut line = json!([{ "command": request, "time_ns": at.nanos() }]).to_string();
     line.push('\n');
@@ -28,7 +28,7 @@ pub(super) struct Questions {
 }
 
 impl Questions {
-    /// Records as one line: a JSON array with one object for each record.
+    /// Writes records as one line: a JSON array with one object for each record.
     pub(super) fn line(&mut self, records: &[Record]) -> String {
         let records: Vec<Value> = records.iter().map(|record| self.object(record)).collect();
         let mut line = Value::from(records).to_string();
@@ -86,7 +86,7 @@ impl Questions {
         Value::Object(object)
     }
 
-    /// The fields of a message by their paths; null where its definition is unknown.
+    /// The fields of a message by their paths; null if its definition is unknown.
     fn fields(&mut self, schema: &Arc<Schema>, cdr: &[u8]) -> Value {
         let read = || Definition::of(schema).ok();
         let definition = self.definitions.entry(Arc::clone(schema)).or_insert_with(read);
