@@ -130,7 +130,7 @@ pub enum Stage {
     Raised,
     /// A person has commanded the robot since the alert was raised.
     Answered,
-    /// It is unknown whether someone is still needed: no value has arrived for too long.
+    /// Whether someone is still needed is unknown, as no value has arrived for too long.
     Unknown,
     /// The alert is over.
     Over,

@@ -9,7 +9,7 @@ use rustix::time::{ClockId, clock_gettime};
 
 use crate::time::Time;
 
-/// The clock of a whole session; clones share it.
+/// The clock of a session; clones share it.
 #[derive(Clone, Debug)]
 pub struct Clock(Arc<Kind>);
 
@@ -90,7 +90,7 @@ impl Clock {
         matches!(*self.0, Kind::Set { .. })
     }
 
-    /// How far the session's clock is ahead of the machine's [monotonic](monotonic) one [ns].
+    /// How far the session's clock is ahead of the machine's [monotonic](monotonic) clock [ns].
     pub fn ahead_of_monotonic_nanos(&self) -> i64 {
         let (now, between) = fastest(|| self.now(), monotonic);
         let between = i64::try_from(between.as_nanos()).unwrap_or(i64::MAX);

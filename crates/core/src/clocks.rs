@@ -93,7 +93,7 @@ pub(crate) struct Reported {
 /// No latency: messages are stamped when they are measured.
 const NO_LATENCY: Latency = Latency::new(0.0, 0.0);
 
-/// One clock in use.
+/// A clock in use.
 struct Clock {
     owner: Owner,
     model: Box<dyn ClockModel>,
@@ -296,7 +296,7 @@ impl Clocks {
 
     /// The owner of the clock that stamps a stream. Messages without a known sender are assigned to their subject: a
     /// robot counts as one computer until its computers are known. Samples in our own shapes that another computer
-    /// stamped were already corrected by the device's clock there, to that computer's time.
+    /// stamped were already corrected there, by the device's clock, to that computer's time.
     fn owner_of(&self, id: StreamId, stream: &Stream, stamps: &Stamps) -> Owner {
         let device = || stream.device.clone();
         let computer = self.computers.get(&stream.name).map(String::as_str);

@@ -43,9 +43,9 @@ pub enum Command {
     Mark(String),
     /// `vibrate SUBJECT [SECS]`: vibrates a device that a person wears.
     Vibrate {
-        /// Who wears it: `p001`.
+        /// The person who wears the device: `p001`.
         subject: String,
-        /// How long it vibrates [s].
+        /// How long the device vibrates [s].
         secs: f64,
     },
     /// `do COMPONENT REQUEST`: sends a request to a component of the session: `do nback start 2`.
@@ -236,7 +236,7 @@ impl Sender {
 }
 
 impl fmt::Display for Sender {
-    /// One word without spaces: `keys`, `ros:/operator_panel`.
+    /// Formats the sender as one word without spaces: `keys`, `ros:/operator_panel`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.component)?;
         if self.name.is_empty() { Ok(()) } else { write!(f, ":{}", self.name) }
@@ -246,7 +246,7 @@ impl fmt::Display for Sender {
 /// A command as delivered to the component that carries it out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instruction {
-    /// Who sent it.
+    /// Who sent the command.
     pub sender: Sender,
     /// The command.
     pub command: Command,
@@ -259,7 +259,7 @@ pub struct Instruction {
 /// whose label is the sender and the command: `ros:/operator_panel next_phase`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accepted {
-    /// Who sent it.
+    /// Who sent the command.
     pub sender: Sender,
     /// The command.
     pub command: Command,

@@ -243,7 +243,7 @@ impl Commands {
         }
     }
 
-    /// Whether a refusal should be reported: each one once, and only a limited number.
+    /// Whether a refusal should be reported: each refusal is reported once, and only a limited number of them.
     pub(crate) fn is_new(&self, refusal: &str) -> bool {
         let mut known = self.0.refusals.lock().unwrap_or_else(PoisonError::into_inner);
         known.len() < MOST_REFUSALS && known.insert(refusal.to_owned())

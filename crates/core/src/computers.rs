@@ -21,7 +21,7 @@ const PROBES: &str = "/teampulse/clock_probes";
 /// too frequent, or repeat a command.
 pub const UNTOLD: [&str; 4] = [STAMPED_BY, PROBES, publishers::TOPIC, stopped::TOPIC];
 
-/// Stamps further in the past than this, ten years, come from a clock that started at 0 [s].
+/// Stamps that are more than ten years in the past come from a clock that started at 0 [s].
 const SIMULATED_SECS: f64 = 10.0 * 365.25 * 86_400.0;
 
 /// Whether stamps with this offset [s] are in simulated time. They are not if the computer's clock was probed, as

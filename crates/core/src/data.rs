@@ -83,7 +83,7 @@ impl Data {
 /// A run of samples with one period, such as those in one notification of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wave {
-    /// Time from one sample to the next [ns].
+    /// The time from one sample to the next [ns].
     pub period_ns: f64,
     /// The number of channels in each sample.
     pub channels: u32,
@@ -92,7 +92,7 @@ pub struct Wave {
 }
 
 impl Wave {
-    /// Whether it can be placed in time and recorded: its period is a duration, and its samples are whole.
+    /// Whether the wave can be timed and recorded: its period is a valid duration, and its samples are complete.
     pub fn is_valid(&self) -> bool {
         let width = self.channels as usize;
         let is_whole = width > 0 && self.samples.len().is_multiple_of(width);
@@ -133,7 +133,7 @@ pub enum Reason {
     Missing = 4,
     /// The formula is undefined for these data.
     Undefined = 5,
-    /// No baseline to compare with has ended yet.
+    /// No baseline has ended yet, so there is nothing to compare with.
     NoBaseline = 6,
     /// The event has not happened or is over, or the window contains nothing to measure, such as no speech.
     Nothing = 7,

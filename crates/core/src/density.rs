@@ -36,7 +36,7 @@ struct Stretch {
     samples: u64,
 }
 
-/// A rate that is higher than the stated one [Hz].
+/// A counted rate that exceeds the stated rate [Hz].
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Exceeded {
     rate_hz: f64,

@@ -36,7 +36,7 @@ pub type NamedFeature = (&'static str, Arc<dyn Feature>);
 pub struct Broken {
     /// The feature.
     pub feature: &'static str,
-    /// The stream or subject for which it was disabled; empty for the whole session.
+    /// The stream or subject for which the feature was disabled; empty for the whole session.
     pub about: String,
     /// The panic.
     pub panic: Panic,

@@ -13,7 +13,7 @@ use crate::stopped::Stopped;
 use crate::stream::{About, Stream, StreamId};
 use crate::time::Time;
 
-/// The most events that are kept: memory is bounded, and no session has as many topics.
+/// The most events that are kept, to bound memory; no session has that many topics.
 const MOST: usize = 100_000;
 
 /// The newest event of each kind of state: the phase of the session and of each person and robot, which computer's

@@ -9,9 +9,9 @@ use crate::stream::Stream;
 /// Where samples were lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
-    /// Between the publisher and us, as its sequence numbers show.
+    /// Samples were lost between the publisher and us, as sequence numbers show.
     OnTheWay,
-    /// In our own queue, in front of the pump.
+    /// Samples were lost in our own queue, in front of the pump.
     InOurQueue,
 }
 

@@ -137,7 +137,8 @@ impl Outlet {
     }
 
     /// Reports that this many samples of a stream were lost in transit, before its next reading; 0 means that losses
-    /// are known from now on. Samples within waves count: a lost wave of four is 4. Report the sum of each burst once.
+    /// are known from now on. Each sample in a wave counts: a lost wave of four samples is 4. Report the sum for each
+    /// burst once.
     ///
     /// The samples of a device without a clock are timed by their number: a wrong count moves all later times.
     pub fn lost(&self, stream: StreamId, samples: u64) {

@@ -66,8 +66,8 @@ pub async fn watched_async<T>(work: impl Future<Output = T>) -> Result<T, Panic>
     .await
 }
 
-/// Installs a panic hook: panics that a caller catches print nothing; any other prints one line on
-/// standard error, and is kept for [`strays_after`].
+/// Installs a panic hook: panics that a caller catches print nothing; any other panic prints one line on standard
+/// error, and is kept for [`strays_after`].
 pub fn install_hook() {
     std::panic::set_hook(Box::new(|panic: &PanicHookInfo<'_>| {
         let place = panic.location().map(ToString::to_string);

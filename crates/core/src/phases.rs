@@ -11,10 +11,10 @@ use crate::time::Time;
 /// The phase that all others are compared with.
 pub const BASELINE: &str = "baseline";
 
-/// The name of a phase that was published without one.
+/// The name of a phase that was published with a blank name.
 const UNNAMED: &str = "unnamed";
 
-/// The most phases of one subject: memory is bounded, and no study has as many.
+/// The most phases of one subject, to bound memory; no study has that many.
 const MOST_PHASES: usize = 10_000;
 
 /// A phase of a session, or of one subject.

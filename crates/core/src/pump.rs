@@ -1,7 +1,7 @@
 //! The pump: takes readings in hand-over order, corrects their time, runs features, encodes.
 //!
-//! Its contract is in ARCHITECTURE.md. Everything here is a function of the readings and their
-//! order, so that a replay of the recorded readings gives the same samples, byte for byte.
+//! ARCHITECTURE.md states the pump's contract. All results depend only on the readings and their order, so a replay of
+//! the recorded readings gives the same samples, byte for byte.
 
 mod in_band;
 
@@ -60,7 +60,7 @@ pub struct Pump {
     /// The number of samples that were skipped for lack of time, by stream.
     left_out: BTreeMap<StreamId, u64>,
     broken: Vec<Broken>,
-    /// Whether the end of the session was taken.
+    /// Whether the event that ends the session was taken.
     has_ended: bool,
 }
 
@@ -124,7 +124,7 @@ impl Pump {
         }
     }
 
-    /// Advances the time to `now`, after all readings before it were taken.
+    /// Advances the time to `now`, after all earlier readings were taken.
     pub(crate) fn tick_until(&mut self, now: Time) {
         while let Some(tick) = self.ticks.next_until(now.nanos()) {
             self.tick(Time::from_nanos(tick));
@@ -157,7 +157,7 @@ impl Pump {
     /// Resumes ticks at `until`, and skips those before it.
     fn pause_until(&mut self, until: Time) {
         let mut ticks = Ticks::every(TICK.as_nanos() as i64);
-        // The first call gives no tick: it sets when time begins.
+        // The first call returns no tick; it only sets the start.
         if until > self.last && ticks.next_until(until.nanos()).is_none() {
             self.ticks = ticks;
         }

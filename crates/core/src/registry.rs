@@ -61,7 +61,7 @@ impl<T: ?Sized, C> Entry<T, C> {
 pub struct Settings<'a>(Spanned<DeValue<'a>>);
 
 impl<'a> Settings<'a> {
-    /// No settings at all: every default.
+    /// Empty settings, with which every default applies.
     pub fn empty() -> Settings<'static> {
         Settings(Spanned::new(0..0, DeValue::Table(DeTable::new())))
     }
@@ -105,14 +105,14 @@ impl SettingsError {
         SettingsError { message: message.into(), hint, path, span: None }
     }
 
-    /// The same error about one setting of the component.
+    /// Returns the error with the path of a setting of the component.
     #[must_use]
     pub fn at(mut self, path: impl Into<String>) -> SettingsError {
         self.path = path.into();
         self
     }
 
-    /// The same error with a hint.
+    /// Returns the error with a hint.
     #[must_use]
     pub fn with_hint(mut self, hint: impl Into<String>) -> SettingsError {
         self.hint = hint.into();

@@ -11,7 +11,7 @@ use crate::stream::Stream;
 
 /// A component that stores, shows or publishes data: a bag, a screen, ROS.
 ///
-/// Each sink runs on a thread of its own, so it may block on its disk or its socket.
+/// Each sink runs on its own thread, so it may block on its disk or its socket.
 pub trait Sink: Send {
     /// The sink's name in messages: `bag`, `terminal`.
     fn name(&self) -> &'static str;

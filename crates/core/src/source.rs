@@ -10,10 +10,9 @@ use crate::time::Time;
 
 /// A component that originates data: a device, robots, a simulation, a recording.
 ///
-/// A source declares its streams and hands its readings to the [`Outlet`] as they arrive. It returns
-/// `Ok` when it has no more data (a recording ended) and an error when its device goes away; the
-/// supervisor then calls `run` again after a pause, so a source holds no retry loop of its own. It
-/// must return soon after [`Outlet::closed`].
+/// A source declares its streams and hands its readings to the [`Outlet`] as they arrive. It returns `Ok` when it has
+/// no more data (a recording ended) and an error when its device goes away; the supervisor then calls `run` again after
+/// a pause, so a source needs no retry loop. It must return soon after [`Outlet::closed`].
 ///
 /// A source of a study counts as missing while it has declared no stream, or none of its streams that should have
 /// samples has any (see [`Supply`](crate::outlet::Supply)): `check` is no-go, a running session reports it after ten

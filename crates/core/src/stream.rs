@@ -123,7 +123,7 @@ impl Stream {
         Stream { origin: Origin::Derived, family: family.to_owned(), ..stream }
     }
 
-    /// The same stream over windows or phases, named below it: `…/heart/w30`.
+    /// Returns the stream for windows or phases, with a name below this one: `…/heart/w30`.
     #[must_use]
     pub fn over(mut self, window: Window) -> Stream {
         self.name = format!("{}/{window}", self.name);
@@ -131,7 +131,7 @@ impl Stream {
         self
     }
 
-    /// The same stream under another name below it: `…/deployment/events`.
+    /// Returns the stream with another name below this one: `…/deployment/events`.
     #[must_use]
     pub fn below(mut self, leaf: &str) -> Stream {
         self.name = format!("{}/{leaf}", self.name);
@@ -184,7 +184,7 @@ impl Stream {
         Subject { about: self.about, id: self.id.clone() }
     }
 
-    /// The same stream with these channels, each a name and a unit.
+    /// Returns the stream with these channels, each a name and a unit.
     #[must_use]
     pub fn with_channels(mut self, channels: &[(&str, &str)]) -> Stream {
         self.channels = channels.iter().map(|(name, unit)| Channel::new(*name, *unit)).collect();
@@ -196,8 +196,8 @@ impl Stream {
         self.channels.iter().position(|each| each.name == channel)
     }
 
-    /// The same stream with its texts [cut and cleaned](crate::text), and a valid rate. Derived streams may
-    /// have longer names than their inputs.
+    /// Returns the stream with its texts [cut and cleaned](crate::text), and a valid rate. Derived streams may have
+    /// longer names than their inputs.
     #[must_use]
     pub fn cleaned(mut self) -> Stream {
         let longest = match self.origin {
@@ -258,7 +258,7 @@ impl Channel {
 pub enum Window {
     /// Windows of this length.
     Of(Duration),
-    /// Each phase, when it has ended.
+    /// Whole phases, each when it has ended.
     Phases,
 }
 
@@ -294,9 +294,9 @@ pub enum Audience {
 /// Whether a stream came from outside or was computed here. A replay reads raw streams and recomputes derived ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Origin {
-    /// From outside, kept unchanged.
+    /// The stream came from outside, and is kept unchanged.
     Raw,
-    /// Computed here from raw streams.
+    /// The stream was computed here from raw streams.
     Derived,
 }
 

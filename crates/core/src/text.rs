@@ -1,9 +1,9 @@
 //! Text from outside, cut and cleaned where it enters.
 //!
 //! A label, a name or a unit comes from a robot, a bag or a study, and ends up on a terminal, in a table or as the name
-//! of a file. So it has no control characters (C0, DEL, C1), line or paragraph separators, or marks that change the
-//! direction of writing (which make a text look like a different one): each becomes a space. And it has a limited
-//! length. A clean text stays unchanged, so cleaning it twice is harmless.
+//! of a file. So control characters (C0, DEL, C1), line and paragraph separators, and marks that change the direction
+//! of writing (which make a text look like a different one) become spaces, and the length is limited. A clean text
+//! stays unchanged, so cleaning it twice is harmless.
 //!
 //! Messages from outside are not text: they are recorded byte for byte.
 
@@ -53,7 +53,7 @@ pub fn label(text: String, longest: usize) -> String {
     kept
 }
 
-/// The longest method of a stream with this many channels, which states how each is computed [characters].
+/// The longest method of a stream with this many channels, which states how each channel is computed [characters].
 pub fn longest_method(channels: usize) -> usize {
     LONGEST_PROSE + LONGEST_RECIPE * channels
 }

@@ -160,7 +160,7 @@ impl Track {
 
     /// Numbers a reading and corrects its time.
     ///
-    /// A stamp equal to the log time is ignored; in a bag it can't be distinguished from a missing one.
+    /// A stamp equal to the log time is ignored, as it can't be distinguished from a missing stamp in a bag.
     pub(crate) fn sample(
         &mut self,
         mut reading: Reading,

@@ -1,11 +1,11 @@
-//! The spelling of units, one machine-readable and one for display; and conversions between units.
+//! The spellings of units, machine-readable and for display, and conversions between units.
 
 mod conversion;
 
 pub use conversion::{Conversion, accepted, worked_in};
 
-/// THE table of spellings: the machine-readable one (in messages, bags, tables and JSON: ASCII, as in most ROS drivers
-/// and BIDS), the one for display, and synonyms.
+/// The only table of spellings: machine-readable (ASCII, in messages, bags, tables and JSON, as in most ROS drivers and
+/// BIDS), for display, and synonyms.
 const SPELLINGS: &[(&str, &str, &[&str])] = &[
     ("degC", "°C", &["℃"]),
     ("deg", "°", &[]),
@@ -15,8 +15,8 @@ const SPELLINGS: &[(&str, &str, &[&str])] = &[
     (" ", "·", &["⋅"]),
     ("u", "µ", &["μ"]),
 ];
-/// THE table of units: all units of our own streams, in their machine-readable spelling, and each of them per second
-/// (`V/s`).
+/// The only table of units: all units of our own streams, in their machine-readable spelling. Each unit is also known
+/// per second (`V/s`).
 pub const UNITS: &[&str] = &[
     "1", "%", "%/min", "s", "ms", "ms^2", "ln(ms)", "ln(ms^2)", "1/min", "Hz", "Hz/min", "uS",
     "uS^2", "uS/min", "uS s", "mV", "uV", "uV^2", "uV s", "degC", "degC/min", "g", "g s/min",
@@ -29,7 +29,7 @@ pub fn is_known(unit: &str) -> bool {
     UNITS.contains(&unit) || unit.strip_suffix("/s").is_some_and(|of| UNITS.contains(&of))
 }
 
-/// Units that may follow a `u` for micro; the arbitrary unit `u` has none after it.
+/// Units that may follow a `u` for micro; the arbitrary unit `u` stands alone.
 const OF_MICRO: &[&str] = &["A", "S", "V", "W", "g", "m", "s"];
 
 /// The machine-readable spelling of a unit: `uS`, `degC`, `m/s^2`, `1/min`.

@@ -17,7 +17,7 @@ use crate::streams::Streams;
 /// The most data waiting for a worker [bytes].
 const MOST_BYTES: usize = 64 << 20;
 
-/// A component that is fed with streams on a thread of its own, as fast as it can take them, and offers its results as
+/// A component that is fed with streams on its own thread, as fast as it can take them, and offers its results as
 /// readings. It never holds up the pump.
 ///
 /// It receives the newest record of each stream, of all streams at once ([`Feed::next`]) or of one stream at a time

@@ -19,7 +19,7 @@ use schema::{Kind, Schemas};
 
 /// The first bytes of a container file.
 pub(crate) const MAGIC: &[u8] = b"Obj\x01";
-/// The most that a block may unpack to [bytes].
+/// The most bytes to which a block may unpack.
 const MOST_BYTES: u64 = 256 << 20;
 /// How many numbers any other value counts as, towards the memory limit.
 const NUMBERS_A_VALUE: usize = 16;

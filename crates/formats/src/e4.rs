@@ -21,7 +21,7 @@ use crate::recording::{Channel, Content, Mark, Quantity, Recording, Run, Signal,
 
 /// The first bytes of a zip.
 pub const MAGIC: &[u8] = b"PK\x03\x04";
-/// The most that one of the files may unpack to [bytes]: `ACC.csv` grows by 30 MB a day.
+/// The most bytes to which one of the files may unpack: `ACC.csv` grows by 30 MB a day.
 const MOST_BYTES: u64 = 256 << 20;
 /// The most entries of the archive that are examined.
 const MOST_ENTRIES: usize = 1000;

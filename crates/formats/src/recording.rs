@@ -23,7 +23,7 @@ pub struct Recording {
     pub notes: Vec<String>,
 }
 
-/// One signal.
+/// A signal of the recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
     /// The signal's name in the file.

@@ -142,7 +142,7 @@ impl Child {
         }
     }
 
-    /// Fails if the program has exited without being asked to.
+    /// Fails if the program has exited although its input is open.
     pub(crate) fn check(&mut self) -> Result<(), Ended> {
         match self.process.try_wait() {
             Ok(None) => Ok(()),

@@ -212,7 +212,8 @@ impl Dialogue<'_> {
         }
     }
 
-    /// Fails if the program has exited without being asked to, or if another publisher uses one of its stream names.
+    /// Fails if the program has exited although its input is open, or if another publisher uses one of its stream
+    /// names.
     fn check(&mut self) -> Result<(), WorkerError> {
         self.declared.check(self.outlet)?;
         self.child.check().map_err(|ended| self.stopped(&ended))

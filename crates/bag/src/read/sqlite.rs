@@ -63,8 +63,8 @@ pub(crate) fn into_mcap(path: &Path, database: &Path) -> Result<Opened, BagError
     Ok(Opened { file, is_made: true, damage: damage.or(unreadable(unreadable_count)) })
 }
 
-/// The suffixes of the files that `SQLite` keeps beside an open database: while they exist, an interrupted
-/// transaction must be rolled back, or new data are in them.
+/// The suffixes of the files that `SQLite` keeps beside an open database: while they exist, an interrupted transaction
+/// may have to be rolled back, or they contain new data.
 const BESIDE: [&str; 2] = ["-journal", "-wal"];
 
 /// Opens the tables of a database, and its topics. An interrupted recording may need recovery first, which is done on a

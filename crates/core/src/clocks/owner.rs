@@ -7,17 +7,17 @@ use crate::stream::{StreamId, Subject};
 /// The owner of a clock.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Owner {
-    /// This host.
+    /// The clock belongs to this host.
     Host,
-    /// This host, for a stream whose late joiners receive earlier samples.
+    /// The clock belongs to this host, and the stream's late joiners receive earlier samples.
     Kept(StreamId),
-    /// This host, for readings that a worker derived from samples with corrected times.
+    /// The clock belongs to this host, and a worker derived the readings from samples with corrected times.
     Worker,
-    /// A device with a clock.
+    /// The clock belongs to a device.
     Device(Subject, String),
-    /// A device without a clock: one model for each of its streams.
+    /// The device has no clock: each of its streams has its own model.
     Counted(StreamId, String),
-    /// A computer that stamps messages.
+    /// The clock belongs to a computer that stamps messages.
     Computer(String),
 }
 

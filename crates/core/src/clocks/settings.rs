@@ -9,8 +9,8 @@ use teampulse_timefilter::clock::Latency;
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClockSettings {
-    /// The shortest time from measuring to arrival [s], as `teampulse calibrate` measures it; by default the one in the
-    /// table of known devices.
+    /// The shortest time from measuring to arrival [s], as `teampulse calibrate` measures it; by default the value in
+    /// the table of known devices.
     pub latency_secs: Option<f64>,
     /// Half the width of the 95 % interval of that time [s].
     pub uncertainty_secs: Option<f64>,
@@ -51,8 +51,8 @@ const SAME_INTERVAL_SECS: f64 = 0.000_6;
 const CALIBRATED_SECS: f64 = 0.005;
 
 impl ClockSettings {
-    /// The latency over links with this connection interval [s], or over links with an unknown one;
-    /// `None` where the study gives none.
+    /// The latency over links with this connection interval [s], or with an unknown interval; `None` if the study
+    /// states none.
     pub fn latency_secs_at(&self, interval_secs: Option<f64>) -> Option<f64> {
         let of_interval = interval_secs
             .and_then(|secs| self.intervals.iter().find(|interval| interval.is_of(secs)));

@@ -7,8 +7,7 @@ use crate::time::Time;
 /// The span over which a rate is counted [s], and the minimum number of arrivals, for slower streams.
 const WINDOW_SECS: f64 = 10.0;
 const FEWEST_ARRIVALS: u64 = 5;
-/// A pause ends a series when it exceeds both this many usual intervals and this many seconds [s]:
-/// counting restarts after it.
+/// Counting restarts after a pause that is longer than this many usual intervals and than this many seconds [s].
 const PAUSE_INTERVALS: f64 = 10.0;
 const PAUSE_SECS: f64 = 5.0;
 /// Samples within this time count as one arrival: networks and radios deliver in bursts [s].
@@ -89,7 +88,7 @@ impl Pace {
 
     /// The rate at `now` [Hz]; 0 before the second arrival, and after a long silence.
     ///
-    /// It falls as soon as a stream is silent for longer than usual.
+    /// The rate falls as soon as a stream is silent for longer than usual.
     pub(super) fn rate_hz(&self, now: Time) -> f64 {
         let (Some(first), Some(last)) = (self.stretches.front(), self.last()) else { return 0.0 };
         let Some(usual_secs) = self.interval_secs() else { return 0.0 };

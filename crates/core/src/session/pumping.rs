@@ -65,14 +65,14 @@ struct PumpState {
 }
 
 impl Pumping {
-    /// Starts a pump on a thread of its own.
+    /// Starts a pump on its own thread.
     pub(super) fn start(mut pipeline: Pipeline) -> Pumping {
         let (send_end, ended) = oneshot::channel();
         let (shared, pace) = (Arc::clone(&pipeline.shared), pipeline.pace);
         let work = move || {
             let pumped = watched(|| pipeline.run());
             if let Err(panic) = &pumped {
-                // Everything before the panic is kept.
+                // Everything from before the panic is kept.
                 drop(watched(|| {
                     sinks::deliver(&mut pipeline.routes, &[], pipeline.pump.records())
                 }));
@@ -230,8 +230,8 @@ impl Pipeline {
         Pumped { dropped: self.pump.dropped(), broken: self.pump.take_broken() }
     }
 
-    /// Reports a wait that was far longer than intended: this process, or the machine, was stopped. The
-    /// report comes before the silence is judged.
+    /// Reports a wait that was far longer than intended: this process, or the machine, was stopped. The standstill is
+    /// reported before the silence is judged.
     fn note_standstill(&mut self, since: Time, waited: Duration) {
         if self.pace != Pace::Live || waited < STANDSTILL {
             return;

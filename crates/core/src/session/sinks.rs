@@ -1,4 +1,4 @@
-//! The running sinks of a session, each on a thread of its own.
+//! The running sinks of a session, each on its own thread.
 
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ pub(super) struct Running {
     ended: oneshot::Receiver<Result<(), SinkError>>,
 }
 
-/// Starts a sink on a thread of its own; one that ends early reports it at once.
+/// Starts a sink on its own thread; if the sink ends early, this is reported at once.
 pub(super) fn start(
     sink: Box<dyn Sink>,
     streams: &Streams,
@@ -144,7 +144,7 @@ pub(super) fn deliver(
     faults
 }
 
-/// The records of streams whose audience is at least this one.
+/// The records of streams whose audience includes at least `least`.
 fn for_audiences(records: &Batch, least: Audience) -> Batch {
     if records.iter().all(|record| record.stream.audience >= least) {
         return Arc::clone(records);

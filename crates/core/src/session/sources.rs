@@ -30,11 +30,11 @@ pub(super) struct Sources {
 /// How a source ended.
 #[derive(Debug)]
 enum Ended {
-    /// It has no more data.
+    /// The source has no more data.
     Done,
     /// The session can't go on without it.
     Fatal(SourceError),
-    /// It panicked; the others go on.
+    /// The source panicked; the others go on.
     Panicked(SourceError),
 }
 

@@ -1,5 +1,5 @@
-//! The running workers of a session, each on a thread of its own: one that fails is restarted, one that panics is
-//! dropped.
+//! The running workers of a session, each on its own thread: a worker that fails is restarted, and a worker that panics
+//! is dropped.
 
 use std::time::Duration;
 
@@ -37,7 +37,7 @@ pub(super) struct Running {
     ended: oneshot::Receiver<Option<WorkerError>>,
 }
 
-/// Starts a worker on a thread of its own.
+/// Starts a worker on its own thread.
 pub(super) fn start(
     name: String,
     worker: Box<dyn Worker>,

@@ -1,4 +1,4 @@
-//! Converting numbers from one unit to another.
+//! Converts numbers from one unit to another.
 
 use super::spelt;
 use crate::stream::Signal;
@@ -21,12 +21,12 @@ enum Relation {
     Inverse,
 }
 
-/// A unit of a quantity: its spelling, other spellings in any case of letters, its size in the smallest
-/// unit of its quantity, and its zero in that unit.
+/// A unit of a quantity: its spellings, other spellings that match in any letter case, its size in the smallest unit of
+/// its quantity, and its zero in that unit.
 struct Unit(&'static [&'static str], &'static [&'static str], f64, f64);
 
-/// THE table of quantities with several units. Sizes are whole numbers where possible, so that 1 mV is
-/// exactly 1000 uV.
+/// The only table of quantities with several units. Sizes are whole numbers where possible, so that 1 mV is exactly
+/// 1000 uV.
 const QUANTITIES: &[&[Unit]] =
     &[TIMES, CONDUCTANCES, RESISTANCES, VOLTAGES, WARMTHS, ACCELERATIONS];
 /// The indices of conductances and resistances in [`QUANTITIES`].
@@ -81,9 +81,9 @@ impl Conversion {
     /// Leaves numbers unchanged.
     pub const SAME: Conversion = Conversion { relation: Relation::Same, factor: 1.0, offset: 0.0 };
 
-    /// The conversion to another unit of the same quantity, or from a resistance to a conductance and
-    /// back; an undeclared (empty) unit counts as the wanted one. `None` where there is no conversion:
-    /// volts to microsiemens, raw counts to any unit.
+    /// The conversion to another unit of the same quantity, or from a resistance to a conductance and back; an
+    /// undeclared (empty) unit counts as `to`. `None` if there is no conversion: volts to microsiemens, raw counts to
+    /// any unit.
     pub fn between(from: &str, to: &str) -> Option<Conversion> {
         let (from, to) = (spelt(from.trim()), spelt(to));
         if from.is_empty() || from == to {

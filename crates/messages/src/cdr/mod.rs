@@ -1,8 +1,8 @@
 //! CDR, the serialisation of ROS messages on the wire and in bags.
 //!
-//! The writer produces little-endian XCDR1 with its four-byte header (`00 01 00 00`), like every ROS 2
-//! middleware. The reader also accepts big-endian data and plain XCDR2. It never trusts a length: one that
-//! exceeds the remaining bytes is an error before anything is allocated.
+//! The writer produces little-endian XCDR1 with its four-byte header (`00 01 00 00`), like every ROS 2 middleware. The
+//! reader also accepts big-endian data and plain XCDR2. It never trusts a length: a length that exceeds the remaining
+//! bytes is an error before anything is allocated.
 
 mod value;
 mod reader;

@@ -53,9 +53,8 @@ impl Fields {
 
     /// Reads the numbers of a message into `out`, in the order of the paths.
     ///
-    /// Booleans are 0 or 1. A string is parsed as a number; one that is not a number, and an index beyond
-    /// the end of a sequence, give NaN. The message is traversed once, and nothing is allocated if `out`
-    /// has the capacity.
+    /// Booleans are 0 or 1. A string is parsed as a number; a string that is not a number, and an index beyond the end
+    /// of a sequence, give NaN. The message is traversed once, and nothing is allocated if `out` has the capacity.
     pub fn read(&self, cdr: &[u8], out: &mut Vec<f64>) -> Result<(), CdrError> {
         out.clear();
         out.resize(self.count, f64::NAN);

@@ -42,7 +42,7 @@ pub enum Ros1Error {
     Long {
         /// The length of the message [bytes].
         length: usize,
-        /// Where it should end.
+        /// The offset of the end of its last field [bytes].
         at: usize,
     },
     /// The message would become far larger, as it contains sequences of empty messages.

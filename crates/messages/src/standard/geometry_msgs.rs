@@ -75,7 +75,7 @@ pub struct Pose {
 
 message!(Pose { position, orientation } = "geometry_msgs/msg/Pose");
 
-/// A pose at a time, in a frame: the goal of a robot.
+/// A pose at a time, in a frame, such as the goal of a robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoseStamped {
     /// The time and the frame.

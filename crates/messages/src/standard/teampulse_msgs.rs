@@ -73,7 +73,7 @@ message!(
 pub struct Event {
     /// The time at which the event happened or started.
     pub header: Header,
-    /// That time by the device's own clock [ns]; [`NO_DEVICE_TIME`] if it has none.
+    /// The time of the event by the device's own clock [ns]; [`NO_DEVICE_TIME`] if it has none.
     pub device_time: i64,
     /// The kind, as a word of [`EventKind`](teampulse_core::data::EventKind).
     pub kind: String,

@@ -48,8 +48,8 @@ pub(super) struct Found {
     pub(super) qos: Qos,
 }
 
-/// All participants and endpoints of a domain, and the resulting graph. The cost of a change does not depend on the
-/// number of endpoints.
+/// All participants and endpoints of a domain, and the resulting graph. The cost of a change does not depend on their
+/// number.
 #[derive(Debug)]
 pub(super) struct Census {
     own: Gid,

@@ -11,7 +11,7 @@ enum Range {
     SystemDefault,
     /// The local network.
     Subnet,
-    /// This machine.
+    /// Only this machine.
     Localhost,
     /// No discovery.
     Off,
