@@ -77,9 +77,9 @@ pub enum BagError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Found {
     /// An `SQLite` file of another application, or a broken one.
-    #[error("an SQLite file that is not a recording of rosbag2")]
+    #[error("an SQLite file that is not a rosbag2 recording")]
     Sqlite,
-    /// A recording that can be read, but not repaired: a ROS 1 bag, or one of rosbag2 that is not plain MCAP.
+    /// A recording that can be read, but not repaired: a ROS 1 bag, or a rosbag2 recording that is not plain MCAP.
     #[error("a ROS 1 bag, a recording in SQLite or a compressed file")]
     Foreign,
     /// A ROS 1 bag that is damaged at its start, or of a version before 2.0.

@@ -32,7 +32,7 @@ pub enum Stage {
     Open,
     /// Nothing is recorded until a command starts a bag; the last seconds are kept in memory.
     Paused {
-        /// How many seconds are kept.
+        /// The number of seconds that are kept.
         kept_secs: f64,
     },
     /// The recording ended with the session, and is complete.

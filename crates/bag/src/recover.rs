@@ -198,8 +198,8 @@ fn free_name(path: &Path) -> PathBuf {
     names.find(|name| !name.exists()).expect("there are more numbers than files")
 }
 
-/// Writes everything readable to another file, with the metadata returned for the number of its messages, and syncs it;
-/// returns that number.
+/// Writes everything readable to another file and syncs it; returns the number of messages. `noted` receives that
+/// number and returns the metadata to write.
 fn rewrite(
     index: &Index,
     noted: impl FnOnce(u64) -> Option<Metadata>,

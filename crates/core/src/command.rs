@@ -207,7 +207,7 @@ pub struct Sender {
 }
 
 impl Sender {
-    /// The person at the keys of the terminal.
+    /// Someone who presses keys in the terminal.
     pub fn keys() -> Sender {
         Sender::through("keys", "")
     }

@@ -81,7 +81,7 @@ impl Intake {
         for bucket in &mut buckets {
             bucket.fill(now);
         }
-        // NaN fits nowhere.
+        // NaN never fits.
         let fits = buckets.iter().zip(costs).all(|(bucket, cost)| cost <= bucket.left);
         if fits {
             for (bucket, cost) in buckets.into_iter().zip(costs) {

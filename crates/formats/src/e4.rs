@@ -111,7 +111,7 @@ fn sampled(file: &Sampled, text: &str) -> Result<Option<Signal>, FormatError> {
     })?;
     let rate_hz = first(rate).filter(|hz| (0.01..=10_000.0).contains(hz));
     let rate_hz = rate_hz.ok_or_else(|| {
-        FormatError::malformed_text(format!("the rate in {name}.csv"), rate, "a number of Hz")
+        FormatError::malformed_text(format!("the rate in {name}.csv"), rate, "a rate in Hz")
     })?;
     let mut samples = Vec::new();
     for line in lines {

@@ -87,7 +87,7 @@ fn an_error_names_the_line_and_what_was_expected() {
     says("int8[] A=3", "line 1: A can't be the type of a constant");
     says("b/c/D d", "line 1: \"b/c/D\" is not a type");
     says("b/D d", "line 1: b/msg/D is not defined");
-    says(&with_types("B b", &[("a_msgs/B", "A a")]), "line 4: a_msgs/msg/A is part of itself");
+    says(&with_types("B b", &[("a_msgs/B", "A a")]), "line 4: a_msgs/msg/A contains itself");
     says(&format!("int8 a\n{}\nnothing", "=".repeat(80)), NO_TITLE);
     says("float64[1000000000] a", "line 1: it takes at least 8000000000 bytes");
 }

@@ -62,7 +62,8 @@ fn verified(definition: &Definition, hash: &str, text: String) -> Result<Schema,
 /// Appends the text of a part, in the format of rosbag2.
 fn append(text: &mut String, part: &str, part_text: &str) {
     let title = part.replace("/msg/", "/");
-    write!(text, "\n{:=<80}\nMSG: {title}\n{part_text}", "").expect("a string takes it");
+    write!(text, "\n{:=<80}\nMSG: {title}\n{part_text}", "")
+        .expect("writing to a string never fails");
 }
 
 fn source(type_name: &str) -> TypeSource {

@@ -108,7 +108,7 @@ impl Metadata {
     pub(crate) fn to_yaml(&self) -> String {
         let mut text = String::from("rosbag2_bagfile_information:\n");
         for line in self.body().lines() {
-            writeln!(text, "  {line}").expect("a string takes what is written to it");
+            writeln!(text, "  {line}").expect("writing to a string never fails");
         }
         text
     }

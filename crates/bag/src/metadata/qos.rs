@@ -31,7 +31,7 @@ fn profile(qos: &Qos, version: Version) -> String {
     };
     let mut text = format!("- history:{}\n  depth: {depth}", word(history(qos.history)));
     let mut line = |key: &str, value: &str| {
-        write!(text, "\n  {key}:{value}").expect("a string takes what is written to it");
+        write!(text, "\n  {key}:{value}").expect("writing to a string never fails");
     };
     line("reliability", &word(reliability(qos.reliability)));
     line("durability", &word(durability(qos.durability)));

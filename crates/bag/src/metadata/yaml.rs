@@ -11,7 +11,7 @@ pub(super) struct YamlWriter(pub(super) String);
 impl YamlWriter {
     pub(super) fn line(&mut self, level: usize, text: std::fmt::Arguments<'_>) {
         writeln!(self.0, "{:indent$}{text}", "", indent = 2 * level)
-            .expect("a string takes what is written to it");
+            .expect("writing to a string never fails");
     }
 
     pub(super) fn span(&mut self, level: usize, span: Span) {
@@ -51,7 +51,7 @@ fn quoted(text: &str) -> String {
             '\t' => quoted.push_str("\\t"),
             // Control characters, and Unicode line breaks, which YAML would fold.
             c if c.is_control() || "\u{2028}\u{2029}\u{feff}".contains(c) => {
-                write!(quoted, "\\u{:04x}", c as u32).expect("a string takes what is written");
+                write!(quoted, "\\u{:04x}", c as u32).expect("writing to a string never fails");
             }
             c => quoted.push(c),
         }

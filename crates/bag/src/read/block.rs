@@ -64,7 +64,7 @@ impl Entry {
 }
 
 impl Block {
-    /// Reads the records of the block; those of a chunk are decompressed.
+    /// Reads the records of the block; a chunk is decompressed.
     pub(crate) fn records(&self, file: &File) -> McapResult<Bytes> {
         let bytes = Bytes::from(read_at(file, self.offset, self.length)?);
         match bytes.first() {

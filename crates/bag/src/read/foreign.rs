@@ -20,8 +20,8 @@ const SQLITE: &[u8] = b"SQLite format 3\0";
 const ZSTD: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 /// The file extensions of recordings.
 pub(crate) const KINDS: [&str; 4] = [".mcap", ".db3", ".mcap.zstd", ".db3.zstd"];
-/// The most times its size that a file may decompress to, and an additional allowance [bytes]; anything larger is taken
-/// for a decompression bomb.
+/// A file may decompress to this many times its size, plus an allowance [bytes]; anything larger is taken for a
+/// decompression bomb.
 const MOST_TIMES: u64 = 1000;
 const MOST_MORE: u64 = 64 << 20;
 
@@ -30,7 +30,7 @@ pub(crate) fn is_packed(message: &[u8]) -> bool {
     message.starts_with(ZSTD)
 }
 
-/// Decompresses a message; one that is not compressed is returned unchanged.
+/// Decompresses a message; an uncompressed message is returned unchanged.
 pub(crate) fn unpacked(message: &[u8]) -> io::Result<Cow<'_, [u8]>> {
     if !is_packed(message) {
         return Ok(Cow::Borrowed(message));
@@ -168,7 +168,7 @@ fn unpack(file: &File, out: &mut File) -> io::Result<Option<String>> {
                 }
                 out.write_all(&block[..read])?;
             }
-            Err(error) => break Some(format!("it can't be unpacked to its end: {error}")),
+            Err(error) => break Some(format!("it can't be unpacked completely: {error}")),
         }
     };
     out.flush()?;

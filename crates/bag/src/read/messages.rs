@@ -129,7 +129,7 @@ impl<'a> Messages<'a> {
     fn message(&mut self, head: Head) -> Option<Result<Message, BagError>> {
         let (entry, cdr) = self.take(head)?;
         let Some(carried) = self.bag.carried(head.part, entry.channel) else {
-            let reason = format!("a message of channel {} that is not declared", entry.channel);
+            let reason = format!("a message of channel {}, which is not declared", entry.channel);
             let path = self.bag.parts()[head.part].path.clone();
             return Some(Err(BagError::Damaged { path, offset: head.offset, reason }));
         };

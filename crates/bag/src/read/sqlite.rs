@@ -31,9 +31,9 @@ struct Topic {
     name: String,
     type_name: String,
     format: String,
-    /// Present since Foxy.
+    /// The offered QoS profiles; empty before Foxy.
     qos: String,
-    /// Present since Iron.
+    /// The hash of the type; empty before Iron.
     hash: String,
 }
 

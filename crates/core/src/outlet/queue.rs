@@ -129,7 +129,7 @@ impl Queue {
         Outlet { queue: self.clone(), budget, supply: Supply::default(), clock, streams }
     }
 
-    /// Closes the queue: sources stop; readings that they still hand over are taken.
+    /// Closes the queue: sources stop; readings that they still deliver are accepted.
     pub fn close(&self) {
         self.0.closed.store(true, Ordering::Release);
         self.0.closing.notify_waiters();

@@ -105,7 +105,7 @@ impl Running {
     fn never_ran(&mut self) -> SinkError {
         let why = self.unstarted.take().map_or_else(String::new, |error| format!(": {error}"));
         let hint = "close other programs, or raise the limit on threads (`ulimit -u`)".to_owned();
-        SinkError::Failed { message: format!("start a thread of its own{why}"), hint }
+        SinkError::Failed { message: format!("start its thread{why}"), hint }
     }
 }
 

@@ -108,7 +108,7 @@ impl Running {
     /// Waits until it has ended.
     pub(super) async fn ended(&mut self) -> WorkerEnd {
         let no_thread = |_| {
-            let message = "start a thread of its own".to_owned();
+            let message = "start its thread".to_owned();
             let hint = "close other programs, or allow more threads (`ulimit -u`)".to_owned();
             Some(WorkerError { message, hint })
         };

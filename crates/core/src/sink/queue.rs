@@ -72,7 +72,7 @@ struct State {
     skipped: u64,
     closed: bool,
     abandoned: bool,
-    /// Why the queue ended, though the session did not.
+    /// Why the queue ended before the session.
     cut_off: Option<String>,
     /// Since when records have been waiting without any being taken.
     waits: Option<Stopwatch>,

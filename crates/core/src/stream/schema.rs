@@ -18,7 +18,7 @@ pub struct Schema {
 }
 
 impl Schema {
-    /// The memory of the schema's texts [bytes].
+    /// The memory that the schema's texts occupy [bytes].
     pub(super) fn held_bytes(&self) -> usize {
         let Schema { name, encoding, text, hash } = self;
         [name, encoding, text, hash].map(String::capacity).iter().sum()

@@ -92,7 +92,11 @@ impl Schemas {
     fn add_object(&mut self, json: &Json) -> Result<usize, FormatError> {
         let part = |name: &'static str| {
             json.get(name).ok_or_else(|| {
-                FormatError::malformed("a missing key in its schema", name, "it in each such type")
+                FormatError::malformed(
+                    "a missing key in its schema",
+                    name,
+                    "this key in each such type",
+                )
             })
         };
         let of = part("type")?;

@@ -1,5 +1,5 @@
-//! Annotations: `+onset[\x15duration]\x14text\x14…\x00`. The first one of a record has no text, and is the start of the
-//! record.
+//! Annotations: `+onset[\x15duration]\x14text\x14…\x00`. The first annotation of a record has no text, and gives the
+//! start of the record.
 
 use crate::recording::{Mark, nanos};
 

@@ -52,8 +52,8 @@ pub enum Problem {
     /// A constant is neither a number nor a string.
     #[error("{0} can't be the type of a constant")]
     Constant(String),
-    /// A type is part of itself.
-    #[error("{0} is part of itself")]
+    /// A type contains itself.
+    #[error("{0} contains itself")]
     Recursive(String),
     /// Types are nested too deep.
     #[error("types are nested more than {DEEPEST} deep")]

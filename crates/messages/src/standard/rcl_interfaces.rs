@@ -78,7 +78,7 @@ pub struct ListParametersResponse {
 
 message!(ListParametersResponse { result } = "rcl_interfaces/srv/ListParameters_Response");
 
-/// The names of parameters, and the prefixes that they have.
+/// The names of parameters, and their prefixes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ListParametersResult {
     /// The full names.

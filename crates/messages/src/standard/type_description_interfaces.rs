@@ -121,7 +121,7 @@ message!(
 /// A named value, as text.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct KeyValue {
-    /// The name.
+    /// The key.
     pub key: String,
     /// The value.
     pub value: String,

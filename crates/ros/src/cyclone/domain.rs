@@ -61,7 +61,7 @@ impl Participant {
     }
 
     pub(super) fn entity(&self) -> &Entity {
-        self.entity.as_ref().expect("it is there until this is dropped")
+        self.entity.as_ref().expect("the entity exists until drop")
     }
 }
 
