@@ -81,8 +81,8 @@ pub enum Complete {
 pub struct Broken {
     /// The error that ended the recording.
     pub error: SinkError,
-    /// The number of received messages that may be missing from the bag because the disk did not take them, which are
-    /// those of the last second. 0 if the bag could be finished.
+    /// The number of messages from the last second that may be missing from the bag, as the disk did not take them; 0
+    /// if the bag could be finished.
     pub unwritten: u64,
 }
 

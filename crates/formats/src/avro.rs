@@ -196,11 +196,7 @@ impl Reader<'_> {
         depth: usize,
     ) -> Result<Value, FormatError> {
         if depth > MOST_DEPTH {
-            return Err(FormatError::malformed(
-                "a record",
-                "",
-                "values that are less deeply nested",
-            ));
+            return Err(FormatError::malformed("a record", "", "less deeply nested values"));
         }
         Ok(match self.schemas.kind(of) {
             Kind::Null => Value::Null,

@@ -32,7 +32,7 @@ impl<'a> Cursor<'a> {
 
     pub(crate) fn array<const N: usize>(&mut self) -> Result<[u8; N], FormatError> {
         let taken = self.take(N)?;
-        Ok(taken.try_into().expect("as many as were taken"))
+        Ok(taken.try_into().expect("`take` returns `N` bytes"))
     }
 
     pub(crate) fn u8(&mut self) -> Result<u8, FormatError> {

@@ -105,7 +105,7 @@ impl Child {
             .map_err(|error| failed(error.to_string()))?;
         let pipes = (process.stdin.take(), process.stdout.take(), process.stderr.take());
         let (Some(stdin), Some(stdout), Some(stderr)) = pipes else {
-            return Err(failed("it has no pipes".into()));
+            return Err(failed("its pipes are missing".into()));
         };
         let guard = Guard::of(&process);
         let (input, waiting) = sync_channel(1);

@@ -12,7 +12,7 @@ const AHEAD_NANOS: i64 = 1_000_000_000;
 
 /// When an event of the session happened, by the session's own clock; `None` for any other reading.
 ///
-/// Such an event has the session's clock as its device clock, whichever clock stamps other events on the same topic.
+/// The device clock of such an event is the session's clock, whichever clock stamps other events on the same topic.
 pub(super) fn done_at(stream: &Stream, stamps: &Stamps) -> Option<i64> {
     let arrival = stamps.arrival;
     let at = stamps.device.filter(|at| stamps.source.unwrap_or(arrival) == *at)?;

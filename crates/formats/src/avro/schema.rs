@@ -81,7 +81,7 @@ impl Schemas {
                     FormatError::malformed(
                         "a type in its schema",
                         name,
-                        "one that is defined before",
+                        "a type that is defined before it",
                     )
                 });
             }

@@ -46,7 +46,7 @@ const OWN: [(&str, &str); 6] = [
     ("Wave", include_str!("../../../../msgs/teampulse_msgs/msg/Wave.msg")),
 ];
 
-/// Our own services, likewise.
+/// Our own services, identical to those of that package.
 const OWN_SERVICES: [(&str, &str); 1] =
     [("ProbeClock", include_str!("../../../../msgs/teampulse_msgs/srv/ProbeClock.srv"))];
 

@@ -44,7 +44,7 @@ pub enum Kind {
 
 /// The kinds of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names say it all")]
+#[expect(missing_docs, reason = "the names are self-explanatory")]
 pub enum Number {
     Bool,
     /// An uninterpreted octet.

@@ -118,7 +118,7 @@ impl GidWidth {
 
     fn read(self, from: &mut Reader<'_>) -> Result<Gid, CdrError> {
         let bytes = from.bytes(self.bytes())?;
-        Ok(*bytes.first_chunk().expect("either width holds an id"))
+        Ok(*bytes.first_chunk().expect("both widths are at least as long as an id"))
     }
 
     fn read_all(self, from: &mut Reader<'_>) -> Result<Vec<Gid>, CdrError> {
