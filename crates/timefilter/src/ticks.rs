@@ -1,7 +1,7 @@
 //! The periodic ticks by which silence is measured.
 
-/// The longest silence for which ticks are made up [ticks]; after a longer one the sequence restarts. At
-/// ten ticks a second this is a day.
+/// The longest silence for which ticks are filled in [ticks]; after a longer one the sequence restarts. At ten ticks a
+/// second this is a day.
 const LONGEST_SILENCE: i64 = 864_000;
 
 /// The multiples of a period, each returned once and in order.

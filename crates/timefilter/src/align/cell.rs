@@ -9,8 +9,8 @@ use super::window::Window;
 
 /// Computes cells from a source's samples.
 impl Source {
-    /// Computes the cell at `row`, or postpones it if rows do not wait for the source; returns whether it did,
-    /// which it does not while outstanding samples could change the cell. No earlier row will follow.
+    /// Computes the cell at `row`, or postpones it if rows do not wait for the source. Returns false, and does neither,
+    /// while outstanding samples could change the cell. No earlier row will follow.
     #[inline]
     pub fn decide(&mut self, row: i64, cells: &mut Cells) -> bool {
         if !self.segment.has(row) {
@@ -45,7 +45,8 @@ impl Source {
         if self.is_complete(ends[1].0) { Segment::between(ends, max_gap_nanos) } else { None }
     }
 
-    /// The same for any policy, number of channels and place.
+    /// Computes the cell at `row` under any policy, with any number of channels; returns false while outstanding
+    /// samples could change it.
     fn decide_otherwise(&mut self, row: i64, cells: &mut Cells) -> bool {
         let is_decided = self.is_complete(self.decided_by(row));
         if is_decided {
@@ -54,7 +55,7 @@ impl Source {
         is_decided
     }
 
-    /// Computes the cell at `row` from the present samples.
+    /// Computes the cell at `row` from the samples present.
     pub fn fill(&mut self, row: i64, available: bool, cells: &mut Cells) {
         self.forget_before(row);
         let column = &mut cells.columns[self.column];
@@ -148,8 +149,8 @@ impl Source {
         self.sample(place, Validity::Fresh, values)
     }
 
-    /// The last value, while later samples are still possible: held up to its maximum age, then stale; late
-    /// or stale if the row did not wait.
+    /// The cell with the last value, for which later samples are still possible: held up to the maximum age, then
+    /// stale; late or stale if the row did not wait.
     fn last(&self, row: i64, max_nanos: i64, available: bool, values: &mut [f64]) -> Origin {
         let Some(before) = self.neighbours(row).0 else {
             return absent(values, None, self.unawaited());
@@ -163,7 +164,8 @@ impl Source {
         self.sample(0, validity, values)
     }
 
-    /// No value if that is certain, otherwise the last one.
+    /// The cell of a row at which the policy found no sample: without a value if that is certain, otherwise with the
+    /// last one.
     pub(super) fn none(&self, row: i64, available: bool, values: &mut [f64]) -> Origin {
         let before = self.last_until(row);
         let newest = before.and_then(|place| self.samples.time(place));
@@ -183,7 +185,7 @@ impl Source {
         (0..self.samples.len()).take_while(until).last()
     }
 
-    /// The validity of a value for which the row did not wait.
+    /// The validity of a value that a row used without waiting for its source.
     pub(super) fn unawaited(&self) -> Validity {
         match self.watermark.presence {
             Presence::Awaited | Presence::Behind => Validity::Late,

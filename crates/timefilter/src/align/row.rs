@@ -41,12 +41,12 @@ impl<'a> Row<'a> {
 /// The value of one source at the time of its row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell<'a> {
-    /// The values, one per channel. All NaN if there is none: always when the validity is [`Validity::Gap`]
-    /// or [`Validity::Missing`].
+    /// The values, one per channel; all NaN if there is no value, as always when the validity is [`Validity::Gap`] or
+    /// [`Validity::Missing`].
     pub values: &'a [f64],
-    /// The row's time minus that of the newest sample used for the values [ns]: negative if that was
-    /// measured later, as with `linear` and `nearest`. Without values, the time since the last sample at or
-    /// before the row was measured; `i64::MAX` if there never was one.
+    /// The row's time minus that of the newest sample used for the values [ns]: negative if that sample was measured
+    /// later, as with `linear` and `nearest`. Without values, the time since the last sample at or before the row was
+    /// measured; `i64::MAX` if there never was one.
     pub age_nanos: i64,
     /// How reliable the values are.
     pub validity: Validity,
@@ -104,23 +104,23 @@ pub struct LeftOut<'a> {
 /// Why rows left a sample out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LeftOutReason {
-    /// It was measured at or before the time of the newest row, but arrived after that row was issued.
-    /// Later rows still use it where they can: it may be the last value, or in their window.
+    /// The sample was measured at or before the time of the newest row, but arrived after that row was issued. Later
+    /// rows still use it where they can: it may be the last value, or in their window.
     Late,
-    /// Its time of measurement is more than a second after its arrival ([`super::AHEAD_NANOS`]).
+    /// The sample's time of measurement is more than a second after its arrival ([`super::AHEAD_NANOS`]).
     Ahead,
-    /// It was the oldest sample when its source's capacity was exceeded while rows had to wait.
+    /// The sample was the oldest one when its source's capacity was exceeded while rows had to wait.
     Crowded,
 }
 
-/// A change in whether rows wait for a source. It depends on session time only, so a replay gives the same.
+/// A change in whether rows wait for a source. It depends on session time only, so a replay gives the same changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SourceEvent {
-    /// It was silent for its idle time-out; rows no longer wait for it.
+    /// The source was silent for its idle time-out; rows no longer wait for it.
     Silent(SourceId),
-    /// It delivers data too late; rows no longer wait for it.
+    /// The source delivers data too late; rows no longer wait for it.
     Behind(SourceId),
-    /// Rows wait for it again.
+    /// Rows wait for the source again.
     Back(SourceId),
 }
 
@@ -132,7 +132,7 @@ pub(super) struct Column {
     pub end: usize,
     pub newest: Option<i64>,
     pub validity: Validity,
-    /// Whether it is computed only when the row is issued, as samples that arrive until then could change it.
+    /// Whether the cell is computed only when the row is issued, as samples that arrive until then could change it.
     pub is_pending: bool,
 }
 
@@ -146,7 +146,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Has a column computed only when the row is issued.
+    /// Postpones a column: its cell is computed only when the row is issued.
     pub fn postpone(&mut self, column: usize) {
         self.columns[column].is_pending = true;
         self.some_pending = true;
@@ -156,13 +156,13 @@ impl Cells {
 /// Where the values of a cell come from.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Origin {
-    /// The time of the newest sample used for them; without values, of the last one at or before the row.
+    /// The time of the newest sample used; without values, that of the last sample at or before the row.
     pub newest: Option<i64>,
     pub validity: Validity,
 }
 
 impl Column {
-    /// Sets where the values of its cell come from.
+    /// Sets where the values of the cell come from.
     #[inline]
     pub fn set(&mut self, origin: Origin) {
         (self.newest, self.validity) = (origin.newest, origin.validity);

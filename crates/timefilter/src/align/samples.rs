@@ -4,9 +4,9 @@
 /// and never shrinks.
 #[derive(Clone, Debug)]
 pub(super) struct Samples {
-    /// The times; its length is the size of the ring, a power of two.
+    /// The times of the samples; their number is the size of the ring, a power of two.
     times: Vec<i64>,
-    /// The values; its length is that of the times multiplied by the number of channels.
+    /// The values, one per channel for each time.
     values: Vec<f64>,
     channels: usize,
     capacity: usize,
@@ -102,7 +102,7 @@ impl Samples {
     pub fn append(&mut self, time: i64, values: &[f64]) {
         let slot = self.slot(self.len);
         if let [value] = values {
-            // Without a loop or a call to copy one number.
+            // Copies one number without a loop or a call.
             (self.times[slot], self.values[slot]) = (time, *value);
         } else {
             self.put(slot, time, values);

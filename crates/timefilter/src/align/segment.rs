@@ -11,7 +11,7 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// The segment of no row.
+    /// An empty segment, which contains no row.
     pub const NOWHERE: Segment =
         Segment { before: i64::MAX, after: i64::MIN, gap_nanos: 0.0, begin: 0.0, rise: 0.0 };
 

@@ -20,19 +20,20 @@ pub enum RowTimes {
         /// The time between rows [ns].
         period_nanos: i64,
     },
-    /// The samples of one source, the first that is added; its own policy is ignored. Several samples with
-    /// the same time give one row, with the values of the last.
+    /// The times of the samples of one source, the first one added; its own policy is ignored. Several samples with the
+    /// same time give one row, with the values of the last.
     Pivot,
 }
 
 /// When rows are issued.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// When no outstanding sample could change them, or the time-out of its source has expired: identical
-    /// in a session and in a replay of its recording; for recordings and statistics.
+    /// Rows are issued when no outstanding sample could change them, or when the time-out of a missing source has
+    /// expired. They are identical in a session and in a replay of its recording, as needed for recordings and
+    /// statistics.
     Reproducible,
-    /// At their time (a grid) or when the pivot's sample arrives, with the data available then; for
-    /// displays. As every sample arrives after its time, none counts as late, except a pivot's sample that
+    /// Rows are issued at their time (a grid) or when the pivot's sample arrives, with the data available then, as
+    /// needed for displays. As every sample arrives after its time, none counts as late, except a pivot's sample that
     /// arrives after a later one.
     Available,
 }

@@ -12,13 +12,13 @@ use super::watermark::{Presence, Watermark};
 pub struct Counts {
     /// All samples received.
     pub received: u64,
-    /// Those that arrived after a row of their time or later was issued: [`super::LeftOutReason::Late`].
+    /// Samples that arrived after a row of their time or later was issued: [`super::LeftOutReason::Late`].
     pub late: u64,
-    /// Those with a time of measurement after their arrival: [`super::LeftOutReason::Ahead`].
+    /// Samples with a time of measurement more than a second after their arrival: [`super::LeftOutReason::Ahead`].
     pub ahead: u64,
-    /// Those for which there was no room: [`super::LeftOutReason::Crowded`].
+    /// Samples for which there was no room: [`super::LeftOutReason::Crowded`].
     pub crowded: u64,
-    /// Those with only NaN values: they show that the source is alive, and are otherwise ignored.
+    /// Samples with only NaN values: they show that the source is alive, and are otherwise ignored.
     pub blank: u64,
 }
 
@@ -29,12 +29,12 @@ pub(super) struct Source {
     pub policy: Policy,
     pub channels: usize,
     pub samples: Samples,
-    /// The channels that are held where others are interpolated; none if it is empty.
+    /// Whether each channel is held where others are interpolated; empty if none is.
     pub held: Vec<bool>,
-    /// The indices of its column and of its first value in a row.
+    /// The indices of the source's column and of its first value in a row.
     pub column: usize,
     pub first_value: usize,
-    /// The segment on which its next cells lie.
+    /// The segment that contains the source's next cells.
     pub segment: Segment,
     pub counts: Counts,
 }
@@ -77,8 +77,8 @@ impl Source {
         }
     }
 
-    /// The times of the last sample at or before `row` and of the first after it. Requires that
-    /// [`Source::forget_before`] was called for the row, and no window.
+    /// The times of the last sample at or before `row` and of the first after it. Requires a policy without a window,
+    /// and that [`Source::forget_before`] was called for the row.
     #[inline]
     pub(super) fn neighbours(&self, row: i64) -> (Option<i64>, Option<i64>) {
         match self.samples.time(0) {

@@ -57,7 +57,7 @@ impl Watermark {
         was_silent
     }
 
-    /// Whether rows wait for a sample of this time: it is newer than all before.
+    /// Whether rows wait for a sample measured at this time: it is newer than all samples before it.
     #[inline]
     pub fn expects(&self, measured: i64) -> bool {
         self.presence == Presence::Awaited && measured > self.newest

@@ -14,9 +14,9 @@ const PEAK_SECS: f64 = 0.05;
 pub(super) struct Peaks {
     /// The best lag [s], interpolated between grid points.
     pub lag_secs: f64,
-    /// The correlation there [0..1].
+    /// The correlation at the best lag [0..1].
     pub correlation: f64,
-    /// The second best lag [s] and the correlation there; `None` if no other onsets agree.
+    /// The second best lag [s] and its correlation; `None` if no other onsets agree.
     pub next: Option<(f64, f64)>,
 }
 

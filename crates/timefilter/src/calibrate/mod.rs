@@ -97,7 +97,7 @@ pub fn calibrate(
 }
 
 impl Seen<'_> {
-    /// The time of its earliest sample or event [ns].
+    /// The time of the earliest sample or event [ns].
     fn first(&self) -> Option<i64> {
         match self {
             Seen::Samples { times, .. } | Seen::Events(times) => times.iter().min().copied(),
@@ -113,7 +113,7 @@ impl Seen<'_> {
     }
 }
 
-/// The mean of the events' lags and half the width of its 95 % interval [s]; 0 for a single one.
+/// The mean of the events' lags and half the width of its 95 % interval [s]; 0 for a single event.
 fn mean(lags: &[f64]) -> (f64, f64) {
     let count = lags.len().max(1) as f64;
     let mean = lags.iter().sum::<f64>() / count;
@@ -130,8 +130,8 @@ fn resolution(pairs: &[(Onset, Onset)]) -> f64 {
     (squares.sum::<f64>() / pairs.len().max(1) as f64).sqrt()
 }
 
-/// The 97.5 % quantile of Student's t; from ten degrees of freedom on by expansion around the normal
-/// quantile, to 0.1 %.
+/// The 97.5 % quantile of Student's t; from ten degrees of freedom on, an expansion around the normal quantile,
+/// accurate to 0.1 %.
 fn student_t(freedom: usize) -> f64 {
     const FIRST: [f64; 9] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262];
     const NORMAL: f64 = 1.959_964;

@@ -2,22 +2,22 @@
 
 use super::{CalibrationError, Which};
 
-/// The quiet level is the running median over this time before a sample [s] …
+/// The quiet level is the running median over this time before a sample [s].
 const QUIET_SECS: f64 = 0.4;
-/// … over at least this many samples …
+/// The minimum number of samples in the running median.
 const QUIET_LEAST: usize = 5;
-/// … and at most this many, evenly spread, which bounds the work.
+/// The maximum number of samples in the running median, evenly spread; it bounds the work.
 const QUIET_MOST: usize = 31;
 /// The threshold of an onset above the median deviation, in scaled median absolute deviations: in normal
 /// noise about five standard deviations, for one channel and for three.
 const STANDS_OUT: f64 = 7.0;
-/// … and its least height relative to the largest deviation, for signals without noise.
+/// The minimum threshold of an onset relative to the largest deviation, for signals without noise.
 const LEAST_RISE: f64 = 0.02;
 /// The height below which a sample is quiet, in scaled median absolute deviations.
 const IS_QUIET: f64 = 3.0;
-/// The minimum height of an event relative to the largest deviation …
+/// The minimum height of an event relative to the largest deviation.
 const LEAST_SHARE: f64 = 0.2;
-/// … and the least height of the peak that ends its rise, relative to the event's.
+/// The minimum height of the peak that ends an event's rise, relative to the event's height.
 const PEAK_SHARE: f64 = 0.3;
 /// The minimum quiet time before an onset [s]: anything sooner is the same event ringing on.
 const APART_SECS: f64 = 0.2;
@@ -25,8 +25,8 @@ const APART_SECS: f64 = 0.2;
 const RISE_SECS: f64 = 0.06;
 /// The longest gap in a rise, in sampling periods: beyond it the time of the onset is unknown.
 const GAP_INTERVALS: f64 = 3.0;
-/// The minimum weight of the share in a short event's first sample: a compromise between sensors that average
-/// over their period and those that sample an instant.
+/// The minimum weight of the first sample's share in a short event: a compromise between sensors that average over
+/// their period and those that sample an instant.
 const LEAST_LASTS: f64 = 0.5;
 /// The most onsets used; the largest are kept.
 const MOST: usize = 1000;
@@ -216,9 +216,9 @@ impl Rises<'_> {
     /// The time of the onset within the sampling period of the event's first sample, relative to its middle
     /// [-0.5..0.5].
     ///
-    /// A step fills the rest of the period, so the first sample's share of the step gives the exact time if
-    /// the sensor averages over the period; a full share means "before" if it samples an instant. The
-    /// shorter an event, the less its share shows, and the better the middle is as an estimate.
+    /// A step fills the rest of the period, so the first sample's share of the step gives the exact time if the sensor
+    /// averages over the period; if it samples an instant, a full share shows only that the step came before the
+    /// sample. The shorter an event, the less its share shows, and the better the middle is as an estimate.
     fn part(&self, first: usize) -> f64 {
         let [at, next, then] =
             [0, 1, 2].map(|k| self.deviations.get(first + k).copied().unwrap_or(0.0));

@@ -10,7 +10,7 @@ use super::fit::Point;
 
 /// The number of arrivals in a window.
 const ARRIVALS: usize = 64;
-/// The minimum mean resultant length at which arrivals lie on a lattice.
+/// The minimum mean resultant length at which arrivals count as lying on a lattice.
 const ON_LATTICE: f64 = 0.8;
 /// How close to an integer fraction of the period a step of delays must be, relative to the step.
 const NEAR: f64 = 0.2;
@@ -27,25 +27,25 @@ const BEATS_NANOS: i64 = 3_600_000_000_000;
 const GATE: f64 = 2.2;
 /// The longest pause across which bins can show a step [s].
 const PAUSE_SECS: f64 = 10.0;
-/// The number of packets with a sudden extra delay in the window, and the least such delay [s].
+/// The number of recent packets with a sudden extra delay that are remembered, and the smallest such delay [s].
 const LATER: usize = 8;
 const LATER_SECS: f64 = 0.003;
-/// The number of such packets between two searches.
+/// The number of packets with a sudden extra delay between two searches for an interval.
 const LOOKS: usize = 4;
-/// How many of those packets must be late by whole intervals: with a known interval, and without; and how
-/// close to whole ones [fraction].
+/// How many of the remembered packets must be late by whole intervals, with a known interval and without; and how close
+/// to a whole number they must be [fraction of the interval].
 const STILL: usize = 4;
 const WHOLE: usize = 6;
 const NEAR_WHOLE: f64 = 0.15;
-/// How little delays change between packets that beat, as a fraction of the interval, and the change that
-/// is always allowed [s]; tested on the steadiest share of them, as the others may have been retransmitted.
+/// The largest change of delay between packets that beat, as a fraction of the interval, and the change that is always
+/// allowed [s]. Only the steadiest packets must meet it, as the others may have been retransmitted.
 const STEADIEST: usize = ARRIVALS * 2 / 5;
 const STEADY: f64 = 0.02;
 const STEADY_SECS: f64 = 0.0003;
 /// The number of windows between two searches for a comb, and the minimum number of events in a window that shows one.
 const COMB_EVERY: usize = 16;
 const EVENTS: usize = 12;
-/// The regularity above which packets with a period of at most this [s] may come from polling, which beats.
+/// The regularity above which packets may come from polling, which beats, and the longest period of such packets [s].
 const POLLED: f64 = 0.99;
 const POLLED_SECS: f64 = 0.02;
 
@@ -134,7 +134,7 @@ impl Beat {
         }
     }
 
-    /// Handles a step of the delays [s].
+    /// Handles a step of the delays by `step` [s].
     fn stepped(&mut self, step: f64) {
         if step <= 0.0 || self.count < ARRIVALS || self.period <= 0.0 || step > LONGEST_SECS {
             return;
@@ -209,8 +209,8 @@ impl Beat {
             single += usize::from(is_whole && (0.5..1.5).contains(&later));
             more += usize::from(is_whole && later >= 1.5);
         }
-        // Most packets are retransmitted only once; if none is late by one interval, this is a fraction of
-        // the true one.
+        // Most packets are retransmitted only once; if few are late by a single interval, `interval` is only a fraction
+        // of the true one.
         if single >= more { single + more } else { 0 }
     }
 
@@ -219,8 +219,8 @@ impl Beat {
         resultant(self.arrivals.into_iter(), interval)
     }
 
-    /// The same for the first packet of each event; 0 for too few events. Packets that were held up and delivered at
-    /// once would lie on the lattice of any interval.
+    /// The mean resultant length modulo this interval of the first packet of each event [0..1]; 0 with too few events.
+    /// Packets that were held up and delivered at once would lie on the lattice of any interval.
     fn direction_of_events(&self, interval: f64) -> f64 {
         let is_first =
             |place: &usize| *place == 0 || self.secs_after_previous(*place) > SHORTEST_SECS / 2.0;

@@ -1,10 +1,10 @@
-//! Packets of which a few periods are a whole number of a link's events.
+//! Packets whose waits repeat after a few periods, which together last a whole number of a link's intervals.
 //!
-//! At 52 Hz over an interval of 25 ms, thirteen packets take ten events: each of the thirteen always waits about as long
-//! as before, the waits are 1.9 ms apart, and the shortest one is anywhere between zero and that. Only the difference
-//! between the clocks of device and link changes this, over minutes, so that the lowest delays follow a sawtooth which
-//! is as high as the waits are apart. A line under one edge of a tooth is wrong by up to its height, and its residuals
-//! do not show that.
+//! At 52 Hz over an interval of 25 ms, thirteen packets take ten events: each of the thirteen always waits about as
+//! long as ten events before, the waits are 1.9 ms apart, and the shortest wait is anywhere between zero and 1.9 ms.
+//! Only the difference between the clocks of device and link changes the waits, over minutes, so that the lowest delays
+//! follow a sawtooth as high as the distance between waits. A line under one edge of a tooth is wrong by up to the
+//! tooth's height, and its residuals do not show that.
 
 use std::f64::consts::TAU;
 
@@ -17,17 +17,18 @@ const LONGEST_UNITS: usize = 40;
 const MOST_PACKETS: usize = 16;
 /// How close the duration of a turn is to a whole number of intervals [fraction].
 const WHOLE: f64 = 3e-4;
-/// The number of turns in a stretch: in fewer, each of the packets with the shortest wait may have been retransmitted.
+/// The number of turns in a stretch: in fewer, all packets with the shortest wait may have been retransmitted.
 const TURNS: f64 = 5.0;
-/// The multiple of the mean resultant length of delays, modulo the height of a tooth, that is stated.
+/// The factor from the mean resultant length of delays, modulo the height of a tooth, to the share of the possible
+/// deviation that is stated.
 const PART: f64 = 2.0;
 /// The shortest stretch [s].
 const LEAST_SECS: f64 = 10.0;
 
-/// The distance between the waits of packets.
+/// The evenly spaced waits of packets.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Comb {
-    /// The distance [s]; 0 if there is no comb.
+    /// The distance between waits [s]; 0 if there is no comb.
     apart: f64,
     /// The duration of a stretch in which a packet with the shortest wait has certainly arrived in time [s].
     stretch: f64,
@@ -37,7 +38,8 @@ impl Comb {
     /// No comb.
     pub const NONE: Comb = Comb { apart: 0.0, stretch: 0.0 };
 
-    /// The comb of packets sent every `period` [s], on the longest interval on whose lattice they arrive.
+    /// Finds the comb of packets sent every `period` [s], for the longest interval on whose lattice they arrive; `None`
+    /// without one.
     pub fn of(period: f64, is_lattice: impl Fn(f64) -> bool) -> Option<Comb> {
         (SHORTEST_UNITS..=LONGEST_UNITS).rev().find_map(|units| {
             let interval = units as f64 * UNIT_SECS;
@@ -55,8 +57,8 @@ impl Comb {
         })
     }
 
-    /// How far a line under points may be from its usual level, in the middle of the teeth, for all that their lowest
-    /// delays show [s]: these waited for at least nothing, and for at most the height of a tooth.
+    /// How far a line under points may be from its usual level, the middle of the teeth, as far as the lowest delays
+    /// show [s]: their packets waited for between nothing and the height of a tooth.
     pub fn off_level(&self, points: impl Iterator<Item = Point>, line: &Fit) -> f64 {
         if self.apart <= 0.0 {
             return 0.0;
@@ -82,7 +84,7 @@ impl Comb {
         }
         let unseen = (self.apart - (most - least)).max(0.0);
         let off = (-least - middle).abs().max((unseen - least - middle).abs());
-        // Whichever packet of a turn is the lowest one, its wait shows what part of a tooth was seen.
+        // Whichever packet of a turn is the lowest, its wait shows which part of a tooth was seen.
         let direction = f64::hypot(x, y) / count;
         off.min(middle) * (PART * direction).min(1.0)
     }

@@ -60,8 +60,8 @@ impl Unwrap {
 
     /// The unwrapped device time [ns], and whether the clock has just wrapped.
     ///
-    /// Of the possible times it is the one nearest to the expected one: the last reading or, after a
-    /// silence of half a turn, the last reading plus the time between arrivals.
+    /// It is the possible time that is nearest to the expected one: the last reading or, after a silence of half a
+    /// turn, the last reading plus the time between arrivals.
     pub fn follow(&mut self, device: i64, arrival: i64) -> (i64, bool) {
         let Some(period) = self.period else { return (device, false) };
         let device = device.rem_euclid(period);

@@ -22,8 +22,8 @@ pub(super) const BIN_NANOS: i64 = 2_000_000_000;
 /// How long bins are kept [s].
 pub(super) const WINDOW_SECS: f64 = 1800.0;
 const BINS: usize = 900;
-/// The drift of the skew assumed in the trade-off against noise: with a memory of τ it is `DRIFT · τ²` of
-/// error [1/s].
+/// The drift of the skew assumed in the trade-off against noise: over a memory of τ it causes an error of `DRIFT · τ²`
+/// [1/s].
 const DRIFT: f64 = 3e-8;
 /// The shortest and the longest memory of points (to a weight of 1/e) [s].
 const MEMORY_SECS: (f64, f64) = (60.0, 600.0);
@@ -31,25 +31,25 @@ const MEMORY_SECS: (f64, f64) = (60.0, 600.0);
 const FORGOTTEN: f64 = 4.0;
 /// The standard deviation of the skew of quartz clocks [1].
 pub(super) const USUAL_SKEW: f64 = 50e-6;
-/// The multiple of that from which a clock counts as poor.
+/// The multiple of the usual skew from which a clock counts as poor.
 const POOR: f64 = 6.0;
 /// The standard deviation of the skew of clocks that have proved to be poor [1].
 pub(super) const POOR_SKEW: f64 = 0.03;
-/// The skew beyond any clock's [1]: delays that change this fast are those of a slow link.
+/// A skew larger than that of any clock [1]: delays that change this fast come from a slow link.
 pub(super) const INCREDIBLE: f64 = 0.05;
 /// The number of standard errors by which a slope must exceed the limit.
 const POOR_ERRORS: f64 = 3.0;
-/// With fewer bins than this since a silence, and more before it, the clock is taken to run as before,
+/// With fewer than `SEEN` bins since a silence, and more than `KNOWN` in all, the clock is taken to run as before,
 /// except for the effect of temperature (standard deviation of the skew).
 const SEEN: usize = 16;
 const KNOWN: usize = 32;
 const SILENT_SKEW: f64 = 4e-6;
-/// The time over which the usual size of residuals is averaged, and the longest that one fit counts [s].
+/// The time over which the usual size of residuals is averaged, and the longest time that a single fit counts for [s].
 const USUAL_SECS: f64 = 600.0;
 const USUAL_MOST_SECS: f64 = 60.0;
 /// The number of bins needed to call a clock poor: at its start, and after a wrong verdict.
 const POOR_BINS: (usize, usize) = (6, 30);
-/// The number of packets that this takes: each of a few waits for a link event, and their waits may rise or fall by
+/// The number of packets needed to call a clock poor: the waits of a few packets for link events may rise or fall by
 /// chance.
 const POOR_PACKETS: f64 = 24.0;
 
@@ -57,7 +57,7 @@ const POOR_PACKETS: f64 = 24.0;
 #[derive(Clone, Debug)]
 pub(super) struct Envelope {
     bins: VecDeque<Point>,
-    /// The standard deviation of the skew of such clocks.
+    /// The standard deviation of the skew of clocks of this kind.
     usual_skew: f64,
     poor: bool,
     /// The number of bins needed to call the clock poor.
@@ -67,7 +67,7 @@ pub(super) struct Envelope {
     usual: Usual,
 }
 
-/// Means over the last minutes.
+/// The usual size of residuals, averaged over the last minutes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Usual {
     /// The device time of the last fit, and the time that the mean covers [s].
@@ -88,7 +88,7 @@ impl Usual {
 }
 
 impl Envelope {
-    /// The memory that it allocates [B].
+    /// The memory that an envelope allocates [B].
     pub const BYTES: usize = (BINS + 1) * size_of::<Point>();
 
     pub fn new(usual_skew: f64) -> Envelope {
@@ -127,7 +127,7 @@ impl Envelope {
         self.bins.iter().copied()
     }
 
-    /// Whether the skew of such clocks is that of quartz.
+    /// Whether clocks of this kind are as accurate as quartz.
     pub fn is_of_quartz(&self) -> bool {
         self.usual_skew <= USUAL_SKEW
     }

@@ -11,8 +11,8 @@ use super::line::OffsetMap;
 
 pub(super) use self::raised::RAISED_LONG;
 
-/// How long an epoch counts as young [s]: its first packets may all have been delayed, so that a clock that
-/// seems to run ahead is only the envelope converging.
+/// How long an epoch counts as young [s]: its first packets may all have been delayed, so that a clock seems to run
+/// ahead while the envelope only converges.
 const YOUNG_SECS: f64 = 30.0;
 /// The age of an epoch from which it is known how early a packet is [s].
 const SURE_SECS: f64 = 10.0;
@@ -39,15 +39,16 @@ const FALLEN_BINS: usize = 3;
 
 /// The interval between fits once an epoch is no longer young [bins].
 const FIT_EVERY: i64 = 2;
-/// The additional uncertainty of a young epoch's line [s²], divided by its age: at most this much, and less if delays
-/// scatter little [s per s of their line's spread] and packets are many [per s of the spread of delays]: the smallest
-/// of `n` delays exceeds the shortest possible one by an `n`-th of their range.
+/// The additional uncertainty of a young epoch's line [s²], divided by the epoch's age: at most `YOUNG_ERROR`, and less
+/// if delays scatter little (`YOUNG_SPREADS` [s per s of the line's spread]) and packets are many (`YOUNG_DELAYS` [per
+/// s of the spread of delays]): the smallest of `n` delays exceeds the shortest possible one by an `n`-th of their
+/// range.
 const YOUNG_ERROR: f64 = 0.15;
 const YOUNG_SPREADS: f64 = 55.0;
 const YOUNG_DELAYS: f64 = 15.0;
 /// The number of bins from which the scatter of delays is known.
 const YOUNG_BINS: usize = 8;
-/// The share of what scatter adds that is added anew after a silence.
+/// The share of the scatter's contribution that applies again after a silence.
 const YOUNG_AGAIN: f64 = 0.55;
 /// The slowest slew rate of the output, reached once the fit has settled: 0.5 ms per second.
 const SLOWEST_SLEW: f64 = 0.5e-3;
@@ -76,7 +77,7 @@ pub(super) enum Verdict {
     Runs,
     /// The packet does not fit the clock: it is early by this much [s].
     Astray(f64),
-    /// The clock was set forward by this much [s], as [`Epoch::raised`] packets show.
+    /// The clock was set forward by this much [s], as the packets of [`Epoch::raised`] show.
     Set(f64),
 }
 
@@ -163,7 +164,7 @@ impl Epoch {
         &self.raised.packets[RAISED_BINS - self.raised.bins.min(RAISED_BINS)..]
     }
 
-    /// The number of consecutive raised bins, and by how much more uncertain the line is for them [s].
+    /// The number of consecutive raised bins, and the additional uncertainty of the line due to them [s].
     pub fn raised_secs(&self) -> (usize, f64) {
         (self.raised.bins, self.raised.unclear())
     }
@@ -173,7 +174,8 @@ impl Epoch {
         self.beat.interval()
     }
 
-    /// The comb on which the waits of packets lie. Of numbered samples the period is not known well enough for one.
+    /// The comb on which the waits of packets lie. There is none for numbered samples, whose period is not known well
+    /// enough.
     pub fn comb(&self) -> Comb {
         if self.envelope.is_of_quartz() { self.beat.comb() } else { Comb::NONE }
     }

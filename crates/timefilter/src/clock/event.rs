@@ -19,7 +19,7 @@ pub enum ClockEvent {
     },
     /// The counter wrapped; no new epoch.
     Wrapped,
-    /// The clock is faster or slower than is usual.
+    /// The clock is faster or slower than usual.
     Fast {
         /// The rate error relative to the session's clock [ppm].
         ppm: f64,

@@ -18,10 +18,10 @@ const ERRORS: f64 = 2.0;
 const CORRELATED: f64 = 0.5;
 /// The most that a residual contributes to the next spread, in spreads.
 const OUTLYING: f64 = 4.0;
-/// By how much wider the standard error of few stretches is stated.
+/// How much wider the standard error of few stretches is stated.
 const FEW_STRETCHES: f64 = 0.75;
 const ITERATIONS: usize = 12;
-/// The number of additional points at which the scatter of a regularised line would be certain.
+/// Widens the variance found from `n` points by the factor (n + `FEW`) / (n − 2).
 const FEW: f64 = 4.0;
 
 /// The prior of a line.
@@ -61,14 +61,14 @@ pub(super) struct Fit {
     independent: f64,
     /// The effect of a skew that drifts by 1/s on the delay at `device` [s²].
     bend: f64,
-    /// The number of stretches with independent residuals that would make the delay at `device` as sure.
+    /// The number of stretches with independent residuals that would make the delay at `device` as certain.
     pub stretches: f64,
-    /// How far the line may be from its usual level, for all that residuals show [s].
+    /// How far the line may be off its usual level without its residuals showing it [s].
     off_level: f64,
 }
 
 impl Fit {
-    /// A line of slope zero through the first point.
+    /// Creates a line of slope zero through a point.
     pub fn level(point: Point) -> Fit {
         Fit {
             device: point.device,
@@ -84,7 +84,7 @@ impl Fit {
         }
     }
 
-    /// A line through a point, with a 95 % interval of half-width `stated` there [s], and a slope with its
+    /// Creates a line through a point, with a 95 % interval of half-width `stated` there [s], and a slope with its
     /// standard error.
     pub fn stated(point: Point, (slope, slope_error): (f64, f64), stated: f64) -> Fit {
         Fit { slope, slope_error, error: stated / ERRORS, ..Fit::level(point) }
@@ -112,7 +112,7 @@ impl Fit {
 
     /// Half the width of the 95 % interval of the delay at a device time [s].
     ///
-    /// `age` is the least time for which the device has been running [s]: it warms up first.
+    /// `age` is the minimum time that the device has been running [s]: the skew drifts more while a device warms up.
     pub fn uncertainty_at(&self, device: f64, age: f64) -> f64 {
         let drift = STATED_DRIFT + WARM_UP_DRIFT * (-age / WARM_UP_SECS).exp();
         let beyond = (device - self.device).abs();
@@ -126,7 +126,7 @@ impl Fit {
         if self.independent > 0.0 { self.error / self.independent } else { 0.0 }
     }
 
-    /// The same line with the standard error of residuals of at least `residual` [s].
+    /// The same line with at least the standard error that residuals of size `residual` [s] would give it.
     pub fn no_surer_than_by(self, residual: f64) -> Fit {
         self.no_surer(residual * self.independent)
     }
@@ -136,7 +136,7 @@ impl Fit {
         Fit { off_level, ..self }
     }
 
-    /// The same line with a wider standard error if that was found from fewer than `many` independent stretches.
+    /// The same line with a wider standard error if that was estimated from fewer than `many` independent stretches.
     pub fn of_few_stretches(self, many: f64) -> Fit {
         let few = 1.0 + FEW_STRETCHES * (1.0 / self.stretches - 1.0 / many).max(0.0);
         Fit { error: few * self.error, ..self }
@@ -247,11 +247,11 @@ struct Errors {
     began: f64,
     sum: (f64, f64),
     before: (f64, f64),
-    /// The influence on the delay of the present stretch, and the sum of the squares of those of earlier ones.
+    /// The influence of the present stretch on the delay, and the sum of the squared influences of earlier stretches.
     share: f64,
     shares: f64,
     squares: (f64, f64),
-    /// The same for each residual alone: a few stretches may cancel out by chance.
+    /// The sums of squares over single residuals, as those over a few stretches may be small by chance.
     alone: (f64, f64),
 }
 

@@ -21,12 +21,12 @@ pub struct Host {
 /// Whether a source delivers samples from before the subscription.
 #[derive(Clone, Copy, Debug, Default)]
 enum History {
-    /// It delivers none.
+    /// The source delivers none.
     #[default]
     None,
-    /// It may; nothing has arrived yet.
+    /// The source may deliver some; nothing has arrived yet.
     Expected,
-    /// It does, until this time [ns since the Unix epoch].
+    /// The source delivers them until this time [ns since the Unix epoch].
     Until(i64),
 }
 

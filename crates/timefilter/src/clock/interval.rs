@@ -13,8 +13,8 @@ const LONGEST_UNITS: usize = 80;
 const ON_LATTICE: f64 = 0.85;
 /// The margin by which a fraction of an interval must fit better to replace it.
 const BETTER: f64 = 0.03;
-/// If more than `SAME_STEP` of the steps are equal and fewer than the other share are packets of one event,
-/// a packet's period may be any number of events.
+/// If more than `SAME_STEP` of the steps are equal and fewer than `SAME_EVENT` are between packets of one event, a
+/// packet's period may be any number of events.
 const SAME_STEP: f64 = 0.95;
 const SAME_EVENT: f64 = 0.05;
 

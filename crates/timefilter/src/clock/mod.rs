@@ -81,7 +81,7 @@ impl Stamps {
 pub enum StampOf {
     /// When the message was sent, or slightly earlier: the fastest messages arrive almost immediately.
     Sent,
-    /// When a device took the measurement, by its computer's clock: the delay until then may be long and
+    /// When a device took the measurement, by its computer's clock: the delay until the arrival may be long and
     /// constant.
     Measured,
     /// When something happened that was stored for late joiners.

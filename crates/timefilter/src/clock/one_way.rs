@@ -15,7 +15,7 @@ use super::{
 
 /// How close to zero a restarted clock must be, in addition to the preceding silence [ns].
 const NEAR_ZERO_NANOS: i64 = 10_000_000_000;
-/// A clock this far back has restarted at a fixed date [s].
+/// A clock that is set back this far has restarted at a fixed date [s].
 const FAR_BACK_SECS: f64 = 86_400.0;
 /// The longest batch [ns].
 const LONGEST_BATCH_NANOS: f64 = 3.6e12;
@@ -53,13 +53,13 @@ impl OneWaySettings {
     }
 }
 
-/// The model of a device's timestamps by their arrival.
+/// The model of a device's clock, from the device's timestamps and their arrival.
 ///
-/// The lower envelope of the delays shows the rate of the device's clock; the fixed latency, which
-/// timestamps cannot show, is subtracted. The map from device time to session time is strictly increasing
-/// in steps of 4 ns or more, and its slope changes by no more than 0.5 ms per second once it has settled.
-/// It steps only when the clock was set or restarted: that starts a new epoch, and is reported. A packet
-/// that cannot be placed before this is decided is placed at its arrival and marked as disbelieved.
+/// The lower envelope of the delays shows the rate of the device's clock; the fixed latency, which timestamps cannot
+/// show, is subtracted. The map from device time to session time is strictly increasing in steps of 4 ns or more, and
+/// its slope changes by no more than 0.5 ms per second once it has settled. It steps only when the clock was set or
+/// restarted: that starts a new epoch, and is reported. While this is undecided, a packet that does not fit is placed
+/// at its arrival and marked as disbelieved.
 #[derive(Clone, Debug)]
 pub struct OneWay {
     settings: OneWaySettings,
@@ -84,14 +84,14 @@ pub struct OneWay {
 /// A reading's position in its epoch, as device time since the start of the epoch [ns].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placed {
-    /// The course of the clock that it belongs to: epochs between which the clock was set by a known amount
+    /// The course of the clock that the reading belongs to: epochs between which the clock was set by a known amount
     /// share one.
     pub course: u32,
     pub first: i64,
     pub last: i64,
     pub packet: Packet,
     pub count: u32,
-    /// The slot of its stream among the device's.
+    /// The slot of the reading's stream among those of the device.
     pub train: usize,
 }
 
@@ -108,7 +108,7 @@ impl Placed {
     }
 }
 
-/// A packet, with what decides about one that does not fit.
+/// A packet, with the data to decide about one that does not fit.
 #[derive(Clone, Copy, Debug)]
 struct Sent {
     packet: Packet,
@@ -119,8 +119,7 @@ struct Sent {
 }
 
 impl OneWay {
-    /// The most memory that one instance uses, itself included [B]; at the start of an epoch there are
-    /// briefly two.
+    /// The most memory that one instance uses, itself included [B]; at the start of an epoch, two epochs exist briefly.
     pub const MOST_BYTES: usize =
         size_of::<OneWay>() + 2 * Epoch::BYTES + MOST_EVENTS * size_of::<ClockEvent>();
 
@@ -199,7 +198,7 @@ impl OneWay {
         Some(placed)
     }
 
-    /// The last reading, by the device's clock since it started, if it was rejected as it does not fit the epoch:
+    /// The last reading, by the device's clock since it started, if it was rejected because it does not fit the epoch:
     /// the clock may have been set.
     pub(super) fn unfit(&self) -> Option<Placed> {
         self.unfit
@@ -211,7 +210,7 @@ impl OneWay {
         self.report(ClockEvent::WrongRate { declared_hz, hz });
     }
 
-    /// Starts an epoch with the next reading, as the device paused for an unknown time.
+    /// Starts an epoch with the next reading, because the device paused for an unknown time.
     pub(super) fn resume(&mut self) {
         self.end_epoch();
         self.trains = Trains::default();

@@ -329,7 +329,7 @@ impl Remote {
         target.saturating_sub(self.shift.newest()).saturating_abs() as f64
     }
 
-    /// The uncertainty of an arrival time used instead of a timestamp [ns]; 0 if none is.
+    /// The uncertainty of an arrival time used instead of a timestamp [ns]; 0 if none was used.
     fn arrival_nanos(&self) -> f64 {
         if self.doubt.believes_all() {
             return 0.0;
@@ -348,7 +348,7 @@ impl Remote {
         self.probed().or_else(|| self.envelope.line().map(LinearFit::reversed))
     }
 
-    /// The offset from probes, unless the probes are answered by a different clock than that of the
+    /// The offset from probes, unless the probes are answered by a different clock than the one that set the
     /// timestamps.
     fn probed(&self) -> Option<LinearFit> {
         let probed = self.bursts.line()?;

@@ -4,7 +4,7 @@ use super::Stamps;
 
 pub const SECOND: i64 = 1_000_000_000;
 
-/// A device that sends batches of samples over a link with a least delay and a tail.
+/// A device that sends batches of samples over a link with a minimum delay and a random additional one.
 #[derive(Clone, Debug)]
 pub struct Device {
     /// The session's time [ns].

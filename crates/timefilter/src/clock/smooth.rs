@@ -1,4 +1,4 @@
-//! Offline smoothing: the clock models with knowledge of later timestamps too.
+//! Offline smoothing: clock models that also use later timestamps.
 
 mod held;
 mod lines;
@@ -22,9 +22,9 @@ const BETWEEN_DRIFT: f64 = 3e-8;
 const RISING_NODES: usize = 2;
 /// The span over which the slope for extrapolation beyond the last node is taken [s].
 const FAR_SECS: f64 = 120.0;
-/// The share of packets from which on a course counts as beating.
+/// The minimum share of beating packets at which a course counts as beating.
 const BEATING: f64 = 0.2;
-/// The share of bins with a packet that was not delayed, from which on stretches of several bins count as whole.
+/// The minimum share of bins with a packet that was not delayed, at which stretches of several bins count as whole.
 const WHOLE: f64 = 0.9;
 /// The steepest slope of the map between nodes; it keeps the map strictly increasing.
 const STEEPEST: f64 = 0.5;
@@ -35,10 +35,10 @@ struct History {
     bins: Vec<Bin>,
     /// The length of the current run of raised bins, according to the live model.
     run: usize,
-    /// By how much more uncertain the line is for that [s].
+    /// The additional uncertainty of the line due to that run [s].
     unclear: f64,
-    /// The last interval between link events that packets beat with [s], the number of packets for which the
-    /// live model knew one, and the number of all.
+    /// The last interval between link events that packets beat with [s], the number of packets for which the live model
+    /// knew such an interval, and the number of all packets.
     interval: f64,
     beating: u64,
     packets: u64,
@@ -56,8 +56,8 @@ struct Bin {
 }
 
 impl History {
-    /// Takes the length of the current run of raised bins, and by how much more uncertain the line is for it [s]. A run
-    /// that falls back to the line was delayed; one that lasts was not.
+    /// Takes the length of the current run of raised bins, and the additional uncertainty of the line due to it [s]. A
+    /// run that falls back to the line was delayed; one that lasts was not.
     fn raised(&mut self, (run, unclear): (usize, f64)) {
         let closed = self.bins.len();
         // A run whose count restarts continues: its link is too slow.
@@ -88,14 +88,14 @@ impl History {
         self.bins.iter().filter(|bin| !bin.is_raised).map(|bin| bin.point).collect()
     }
 
-    /// What is known of a clock whose skew usually has the standard deviation `usual_skew`.
+    /// The prior of this clock; skews of its kind have the standard deviation `usual_skew`.
     fn prior(&self, usual_skew: f64) -> Prior {
         let skew = if self.is_poor { usual_skew.max(POOR_SKEW) } else { usual_skew };
         Prior { skew, comb: self.comb }
     }
 
-    /// The stretches with which lines are surest. If many bins are left out as all of their packets were delayed,
-    /// stretches would be of different lengths, and so at different levels.
+    /// The stretches that make lines most certain; single bins if many bins are left out because all of their packets
+    /// were delayed, since longer stretches would then differ in length, and so in level.
     fn stretches(&self, usual_skew: f64) -> Stretches {
         let free = self.free();
         let are_whole = free.len() as f64 >= WHOLE * self.bins.len() as f64;
@@ -153,8 +153,8 @@ impl Smoother {
         history.raised(epoch.raised_secs());
         let bin = |point: Point| ((point.device + point.delay) * 1e9) as i64 / BIN_NANOS;
         let open = history.bins.pop_if(|lowest| bin(lowest.point) >= bin(point));
-        // A bin whose packets were all delayed so long that it is older than the bin before gives no
-        // information, and bins are in order of device time.
+        // A bin whose packets were all delayed so long that it is older than the previous bin gives no information and
+        // is dropped, so bins are in order of device time.
         let goes_on = history.bins.last().is_none_or(|before| before.point.device < point.device);
         let lower = open.is_none_or(|lowest| point.delay < lowest.point.delay);
         let new = Bin { point, is_raised: open.is_some_and(|open| open.is_raised) };
@@ -168,7 +168,7 @@ impl Smoother {
     pub fn finish(self) -> Smoothed {
         let settings = self.source.settings();
         let skew = settings.usual_skew_ppm * 1e-6;
-        // What is best for the longest course is best for all: they came over one link.
+        // What is best for the longest course is best for all, since all came over one link.
         let longest = self.courses.iter().max_by_key(|history| history.bins.len());
         let stretches = longest.map_or(Stretches::SINGLE, |history| history.stretches(skew));
         let map = |history: &History| Map::new(history, skew, stretches);
@@ -225,8 +225,8 @@ impl ClockModel for Smoothed {
 }
 
 impl Smoothed {
-    /// The place of the next reading in its course, and the packet with which that begins; `None` if its time is
-    /// not known.
+    /// The place of the next reading in its course, and the first packet of that course; `None` if its time is not
+    /// known.
     fn located(&mut self, placed: Option<Placed>) -> Option<(Placed, Packet)> {
         match self.held.next() {
             Some((course, origin)) => {
@@ -289,7 +289,7 @@ impl Source {
 #[derive(Clone, Debug)]
 struct Map {
     nodes: Vec<Node>,
-    /// The line of the last node, whose slope is less sure the farther it is followed.
+    /// The line of the last node; the farther it is followed, the less certain it is.
     last: Option<Fit>,
 }
 
@@ -385,7 +385,7 @@ impl Node {
     }
 }
 
-/// By how much less sure a line is at a device time than at an earlier one [s].
+/// How much less certain a line is at a device time than at an earlier one [s].
 fn beyond(line: Option<Fit>, from: f64, device: f64) -> f64 {
     line.map_or(0.0, |fit| (stated(&fit, device) - stated(&fit, from)).max(0.0))
 }

@@ -14,8 +14,8 @@ pub(super) struct Straight {
 }
 
 impl Straight {
-    /// The least-squares fit to points that scatter by at least `scatter` [s]; residuals are as correlated
-    /// as neighbours are.
+    /// The least-squares fit to points that scatter by at least `scatter` [s]; the error allows for the correlation of
+    /// neighbouring residuals.
     pub fn through(points: impl Iterator<Item = Point> + Clone, scatter: f64) -> Straight {
         let (mut count, mut device, mut delay) = (0.0, 0.0, 0.0);
         for point in points.clone() {

@@ -28,7 +28,7 @@ pub(super) enum IndexCheck {
     Wait,
     /// The clock was set forward by this much [ns].
     Set(i64),
-    /// The clock is behind that before a silence: it was set back or restarted meanwhile.
+    /// The clock is behind its reading before a silence: it was set back or restarted meanwhile.
     Behind,
 }
 

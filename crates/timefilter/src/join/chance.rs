@@ -1,26 +1,26 @@
 //! How many offsets would fit as well by chance.
 //!
 //! The best of many offsets is taken, at which some events agree even if the two recordings have nothing to do with
-//! each other: of eight presses each in half a minute, two or three. If the events of the two are independent, one
-//! of the recording has a partner in a window of width *w* with the probability *q* = 1 − exp(−*w* / *interval*). At
-//! each offset that brings one pair together, at least *k* of the recording's other *m* events then have one with a
-//! probability of at most exp(−*m* · KL(*k*/*m* ‖ *q*)) (the Chernoff bound). That times the number of such offsets
-//! bounds how many are to be expected.
+//! each other: two or three of eight, if each has eight presses in half a minute. If the events of the two are
+//! independent, an event of the recording has a partner in a window of width *w* with the probability *q* = 1 −
+//! exp(−*w* / *interval*). At each offset that brings one pair together, at least *k* of the recording's other *m*
+//! events then also have a partner with a probability of at most exp(−*m* · KL(*k*/*m* ‖ *q*)) (the Chernoff bound).
+//! This bound times the number of such offsets bounds the expected number of offsets that fit as well.
 
 use super::line::RobustLine;
 
 /// The window is no narrower than this, since stamps are rounded [s].
 const LEAST_WINDOW_SECS: f64 = 0.01;
 
-/// At most this many offsets within the largest one are expected at which the events agree as well as on the line, if
-/// the recordings are unrelated. Both are in ascending order [s].
+/// An upper bound on the number of offsets, within the largest allowed, at which the events of unrelated recordings are
+/// expected to agree as well as on the line. Both lists are in ascending order [s].
 pub(super) fn expected_by_chance(
     session: &[f64],
     recording: &[f64],
     line: &RobustLine,
     max_offset_secs: f64,
 ) -> f64 {
-    // A slope that is fitted brings a second pair together, whatever the events are.
+    // A fitted slope brings a second pair together, whatever the events are.
     let given = if line.has_slope { 2 } else { 1 };
     let others = recording.len().saturating_sub(given);
     let agree = line.count.saturating_sub(given).min(others);
@@ -30,7 +30,7 @@ pub(super) fn expected_by_chance(
     offsets * slopes * at_least(agree, others, meets)
 }
 
-/// The median interval between events [s]: that within groups, where the events come in groups.
+/// The median interval between events [s]; if the events come in groups, that within groups.
 fn usual_interval(ascending: &[f64]) -> f64 {
     let mut intervals: Vec<f64> = ascending.windows(2).map(|pair| pair[1] - pair[0]).collect();
     intervals.sort_by(f64::total_cmp);
@@ -45,7 +45,8 @@ fn offsets_with_a_pair(session: &[f64], recording: &[f64], max_offset_secs: f64)
     recording.iter().map(near).map(|count| count as f64).sum()
 }
 
-/// A bound on the probability that at least `agree` of `events` do what each does with the probability `each`.
+/// An upper bound on the probability that at least `agree` of `events` have a partner, if each has one with the
+/// probability `each`.
 fn at_least(agree: usize, events: usize, each: f64) -> f64 {
     if agree == 0 {
         return 1.0;
@@ -54,7 +55,7 @@ fn at_least(agree: usize, events: usize, each: f64) -> f64 {
     if share <= each {
         return 1.0;
     }
-    // x · ln(x / y) is 0 where x is.
+    // x · ln(x / y) is 0 for x = 0.
     let term = |of: f64, against: f64| if of > 0.0 { of * (of / against).ln() } else { 0.0 };
     let divergence = term(share, each) + term(1.0 - share, 1.0 - each);
     (-(events as f64) * divergence).exp()

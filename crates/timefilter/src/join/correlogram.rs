@@ -25,7 +25,7 @@ pub(super) struct Lag {
     pub(super) end: usize,
     /// The tolerance of a pair [s].
     pub(super) tolerance_secs: f64,
-    /// The share of its events that agree, and the offset and share of the next best.
+    /// The share of the part's events that agree, and the next best offset with its share.
     share: f64,
     next: Option<(f64, f64)>,
 }

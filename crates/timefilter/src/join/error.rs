@@ -26,7 +26,7 @@ pub enum JoinError {
         /// The number of segments needed.
         needed: usize,
     },
-    /// So few events match that as many would by chance.
+    /// No more events match than would by chance.
     Chance {
         /// The number of events that match at the best offset.
         agree: usize,

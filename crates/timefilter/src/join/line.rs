@@ -25,7 +25,7 @@ pub(super) struct RobustLine {
     pub(super) center_95: f64,
     pub(super) slope_95: f64,
     pub(super) spread: f64,
-    /// The width of the band around the line in which the pairs that are kept lie.
+    /// The width of the band around the line that contains the pairs that are kept.
     pub(super) window: f64,
     pub(super) count: usize,
 }
@@ -96,7 +96,7 @@ impl RobustLine {
         SIGMA_FROM_MAD * median(points.iter().map(|point| self.off(point).abs()))
     }
 
-    /// Adds its uncertainty, estimated from the means of blocks.
+    /// Adds the line's uncertainty, estimated from the means of blocks.
     fn judged(mut self, points: &[(f64, f64)]) -> RobustLine {
         let block_of = |point: &(f64, f64)| (point.0 / BLOCK_SECS).floor() as i64;
         let blocks: Vec<(f64, f64)> = points

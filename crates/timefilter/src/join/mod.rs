@@ -180,7 +180,7 @@ fn placed(
     if share < LEAST_SHARE {
         return Err(JoinError::Unlike { share });
     }
-    // Where each event of both has a partner, that these are the same events is the user's word.
+    // If every event of both has a partner, the user vouches that they are the same events.
     let all = line.count == session.len() && line.count == recording.len();
     if !all && expected_by_chance(session, recording, &line, search.max_offset_secs) > MOST_EXPECTED
     {

@@ -1,4 +1,4 @@
-//! The penalty for lateness, to the nanosecond as ROS computes it.
+//! The penalty for lateness, computed as ROS does, to the nanosecond.
 
 const NANOS_PER_SEC: i64 = 1_000_000_000;
 
@@ -31,9 +31,9 @@ impl AgePenalty {
 
     /// The weighted lateness [ns].
     ///
-    /// As the product of a `ros::Duration` and a double: seconds and nanoseconds become one double, and the
-    /// product is split into whole seconds and rounded nanoseconds again. The result is off by up to a few
-    /// nanoseconds, which affects the sets that are found.
+    /// Like the product of a `ros::Duration` and a double: seconds and nanoseconds become one double, and the product
+    /// is split into whole seconds and rounded nanoseconds again. The result is off by up to a few nanoseconds, which
+    /// affects the sets that are found.
     #[cold]
     fn weigh(self, late_nanos: i64) -> i64 {
         let secs = late_nanos.div_euclid(NANOS_PER_SEC);
@@ -51,7 +51,7 @@ fn floor(x: f64) -> i64 {
     cut.saturating_sub(i64::from(cut as f64 > x))
 }
 
-/// `f64::round` for values that are not negative, likewise.
+/// `f64::round` for non-negative values, without a call to the C library.
 fn round(x: f64) -> i64 {
     let cut = x as i64;
     cut.saturating_add(i64::from(x - cut as f64 >= 0.5))

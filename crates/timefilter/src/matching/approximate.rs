@@ -43,12 +43,11 @@ impl ApproximateSettings {
 
 /// The sets of ROS's C++ `message_filters::sync_policies::ApproximateTime`, for any number of topics.
 ///
-/// The newest of the topics' oldest messages is the *pivot*: the next set contains it, unless a queue
-/// overflows before. Of all sets around the pivot the shortest is emitted, as soon as no future message can
-/// make a shorter one; an older set is preferred to a slightly shorter one
-/// ([`ApproximateSettings::age_penalty`]). So there are at most as many sets as the slowest topic has
-/// messages, and none while a topic is silent. Sets do not cross: a later set has a later arrival of each
-/// topic.
+/// The newest of the topics' oldest messages is the *pivot*: the next set contains it, unless a queue overflows first.
+/// Of all sets around the pivot the shortest is emitted, as soon as no future message can make a shorter one; an older
+/// set is preferred to a slightly shorter one ([`ApproximateSettings::age_penalty`]). So there are at most as many sets
+/// as the slowest topic has messages, and none while a topic is silent. Sets do not cross: a later set has a later
+/// arrival of each topic.
 ///
 /// The sets are identical to those of `message_filters` 1.15.15 for stamps that `ros::Time` can represent.
 /// Stamps out of order are not corrected. Memory is bounded by the queue sizes, and nothing is allocated
@@ -66,7 +65,7 @@ pub struct ApproximateTime<T> {
     ready: usize,
     /// Whether each topic has lost a message that might have been better than its head.
     lossy: Vec<bool>,
-    /// Whether any topic has.
+    /// Whether any topic has lost such a message.
     is_lossy: bool,
     /// The best set so far: the oldest message of each queue.
     candidate: Option<Candidate>,
@@ -206,7 +205,7 @@ impl<T> ApproximateTime<T> {
         self.lossy[last] = self.is_lossy;
     }
 
-    /// The reason why no search can start with this interval.
+    /// The reason why no search can start with this interval; `None` if one can.
     #[inline]
     fn objection(&self, interval: &Interval) -> Option<DropReason> {
         if interval.end.saturating_sub(interval.start) > self.max_interval_nanos {
@@ -220,13 +219,13 @@ impl<T> ApproximateTime<T> {
         !self.costs(interval.end, best, interval.start.saturating_sub(best.start))
     }
 
-    /// Whether no set that ends then or later can be better, as it must contain the pivot.
+    /// Whether no set that ends at `end` or later can be better, since it must contain the pivot.
     #[inline]
     fn is_too_late(&self, end: i64, best: &Candidate) -> bool {
         self.costs(end, best, best.pivot_stamp.saturating_sub(best.start))
     }
 
-    /// Whether a start that is later by `gain_nanos` does not compensate for the end.
+    /// Whether starting later by `gain_nanos` does not make up for ending at `end`.
     #[inline]
     fn costs(&self, end: i64, best: &Candidate, gain_nanos: i64) -> bool {
         self.age_penalty.outweighs(end.saturating_sub(best.end), gain_nanos)

@@ -5,7 +5,7 @@ use std::fmt;
 /// Why a message is in no set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum DropReason {
-    /// It was the oldest message in a queue that overflowed.
+    /// The message was the oldest in a queue that overflowed.
     QueueFull,
     /// Another topic has no message close enough for the longest interval of a set.
     NoPartner,

@@ -6,10 +6,10 @@ use super::super::watermark::Presence;
 use super::{AHEAD_NANOS, Aligner, NEVER};
 
 impl Aligner {
-    /// Takes a sample as nearly all are: in order and in time, with numbers, onto a grid in reproducible mode,
-    /// while nothing else is due, from a source that rows wait for and that has room. Returns whether the next
-    /// row may be ready; `None` for any other sample, which is not taken: see [`Aligner::push_any`], which would
-    /// do the same.
+    /// Takes an ordinary sample on a fast path: one in order and in time, with numbers, onto a grid in reproducible
+    /// mode, while nothing else is due, from a source that rows wait for and that has room. Returns whether the next
+    /// row may be ready, or `None` for any other sample, which is not taken; [`Aligner::push_any`] takes every sample,
+    /// with the same result for ordinary ones.
     #[inline]
     pub(super) fn take_ordinary(&mut self, id: SourceId, sample: &Sample<'_>) -> Option<bool> {
         let Sample { measured, arrival, values } = *sample;
@@ -37,7 +37,7 @@ impl Aligner {
         Some(awaited.is_none_or(|(awaited, row)| awaited == place && complete_until >= row))
     }
 
-    /// Takes any sample at the present time; returns whether the next row may be ready.
+    /// Takes any sample at the current session time. Returns whether the next row may be ready.
     pub(super) fn take_any<F>(
         &mut self,
         place: usize,
@@ -128,7 +128,7 @@ impl Aligner {
         }
     }
 
-    /// The time until which a grid may issue rows before another sample arrives.
+    /// The time up to which a grid may issue rows before another sample arrives.
     #[inline]
     pub(super) fn reach(&self) -> i64 {
         self.newest.saturating_add(self.silence_nanos)
@@ -165,9 +165,9 @@ impl Aligner {
         self.next = after.map(|after| after.max(next));
     }
 
-    /// Before the first row of a reproducible grid, moves it to no later than a sample, unless the sample
-    /// came too late for rows to wait for it, or is too old to bound the number of rows. Returns whether it
-    /// did.
+    /// While the first row of a reproducible grid has not been issued, moves it to no later than a sample, unless the
+    /// sample came too late for rows to wait for it, or is too old to bound the number of rows. Returns whether the row
+    /// was moved.
     #[inline]
     pub(super) fn begin_rows(&mut self, measured: i64) -> bool {
         self.last.is_none() && self.begin_earlier(measured)

@@ -42,7 +42,8 @@ pub struct Aligner {
     cells: Cells,
     /// The session time; `None` before it starts.
     now: Option<i64>,
-    /// The newest sample of any source, in available mode the arrival of the last one; `i64::MIN` without any.
+    /// The time of the newest sample of any source, or in available mode the arrival time of the last one; `i64::MIN`
+    /// before the first sample.
     newest: i64,
     /// The next row of a grid.
     next: Option<i64>,
@@ -114,7 +115,7 @@ impl Aligner {
         self.admit(settings)
     }
 
-    /// Has some channels of a source held where its policy interpolates the others: states and flags have no values in
+    /// Holds some channels of a source where its policy interpolates the others: states and flags have no values in
     /// between.
     pub fn hold(&mut self, source: SourceId, held: &[bool]) -> Result<(), AlignError> {
         let place = self.place(source)?;
@@ -198,7 +199,7 @@ impl Aligner {
         Ok(())
     }
 
-    /// Takes any sample, and advances time to its arrival before.
+    /// Advances time to a sample's arrival, then takes the sample, whatever its kind.
     #[cold]
     fn push_any<F: FnMut(Output<'_>)>(
         &mut self,

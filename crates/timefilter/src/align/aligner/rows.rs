@@ -64,8 +64,8 @@ impl Aligner {
         self.onto == RowTimes::Pivot || row <= self.newest || self.is_due_in_silence(row, now)
     }
 
-    /// Decides the cells of the next sources, up to the first that outstanding samples could change; returns
-    /// whether there is none.
+    /// Decides the cells of the next sources, up to the first one that outstanding samples could change. Returns
+    /// whether all are decided.
     fn settle_sources(&mut self, row: i64) -> bool {
         let mut unsettled = self.sources[self.settled..].iter_mut();
         let is_open = |source: &mut Option<Source>| {
@@ -91,7 +91,7 @@ impl Aligner {
         false
     }
 
-    /// Whether a row that no source has reached is due anyway: as late as if a source were awaited.
+    /// Whether a row that no source has reached is due anyway: after the longest time that a row waits for any source.
     #[cold]
     pub(super) fn is_due_in_silence(&mut self, row: i64, now: i64) -> bool {
         if row > self.reach() || !self.sources.iter().flatten().any(Source::is_here) {

@@ -1,21 +1,22 @@
-//! A clock between moments at which its offset is known, where its skew performs a random walk.
+//! A clock's offset between moments at which it is known, with a skew that performs a random walk.
 //!
-//! The state is the offset and the skew; the skew's variance grows linearly with time (a Wiener process, as in
-//! the two-state model of oscillators; Zucca & Tavella 2005, doi:10.1109/TUFFC.2005.1406554), and faster while
-//! a device warms up. A Kalman filter runs through the moments before a time and another one backwards through
-//! those after it. How fast the skew walks is not known: each of a few rates counts by the likelihood of the
-//! moments under it.
+//! The state is the offset and the skew; the skew's variance grows linearly with time (a Wiener process, as in the
+//! two-state model of oscillators; Zucca & Tavella 2005, doi:10.1109/TUFFC.2005.1406554), and faster while a device
+//! warms up. One Kalman filter runs forwards through the moments before a time, and another backwards through those
+//! after it. How fast the skew walks is not known, so the results for a few rates are averaged, weighted by the
+//! likelihood of the moments under each rate.
 
 use crate::clock::fit::Point;
 
-/// The rates of the walk [1/s], and the probability of each beforehand: from a computer's quartz to one that
-/// is worn.
+/// The rates of the walk [1/s], from the quartz of a computer to that of a worn device, each with its prior
+/// probability.
 const RATES: [(f64, f64); 4] = [(3e-16, 0.2), (3e-15, 0.38), (3e-14, 0.4), (3e-13, 0.02)];
-/// The standard deviation of what the skew still changes by at the start, and the time constant of that [s].
+/// The standard deviation of the change of skew that a device's warm-up still causes at the start, and its time
+/// constant [s].
 const WARM_UP_SKEW: f64 = 20e-6;
 const WARM_UP_SECS: f64 = 120.0;
-/// The standard deviation of a skew of which nothing is known, as that of numbered samples, and that of an
-/// unknown offset [s].
+/// The standard deviation of a skew about which nothing is known, as with numbered samples, and that of an unknown
+/// offset [s].
 const UNKNOWN_SKEW: f64 = 0.03;
 const UNKNOWN_SECS: f64 = 1.0;
 /// The number of moments that are used on either side.
@@ -26,14 +27,15 @@ const NEAREST: usize = 24;
 pub(super) struct Estimate {
     /// The delay of a packet that does not wait [s].
     pub delay: f64,
-    /// Its slope over device time.
+    /// The slope of the delay over device time.
     pub slope: f64,
     /// The standard error of the delay [s], and that of the slope.
     pub error: f64,
     pub slope_error: f64,
 }
 
-/// The estimate at `device` [s] from `knots`, each the delay at a moment and known to `noise` [s].
+/// Estimates the delay at `device` [s] from `knots`, moments whose delays are known with the standard error `noise`
+/// [s].
 pub(super) fn estimate(knots: &[Point], noise: f64, device: f64) -> Estimate {
     let after = knots.partition_point(|knot| knot.device <= device);
     let before = &knots[after.saturating_sub(NEAREST)..after];
@@ -69,13 +71,13 @@ pub(super) fn estimate(knots: &[Point], noise: f64, device: f64) -> Estimate {
     Estimate { delay: base + delay, slope, error, slope_error }
 }
 
-/// What is known of a clock at a time.
+/// The state of a Kalman filter at a time.
 #[derive(Clone, Copy, Debug)]
 struct State {
     device: f64,
     offset: f64,
     skew: f64,
-    /// Of the offset, of both, and of the skew.
+    /// The variance of the offset, the covariance of offset and skew, and the variance of the skew.
     variance: (f64, f64, f64),
 }
 
@@ -103,8 +105,8 @@ impl State {
         self.device = device;
     }
 
-    /// Takes an offset that is known to `noise` [s]; returns the logarithm of its likelihood, from the third
-    /// one on: two lie on any line.
+    /// Updates the state with an offset of standard error `noise` [s]. Returns the logarithm of its likelihood, or 0
+    /// for the first two offsets, since any two lie on a line.
     fn see(&mut self, offset: f64, noise: f64, place: usize) -> f64 {
         let (of_offset, both, of_skew) = self.variance;
         let variance = of_offset + noise * noise;
@@ -116,7 +118,7 @@ impl State {
         if place < 2 { 0.0 } else { -0.5 * (surprise * surprise / variance + variance.ln()) }
     }
 
-    /// What both know, at one time.
+    /// Combines two independent states at the same time.
     fn with(&self, other: &State) -> State {
         let invert = |(a, b, c): (f64, f64, f64)| {
             let determinant = (a * c - b * b).max(f64::MIN_POSITIVE);

@@ -1,9 +1,9 @@
 //! The steps of a sawtooth of delays, at which the true offset of a clock is known.
 //!
-//! A packet waits for the next event of its link, for at most an interval. So the true offset lies between
-//! the lowest delay and one interval below it, and nothing shows where, until the delays step by an
-//! interval: there the wait was zero or restarted from zero, whichever delay is lower. These moments are
-//! knots; between and after them the clock is taken to run at a nearly constant rate, within the band.
+//! A packet waits for the next event of its link, for at most an interval. So the true offset lies between the lowest
+//! delay and one interval below it, and nothing shows where, until the delays step by an interval: there the packet
+//! with the lower of the two delays did not wait. These moments are knots; between and after them the clock is taken to
+//! run at a nearly constant rate, within the band.
 
 use super::random_walk;
 use crate::clock::envelope::USUAL_SKEW;
@@ -30,24 +30,23 @@ const OFF_BINS: f64 = 30.0;
 /// The standard error of a knot in value and in time [s].
 const FINE_SECS: f64 = 0.03e-3;
 const BIN_SECS: f64 = 1.0;
-/// The standard error in value is less where delays change steadily between knots: it is this multiple of how far bins
-/// are off a steady change, but no smaller than a share of the above. That in time is no smaller than if the knot may
-/// be anywhere in a bin of two seconds.
+/// Where delays change steadily between knots, the standard error in value is smaller: `ROUGHNESSES` times the bins'
+/// deviation from a steady change, but at least the share `STEADIEST` of `FINE_SECS`. The standard error in time falls
+/// likewise, but at least to the share `LEAST_BIN`, as if the knot were anywhere in a bin of two seconds.
 const ROUGHNESSES: f64 = 3.0;
 const STEADIEST: f64 = 0.2;
 const LEAST_BIN: f64 = 0.58;
-/// The uncertainty stated between two events that do not show where the true offset lies, as a share of the
-/// interval.
+/// The uncertainty stated where the true offset may be anywhere between two events, as a share of the interval.
 const STATED: f64 = 0.52;
-/// The first tooth starts at an unknown phase. The assumed rate of the following ones, as a fraction of the
-/// fastest possible for its length, and half the 95 % interval of that.
+/// After the first tooth, which starts at an unknown phase: the assumed rate of the following teeth, as a fraction of
+/// the fastest that their length allows, and half the 95 % interval of that fraction.
 const FASTER: f64 = 0.6;
 const ABOUT: f64 = 0.6;
 /// How long after a knot the slope of its tooth cannot be estimated [s].
 const FLAT_SECS: f64 = 20.0;
 /// The largest skew that is assumed [1].
 const MOST_SKEW: f64 = 200e-6;
-/// The number of standard errors by which a slope must exceed it.
+/// The number of standard errors by which a slope must exceed the largest skew.
 const SURE_ERRORS: f64 = 3.0;
 
 /// The number of steps that the live model keeps.
@@ -66,7 +65,7 @@ pub(in crate::clock) struct Teeth {
     level: Option<Point>,
     /// The device time of the newest bin [s].
     newest: f64,
-    /// When the present tooth was first seen [s], and the duration of the one before the last step.
+    /// When the present tooth was first seen, and how long the tooth before the last step lasted [s].
     since: f64,
     before: f64,
     higher: u32,
@@ -76,8 +75,8 @@ pub(in crate::clock) struct Teeth {
     neither: u32,
     /// The share of bins that are off their tooth.
     off: f64,
-    /// By how much delays change from bin to bin of a tooth [s/s]; NaN before the second one. And how far bins are off
-    /// a tooth that changes steadily [s].
+    /// The rate at which delays change from bin to bin of a tooth [s/s], NaN before the second bin; and how far bins
+    /// deviate from a steady change [s].
     rate: f64,
     rough: f64,
     /// Whether the last step was up (1) or down (-1); 0 after a pause.
@@ -218,25 +217,25 @@ impl Teeth {
         self.interval > 0.0 && self.off <= OFF && self.level.is_some()
     }
 
-    /// How much is known of the steps: 1 if the clock's rate is not known by them yet or delays change irregularly
-    /// between them, down to 0.2 if they change steadily.
+    /// The uncertainty of the steps relative to the usual one: 1 if there are too few to show the clock's rate or if
+    /// delays change irregularly between them, down to 0.2 if delays change steadily.
     pub fn roughness(&self) -> f64 {
         if self.knots.len() < 2 { 1.0 } else { self.unsteady() }
     }
 
-    /// How irregularly delays change from bin to bin of a tooth, from 0.2 to 1.
+    /// How irregularly delays change from bin to bin of a tooth, from 0.2 (steadily) to 1.
     fn unsteady(&self) -> f64 {
         (ROUGHNESSES * self.rough / FINE_SECS).clamp(STEADIEST, 1.0)
     }
 
-    /// Whether delays change faster over many teeth than any quartz does, as those of numbered samples may whose
-    /// rate is hardly known: teeth that pass so fast show nothing of a clock.
+    /// Whether delays change faster over many teeth than those of any quartz, as may happen with numbered samples whose
+    /// rate is hardly known. Teeth that pass so fast show nothing about a clock.
     pub fn pass_too_fast(&self, bins: impl Iterator<Item = Point> + Clone) -> bool {
         let straight = Straight::through(bins, STATED * self.interval);
         straight.slope.abs() - SURE_ERRORS * straight.error > MOST_SKEW
     }
 
-    /// The line at `level` of a tooth, through the steps that are known, before it and after it.
+    /// The line at `level`, a point of a tooth, through the known steps before and after it.
     pub fn line(&self, level: Point) -> Fit {
         let Point { device, delay: high } = level;
         let low = high - self.interval;
@@ -245,7 +244,7 @@ impl Teeth {
             [] => (high - self.interval / 2.0, 0.0, wait, USUAL_SKEW),
             [knot] => self.behind(knot, level),
             [first, .., last] => {
-                // By how much a wait changes in a bin.
+                // The change of a wait within one bin.
                 let steps = (self.knots.len() - 1) as f64;
                 let coarse =
                     BIN_SECS * self.interval * steps / (last.device - first.device).max(BIN_SECS);
@@ -260,8 +259,8 @@ impl Teeth {
         Fit::stated(Point { device, delay }, (slope, slope_error), error.min(within))
     }
 
-    /// The true delay [s], its slope, its uncertainty [s] and the slope's standard error at `level`, after or
-    /// before the only knot so far: a tooth passes no faster than it lasts.
+    /// The true delay [s], its slope, its uncertainty [s] and the slope's standard error at `level`, after or before
+    /// the only knot so far: a tooth cannot pass faster than its duration so far allows.
     fn behind(&self, knot: Point, level: Point) -> (f64, f64, f64, f64) {
         let passed = level.device - knot.device;
         let lasted = passed.abs().max(self.before).max(self.newest - self.since).max(1.0);

@@ -6,7 +6,7 @@ use super::Packet;
 const AGREE_SECS: f64 = 0.05;
 /// The number of raised bins with similar delays that show that the clock was set back.
 pub(super) const RAISED_BINS: usize = 4;
-/// The number of raised bins after which the path delay has increased permanently.
+/// The number of raised bins after which the path delay counts as permanently longer.
 pub(in crate::clock) const RAISED_LONG: usize = 450;
 /// How much delays may change over half of those bins for the increase to be permanent [s].
 const GROWN_SECS: f64 = 0.5;

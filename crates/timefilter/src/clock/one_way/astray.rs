@@ -23,8 +23,8 @@ impl Default for Astray {
 }
 
 impl Astray {
-    /// Takes a packet whose batch lasts `span` [ns]; returns whether enough packets agree. Of several streams
-    /// with the same device times one packet counts.
+    /// Takes a packet whose batch lasts `span` [ns]; returns whether enough packets agree. Packets of several streams
+    /// with the same device time count once.
     pub fn push(&mut self, packet: Packet, span: i64) -> bool {
         let newest = self.packets[self.count.clamp(1, AGREEING) - 1];
         let agrees = |other: Packet| agree(packet, other, span);

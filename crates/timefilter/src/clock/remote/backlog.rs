@@ -35,7 +35,7 @@ struct LastMessage {
 }
 
 impl Backlogs {
-    /// The most memory that they use, themselves excluded [B].
+    /// The most memory that all streams use, excluding the struct itself [B].
     pub const BYTES: usize = MOST_STREAMS * size_of::<LastMessage>();
 
     /// Whether a late message continues its stream: in order after an accepted message, or that message again, and not
@@ -78,7 +78,7 @@ impl Backlogs {
         self.newest = None;
     }
 
-    /// Records a message that was judged by its lateness alone. One out of order that was not accepted says nothing.
+    /// Records a message that was judged by its lateness alone. A rejected one that is out of order changes nothing.
     pub fn judged(&mut self, stream: u32, stamp: i64, believed: bool) {
         let last = LastMessage { stream, stamp, believed, late: None };
         if let Some(known) = self.of(stream) {
@@ -105,7 +105,7 @@ impl Backlogs {
     }
 }
 
-/// Whether a message that arrives then belongs to the backlog whose newest message this is.
+/// Whether a message arriving at `arrival` belongs to the same backlog as the newest message.
 fn is_same_backlog((newest, _): &(i64, i64), arrival: i64) -> bool {
     arrival.saturating_sub(*newest) < SAME_BACKLOG_NANOS
 }

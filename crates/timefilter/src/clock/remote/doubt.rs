@@ -4,7 +4,7 @@ use super::bursts::Bursts;
 
 /// The number of messages considered.
 const LAST: usize = 5;
-/// When even the fastest of them is later than usual by this factor, the line is in doubt.
+/// The line is in doubt when even the fastest of these messages is later than usual by this factor.
 const UNUSUAL: f64 = 3.0;
 /// The forgetting factor of the usual lateness, per message.
 const FORGETS: f64 = 0.005;

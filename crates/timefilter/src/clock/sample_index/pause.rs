@@ -4,15 +4,16 @@ use crate::clock::Stamps;
 
 /// The shortest pause that is looked for [ns].
 const SHORTEST_NANOS: f64 = 0.5e9;
-/// The share of a silence by which readings after a pause are late at least.
+/// The minimum lateness of readings after a pause, as a share of the silence.
 const LATE: f64 = 0.5;
-/// How long readings are compared after a silence: at least, and at most [ns].
+/// The shortest and the longest time for which readings are compared after a silence [ns].
 const LEAST_NANOS: i64 = 100_000_000;
 const MOST_NANOS: i64 = 5_000_000_000;
-/// The share of the elapsed time by which delays shrink at least while a backlog arrives.
+/// The minimum rate at which delays shrink while a backlog arrives, as a share of the elapsed time.
 const SHRINKING: f64 = 0.3;
 
-/// Tells a device that paused from one whose readings were held up: those arrive faster than they were measured.
+/// Distinguishes a device that paused from one whose readings were held up: readings that were held up arrive faster
+/// than they were measured.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pause {
     newest: Option<Reading>,
@@ -22,22 +23,22 @@ pub(super) struct Pause {
 #[derive(Clone, Copy, Debug)]
 struct Reading {
     arrival: i64,
-    /// The arrival minus the time of its last sample by the indices [ns].
+    /// The reading's arrival minus the time of its last sample by the indices [ns].
     delay: f64,
 }
 
 /// A silence after which readings are late.
 #[derive(Clone, Copy, Debug)]
 struct Silence {
-    /// By how much [ns].
+    /// How late the readings are [ns].
     late: f64,
-    /// The first of these readings.
+    /// The first reading after the silence.
     first: Reading,
 }
 
 impl Pause {
-    /// Takes a reading whose first sample has this time by the indices [ns]; returns whether the device paused
-    /// before it or, as is known only now, shortly before.
+    /// Takes a reading whose first sample has this time by the indices [ns]; returns whether the device paused before
+    /// this reading or, as only this reading shows, shortly before it.
     pub fn push(&mut self, stamps: &Stamps, device: f64, period_nanos: f64) -> bool {
         let Stamps { count, arrival, .. } = *stamps;
         let length = f64::from(count.saturating_sub(1)) * period_nanos;

@@ -13,7 +13,7 @@ const MOST_WAITING: usize = 64;
 pub(super) struct Held {
     readings: u64,
     waiting: VecDeque<(u64, Placed)>,
-    /// The course to which a reading belongs, and the packet with which that begins.
+    /// The later course to which a reading belongs, and the first packet of that course.
     later: BTreeMap<u64, (u32, Packet)>,
 }
 
@@ -40,12 +40,12 @@ impl Held {
         self.readings += 1;
     }
 
-    /// Begins anew with the first reading.
+    /// Starts again with the first reading.
     pub fn again(self) -> Held {
         Held { readings: 0, ..self }
     }
 
-    /// Counts the next reading; returns the later course to which it belongs, and the packet with which that begins.
+    /// Counts the next reading; returns the later course to which it belongs, and the first packet of that course.
     pub fn next(&mut self) -> Option<(u32, Packet)> {
         self.readings += 1;
         self.later.remove(&(self.readings - 1))

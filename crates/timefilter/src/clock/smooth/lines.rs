@@ -12,20 +12,20 @@ const BOTH_SIDES: f64 = 0.4;
 const REACH: f64 = 4.0;
 /// The number of points that suffice for a fit.
 const ENOUGH: usize = 16;
-/// The share of lines whose residuals are smaller than those by which any line counts as sure at most.
+/// The quantile of all lines' residuals that limits how certain any line may count.
 const USUAL: f64 = 0.8;
 /// The stated drift of the skew in addition to that of the live model [1/s]: a fit to points on both sides
 /// has little other error.
 const DRIFT: f64 = 0.8e-8;
 /// The number of independent stretches whose variance is known well enough; fewer are stated more widely.
 const MANY: f64 = 7.0;
-/// The numbers of bins that may make a stretch, the least number of stretches, and by what factor longer ones must
-/// make lines surer.
+/// The numbers of bins that a stretch may have, the minimum number of stretches, and the share to which longer
+/// stretches must reduce the uncertainty of lines.
 const BINS: [usize; 7] = [2, 4, 8, 12, 16, 24, 32];
 const STRETCHES: usize = 32;
 const SURER: f64 = 0.9;
 
-/// How long the stretches are under whose lowest points lines are fitted.
+/// The length of the stretches; lines are fitted under the lowest point of each.
 ///
 /// With few packets in a bin, or where their period is nearly a whole number of events of their link, none of a bin's
 /// packets may have been fast. The longer a stretch, the closer its lowest delay is to the shortest possible one, but
@@ -42,7 +42,7 @@ impl Stretches {
     /// Stretches of one bin each.
     pub const SINGLE: Stretches = Stretches { bins: 1, level: 0.0 };
 
-    /// The stretches with which lines are surest.
+    /// Finds the stretches that make lines most certain.
     pub fn surest(bins: &[Point], prior: Prior) -> Stretches {
         let single = FittedLines::under(bins, Stretches::SINGLE, prior);
         let (mut surest, mut least) = (Stretches::SINGLE, single.stated());
@@ -58,10 +58,10 @@ impl Stretches {
     }
 }
 
-/// What is known of a clock and its link beforehand.
+/// What is known in advance about a clock and its link.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prior {
-    /// The standard deviation of the skew of such clocks.
+    /// The standard deviation of the skew of clocks of this kind.
     pub skew: f64,
     /// The comb on which the waits of packets lie.
     pub comb: Comb,
@@ -71,7 +71,7 @@ pub(super) struct Prior {
 #[derive(Clone, Debug)]
 pub(super) struct FittedLines {
     lines: Vec<(f64, Fit)>,
-    /// The size of residuals by which any line counts as sure at most [s].
+    /// The minimum size of residuals from which a line's uncertainty is stated [s].
     residual: f64,
     /// The number of bins of each point.
     bins: usize,
@@ -82,16 +82,16 @@ pub(super) struct FittedLines {
 struct Under<'a> {
     points: &'a [Point],
     prior: Prior,
-    /// The size of residuals of two-second bins that would make lines as sure as those of these points, as a multiple
-    /// of the points' own.
+    /// The factor from the residuals of these points to residuals of two-second bins that would make lines equally
+    /// certain.
     noise: f64,
     /// The minimum spread of points in the long run [s].
     spread: f64,
 }
 
 impl FittedLines {
-    /// Lines under the lowest points of stretches, at the level of those under single bins, for which fixed latencies
-    /// are known.
+    /// Fits lines under the lowest points of stretches, shifted to the level of lines under single bins, for which
+    /// fixed latencies are known.
     pub fn under(bins: &[Point], stretches: Stretches, prior: Prior) -> FittedLines {
         let moments = moments(bins);
         if stretches.bins == 1 {
@@ -103,11 +103,11 @@ impl FittedLines {
         lines
     }
 
-    /// Lines under points that are the lowest of this many bins each.
+    /// Fits lines under points, each the lowest of `bins` bins.
     fn around(moments: &[f64], points: &[Point], bins: usize, prior: Prior) -> FittedLines {
         let under = Under { points, prior, noise: (bins as f64).sqrt(), spread: 0.0 };
-        // A few points may lie on a line by chance, or on one edge of a saw-tooth, so none is surer than is
-        // usual in this course.
+        // A few points may lie on a line by chance, or on one edge of a saw-tooth, so no line counts as more certain
+        // than is usual in this course.
         let spread = quantile(0.5, under.around(moments).map(|(_, fit)| fit.spread));
         let lines: Vec<(f64, Fit)> = Under { spread, ..under }.around(moments).collect();
         let residual = quantile(USUAL, lines.iter().map(|(_, fit)| fit.residual()));
@@ -133,7 +133,7 @@ impl FittedLines {
         pairs.map(|((device, line), (_, other))| line.at(*device) - other.at(*device))
     }
 
-    /// What is stated of a line in the median [s].
+    /// The median of the uncertainties stated for the lines [s].
     fn stated(&self) -> f64 {
         let lines =
             self.lines.iter().map(|(device, fit)| (*device, fit.no_surer_than_by(self.residual)));
@@ -180,7 +180,7 @@ impl Under<'_> {
     }
 }
 
-/// The moments of lines [s]; a long silence has none, the next one is where timestamps resume.
+/// The moments around which lines are fitted [s]; a long silence has none, and the next one is where timestamps resume.
 fn moments(bins: &[Point]) -> Vec<f64> {
     let (Some(first), Some(last)) = (bins.first(), bins.last()) else { return Vec::new() };
     let mut moments = vec![first.device];
@@ -192,7 +192,7 @@ fn moments(bins: &[Point]) -> Vec<f64> {
     moments
 }
 
-/// The lowest points of stretches of `count` bins, above their mean slope.
+/// The lowest point of each stretch of `count` bins, relative to the mean slope.
 fn lowest(bins: &[Point], count: usize) -> Vec<Point> {
     let slope = Straight::through(bins.iter().copied(), 0.0).slope;
     let secs = (count as i64 * BIN_NANOS) as f64 / 1e9;
@@ -204,7 +204,7 @@ fn lowest(bins: &[Point], count: usize) -> Vec<Point> {
     stretches.filter_map(lowest).collect()
 }
 
-/// The value that is greater than the share `at` of all; 0 of none.
+/// The quantile `at` [0..1] of the values; 0 without values.
 fn quantile(at: f64, values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);

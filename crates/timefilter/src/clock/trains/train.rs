@@ -19,8 +19,8 @@ const STEP_SECS: f64 = 0.04;
 const STEP_ROUGHS: f64 = 8.0;
 /// The number of packets after which their regularity is known.
 pub(super) const KNOWN: u32 = 16;
-/// The roughest device times for which indices vouch, as a multiple of the period, and their upper limit
-/// [s].
+/// The largest roughness of device times at which indices vouch for the clock, as a multiple of the period, and its
+/// upper limit [s].
 const ROUGH: f64 = 2.0;
 const MOST_ROUGH_SECS: f64 = 0.1;
 /// The number of packets that confirm a clock step: of many samples each, and of one.
