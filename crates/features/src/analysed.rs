@@ -65,7 +65,7 @@ const fn feature<const ROW: usize>() -> Documented {
     ANALYSES[ROW].feature.expect("a row of the table of features has one")
 }
 
-/// An analysis that runs on each stream of its signal.
+/// Builds the feature that runs an analysis on each stream of its signal.
 fn start(
     analysis: &'static Analysis,
     windows_secs: Option<Vec<f64>>,
@@ -75,12 +75,12 @@ fn start(
     let mains_hz = context.mains_hz.filter(|_| analysis.signal == Signal::Ecg);
     if let Some(wrong) = mains_hz.filter(|hz| ![50.0, 60.0].contains(hz)) {
         let message = format!("mains of {wrong} Hz: expected 50 or 60");
-        let hint = "remove it to detect the mains in the signal";
+        let hint = "remove it to detect the mains frequency in the signal";
         return Err(SettingsError::new(message).with_hint(hint).at("mains_hz"));
     }
     Ok(Box::new(OfPeople { analysis, mains_hz, windows_secs }))
 }
-/// An analysis of people's streams, as a study configures it.
+/// An analysis of people's streams, configured by a study.
 struct OfPeople {
     analysis: &'static Analysis,
     mains_hz: Option<f64>,

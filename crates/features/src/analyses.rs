@@ -14,17 +14,16 @@ use teampulse_signal::analysis::{Causal, Recording, Whole};
 use teampulse_signal::error::SignalError;
 use teampulse_signal::{eda, hrv};
 
-/// The analysis of one signal: a row of the table. Its values, with units and recipes, are those that the
-/// analysis declares.
+/// The analysis of one signal: a row of the table. The analysis declares its values, with units and recipes.
 #[derive(Clone, Copy, Debug)]
 pub struct Analysis {
     /// The signal.
     pub signal: Signal,
-    /// The feature that runs it on streams of people; `None` where it is for tables only.
+    /// The feature that runs the analysis on streams of people; `None` if it is for tables only.
     pub feature: Option<Documented>,
-    /// The events that it finds; the first are those that `extract` scores.
+    /// The kinds of events that the analysis finds; `extract` scores the first kind.
     pub events: &'static [Happening],
-    /// Its form in a table of samples.
+    /// The form of the signal in a table of samples.
     pub table: Tabled,
     /// Starts a sample-by-sample analysis at a rate [Hz].
     pub causal: fn(&Chosen, f64) -> Begun,
@@ -38,7 +37,7 @@ pub type Begun = Result<Box<dyn Causal + Send>, SignalError>;
 /// The documentation of a feature.
 #[derive(Clone, Copy, Debug)]
 pub struct Documented {
-    /// Its name in a study, and of its streams below their input.
+    /// The feature's name in a study, and the name of its streams below their input.
     pub name: &'static str,
     /// A description of the values of windows, for readers.
     pub doc: &'static str,
@@ -46,7 +45,7 @@ pub struct Documented {
     pub summary: &'static str,
     /// The events and values that are reported.
     pub measures: &'static str,
-    /// Remarks on its windows.
+    /// Remarks on the windows.
     pub windows: &'static str,
     /// References.
     pub reference: &'static str,
@@ -57,15 +56,15 @@ pub struct Documented {
 /// Events of one kind.
 #[derive(Clone, Copy, Debug)]
 pub struct Happening {
-    /// Their name in the analysis.
+    /// The name of the events in the analysis.
     pub kind: &'static str,
-    /// The name of their stream below the input.
+    /// The name of the events' stream below the input.
     pub leaf: &'static str,
-    /// Their kind on the wire.
+    /// The kind of the events on the wire.
     pub word: EventKind,
     /// The detail that becomes the event's value.
     pub value: &'static str,
-    /// The detail that becomes its duration [s]; empty for an instant.
+    /// The detail that becomes the event's duration [s]; empty for an instant.
     pub duration: &'static str,
 }
 
@@ -74,7 +73,7 @@ pub struct Happening {
 pub struct Tabled {
     /// A description in a few words.
     pub help: &'static str,
-    /// Words that occur in the names of its columns.
+    /// Words that occur in the names of the signal's columns.
     pub columns: &'static [&'static str],
     /// Words in the names of files with this signal, as devices name them.
     pub files: &'static [&'static str],
@@ -127,7 +126,7 @@ impl Analysis {
         self.signal.word()
     }
 
-    /// The unit in which it works; `None` if any will do.
+    /// The unit in which the analysis works; `None` if any unit will do.
     pub fn unit(&self) -> Option<&'static str> {
         worked_in(self.signal)
     }
@@ -146,7 +145,7 @@ impl Analysis {
     }
 }
 
-/// The index of the row of a feature.
+/// The index of a feature's row in the table.
 pub(crate) const fn row(name: &str) -> usize {
     let mut place = 0;
     while place < ANALYSES.len() {
@@ -169,7 +168,7 @@ const fn is_same(one: &[u8], other: &[u8]) -> bool {
 }
 
 impl Documented {
-    /// The documentation of the feature's settings, by the template of all features.
+    /// The documentation of the feature's settings, in the template of all features.
     pub fn text(&self) -> String {
         let Documented { summary, measures, windows, reference, limits, .. } = self;
         format!(

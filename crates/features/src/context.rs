@@ -29,7 +29,7 @@ impl Default for FeatureContext {
 }
 
 impl FeatureContext {
-    /// The lengths in a feature's settings, or else the study's: ascending [s].
+    /// The lengths in a feature's own settings, or else those of the study [s], ascending.
     pub(crate) fn windows_or(&self, own_secs: Option<Vec<f64>>) -> Result<Vec<f64>, SettingsError> {
         let mut lengths_secs = own_secs.unwrap_or_else(|| self.windows_secs.clone());
         if let Some(wrong) = lengths_secs.iter().find(|secs| !(1.0..=LONGEST_SECS).contains(*secs))
@@ -52,7 +52,7 @@ impl FeatureContext {
     }
 }
 
-/// A length of time that must be more than zero and at most a day [s].
+/// Checks that a length of time is more than zero and at most a day [s].
 pub(crate) fn duration_setting(name: &str, secs: f64) -> Result<f64, SettingsError> {
     if secs > 0.0 && secs <= LONGEST_SECS {
         return Ok(secs);

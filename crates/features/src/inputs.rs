@@ -4,8 +4,8 @@ use teampulse_core::stream::Stream;
 
 /// The names of the streams that joined, in order.
 ///
-/// An extractor of a whole session has many: its outputs are not redeclared for each, but at most once a second if
-/// there are new ones.
+/// An extractor of a whole session has many inputs: its outputs are not redeclared for each, but at most once a second
+/// if there are new ones.
 #[derive(Debug, Default)]
 pub(crate) struct Inputs {
     names: Vec<String>,

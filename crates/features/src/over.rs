@@ -12,16 +12,15 @@ use teampulse_core::time::Time;
 use teampulse_signal::analysis::{LONGEST_HELD_NS, Span};
 
 /// The part of a phase that is measured, as stated in a recipe.
-pub(crate) const OVER_PHASES: &str = "each phase, of a longer one its last 600 s, or fewer where these have more than 8 million numbers";
+pub(crate) const OVER_PHASES: &str = "each phase, or the last 600 s of a longer one, or less if these have more than 8 million numbers";
 
-/// The most numbers of a stream that are held for windows and for the present phase: of 20 channels at 1
-/// kHz, those of 400 s. One stream takes a few times eight bytes for each.
+/// The most numbers of a stream that are held for windows and for the present phase: enough for 400 s of 20 channels at
+/// 1 kHz. One stream takes a few times eight bytes for each number.
 const MOST_HELD: u64 = 8_000_000;
 
 /// Decides how far back the numbers of a stream are held, so that there are never more than
 /// [`MOST_HELD`].
-///
-/// Counted in whole seconds of the stream's own time, so that any chunking holds the same.
+/// Time is counted in whole seconds of the stream's own time, so that any chunking holds the same numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Held {
     /// The most numbers.
@@ -44,7 +43,7 @@ impl Held {
         Held { most: MOST_HELD, longest_secs, seconds, numbers: 0, from_sec }
     }
 
-    /// Counts numbers measured at a time [ns]. Late ones count with the newest.
+    /// Counts numbers measured at a time [ns]. Late numbers count in the newest second.
     pub(crate) fn came(&mut self, at_ns: i64, numbers: u64) {
         let sec = at_ns.div_euclid(SECOND_NS);
         match self.seconds.back_mut() {
@@ -138,7 +137,7 @@ const SECOND_NS: i64 = 1_000_000_000;
 pub(crate) struct ReportedPhases(usize);
 
 impl ReportedPhases {
-    /// The next phase that has ended at a time [ns]; each once.
+    /// The next phase that has ended by a time [ns]; returns each phase once.
     pub(crate) fn next_over<'a>(&mut self, phases: &'a [Phase], at_ns: i64) -> Option<&'a Phase> {
         let is_over = |phase: &&Phase| phase.end.is_some_and(|end| end.nanos() <= at_ns);
         let next = phases.get(self.0).filter(is_over)?;

@@ -73,7 +73,7 @@ impl Running {
         self.analysis.feature.expect("only features run live")
     }
 
-    /// Its stream.
+    /// The stream that is analysed.
     pub(crate) fn stream(&self) -> &Stream {
         &self.stream
     }
@@ -261,7 +261,7 @@ fn events(input: &Stream, happening: &Happening) -> Stream {
         device: input.device.clone(),
         method: format!("causal; the number is {}", happening.value),
         doc: format!(
-            "Each {} in {}, when it became known; where the quality of the windows is poor, what looks like one.",
+            "Each {} in {}, at the time when it became known; where the quality of the windows is poor, anything that looks like one.",
             happening.kind, input.name
         ),
         ..Stream::derived(input, happening.leaf, Shape::Event)

@@ -35,14 +35,14 @@ pub struct Threshold {
     /// zero again [s]. It must be longer than the interval between values.
     #[serde(default = "silent_secs")]
     pub silent_secs: f64,
-    /// How urgent it is: `act`, `soon` or `note`. Default: `soon`.
+    /// How urgent the alert is: `act`, `soon` or `note`. Default: `soon`.
     #[serde(default)]
     pub tier: Tier,
-    /// What it means or what to do, in a few words, shown before the number and its limit.
+    /// What the alert means or what to do, in a few words, shown before the number and its limit.
     pub text: Option<String>,
-    /// The person that it is about: only matching streams about this person or about nobody are watched.
+    /// The person that the alert is about: only matching streams about this person or about nobody are watched.
     pub person: Option<String>,
-    /// The robot that it is about: only matching streams about this robot or about nobody are watched.
+    /// The robot that the alert is about: only matching streams about this robot or about nobody are watched.
     pub robot: Option<String>,
 }
 
@@ -68,7 +68,7 @@ impl Limit {
         }
     }
 
-    /// Whether a number is back.
+    /// Whether a number has come back far enough for the alert to end.
     pub(crate) fn is_back(self, number: f64) -> bool {
         match self {
             Limit::Above(_, clear) => number <= clear,
@@ -87,7 +87,8 @@ impl Threshold {
         }
     }
 
-    /// The index of its number among the channels of a stream; `None` for a stream that it does not watch.
+    /// The index of the watched number among the channels of a stream; `None` for a stream that the alert does not
+    /// watch.
     pub fn place_in(&self, stream: &Stream) -> Option<usize> {
         let has_numbers =
             !matches!(stream.shape, Shape::Event | Shape::Status | Shape::Description);
@@ -113,7 +114,7 @@ impl Threshold {
         (is_nobodys || own == named).then_some(named)
     }
 
-    /// The reason of its alerts on a stream: the text of the study, the number with its limit and unit.
+    /// The reason given by alerts on a stream: the text of the study, the number with its limit and unit.
     pub(crate) fn reason(&self, stream: &Stream, place: usize) -> String {
         let channel = &stream.channels[place];
         let (side, limit) = match self.limit() {
@@ -132,7 +133,7 @@ impl Threshold {
         }
     }
 
-    /// Fails where it is invalid, with the setting as the path of the error.
+    /// Fails if the alert is invalid, with the setting as the path of the error.
     fn check(&self) -> Result<(), SettingsError> {
         self.check_limit()?;
         self.check_times()?;

@@ -22,7 +22,7 @@ pub(super) const ECG: Analysis = Analysis {
             derived from the ECG, and its quality.",
         windows: SLOW,
         reference: OF_VARIABILITY,
-        limits: "a beat is reported a quarter of a second after it; LF needs 120 s, HF 60 s.",
+        limits: "a beat is reported a quarter of a second after it occurs; LF needs 120 s, HF 60 s.",
     }),
     events: &[Happening {
         kind: "beat",
@@ -52,7 +52,7 @@ pub(super) const PPG: Analysis = Analysis {
             variability, the amplitude, rise time and width of pulse waves, and the quality of the PPG.",
         windows: SLOW,
         reference: "Elgendi et al. (2013), doi:10.1371/journal.pone.0076585.",
-        limits: "a pulse is reported about half a second after it; motion lowers the quality of windows.",
+        limits: "a pulse is reported about half a second after it occurs; motion lowers the quality of windows.",
     }),
     events: &[Happening {
         kind: "pulse",

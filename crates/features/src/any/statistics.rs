@@ -29,21 +29,21 @@ const PATIENCE_NS: i64 = 10_000_000_000;
 /// - Measures: for each channel of every raw stream of a person or a robot that has numbers (plain ones, or fields read
 ///   from messages), and of the distances of `proximity`: mean, standard deviation, median, median absolute deviation,
 ///   minimum, maximum and slope; and the difference of each from its value in the baseline phase.
-/// - Formula: numpy's `mean`, `std(ddof=1)`, `median`, `min` and `max`; SciPy's `median_abs_deviation`, not
-///   scaled; the slope of the least-squares line; all exact, over every usable sample. A difference is the value minus
-///   that of the newest finished phase named `baseline`; so that of `sd` is the standard deviation of the task minus
-///   that of the baseline.
+/// - Formula: numpy's `mean`, `std(ddof=1)`, `median`, `min` and `max`; SciPy's `median_abs_deviation`, not scaled; the
+///   slope of the least-squares line; all exact, over every usable sample. A difference is the value minus that of the
+///   newest finished phase named `baseline`; so the difference of `sd` is the standard deviation of the task minus that
+///   of the baseline.
 /// - Unit: that of the channel; for a slope, that per second.
 /// - Window: `windows_secs`, 30 times within its length but at most once a second (every second for 30 s, every 10 s
 ///   for 300 s), from the stream's first sample on, reported when the first sample at or after the end has arrived;
-///   `phases`, each when it is over, for a long one its last 600 s. A sample that arrives late counts in all later
-///   results, at its true time.
+///   `phases`, each when it is over; of a long phase, only the last 600 s. A sample that arrives late counts in all
+///   later results, at its true time.
 /// - Reference: Jo et al., "A ROS-based framework for monitoring human and robot conditions in a
 ///   human-multi-robot team"; merged as in Chan et al. (1983), doi:10.1080/00031305.1983.10483115.
 /// - Limits: the quality is not assessed, so it is always 1; with less than half of a channel's data its values are
 ///   `short` (before the stream is as old as the window) or a `gap`; differences have no baseline until one is over; a
 ///   window of more than 8 million numbers is skipped, with a fault. The mean of many raw signals (ECG, PPG, EEG, EMG,
-///   a belt) is meaningless; the descriptions of the streams state where.
+///   a belt) is meaningless, as the descriptions of those streams state.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Statistics {

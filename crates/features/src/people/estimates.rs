@@ -32,10 +32,10 @@ pub const FAMILY: &str = "estimates";
 /// Estimates of a person's workload and arousal, from their own state and from self-reports.
 ///
 /// - Measures: nothing: these are estimates. `workload_physiology` and `arousal` state how far the body is from the
-///   person's own baseline, `workload_report` the person's rating (ISA, 1 to 5), `workload` both.
+///   person's own baseline, `workload_report` the person's rating (ISA, 1 to 5), and `workload` combines both.
 /// - Formula: each measure contributes z/(|z| + 3) in its direction, z the robust z of `state` (z where that is
-///   undefined). `workload_physiology` is the mean of heart rate (up), ln RMSSD (down) and breathing rate
-///   (up), `arousal` that of skin level (up) and response rate (up), as far as they are known, clamped at 0 from below.
+///   undefined). `workload_physiology` is the mean of heart rate (up), ln RMSSD (down) and breathing rate (up),
+///   `arousal` that of skin level (up) and response rate (up), as far as they are known, and at least 0.
 ///   `workload_report` is (ISA − 1)/4 of the newest report about the phase. `workload` combines both by inverse
 ///   variance. Sigmas: 0.21 at least; the spread of the measures, the uncertainty of the baseline and the scatter of a
 ///   window add to it; a report has the same 0.21, its variance doubles within `report_secs` and grows as the window
@@ -51,12 +51,12 @@ pub const FAMILY: &str = "estimates";
 /// - Limits: heart, breath and skin respond to posture, speech, heat, coffee and surprise as well; the index compares a
 ///   person with their own baseline, never people with each other; the scale is a convention. Against a baseline too
 ///   short for z (see `state`) the body gives no estimate, and reports alone do. A report belongs to the phase in which
-///   it is given, or within 10 s after its end to that one, so a phase is reported 11 s after its end, or as the
-///   session ends. Reports are events of kind `report` labelled `isa` about the person, or on /session/events labelled
-///   `isa p001`, or just `isa` if there is only one person. A report that is not on the scale is not used; the first of
-///   each person is published as a fault on `/humans/persons/<id>/reports/faults`, and the first about an unknown
-///   person on `/session/reports/faults`. Hidden from the screen unless the study sets `show_estimates`: an
-///   experimenter who sees them is no longer blind.
+///   it is given, or to the previous phase if that ended less than 10 s before, so a phase is reported 11 s after its
+///   end, or as the session ends. Reports are events of kind `report` labelled `isa` about the person, or on
+///   /session/events labelled `isa p001`, or just `isa` if there is only one person. A report that is not on the scale
+///   is not used; the first of each person is published as a fault on `/humans/persons/<id>/reports/faults`, and the
+///   first about an unknown person on `/session/reports/faults`. Hidden from the screen unless the study sets
+///   `show_estimates`: an experimenter who sees them is no longer blind.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Estimates {

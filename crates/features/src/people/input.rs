@@ -28,8 +28,8 @@ const SETTLED_NS: i64 = 1_000_000_000;
 /// - Formula: `input_rate` is the number of events divided by the length of the window; `reaction_time` is the mean of
 ///   the finite numbers of events, for streams that declare them in s.
 /// - Unit: 1/min, s.
-/// - Window: `windows_secs`, once a second, once the first such stream is known; and each phase when it is over, for a
-///   long one its last 600 s. Silence is a rate of 0, not missing.
+/// - Window: `windows_secs`, once a second, from when the first such stream is known; and each phase when it is over,
+///   of a long phase only the last 600 s. Silence is a rate of 0, not missing.
 /// - Reference: none; these are counts.
 /// - Limits: a person who does nothing and a keyboard that is disconnected give the same silence. The
 ///   keys themselves are not recorded.

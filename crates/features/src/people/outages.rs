@@ -17,7 +17,7 @@ use crate::value::moment;
 
 /// A silence is longer than this many of the stream's usual intervals.
 const USUAL_INTERVALS: f64 = 3.0;
-/// Samples within this time are one arrival [s]: some devices send those of five seconds at once.
+/// Samples within this time are one arrival [s]: some devices send the samples of five seconds at once.
 const BURST_SECS: f64 = 0.02;
 /// Samples that follow each other that closely for this long are not a burst but a fast stream [s].
 const LONGEST_BURST_SECS: f64 = 0.5;
@@ -34,7 +34,7 @@ const RESTLESS: [Signal; 7] = [
     Signal::Acceleration,
 ];
 
-/// Sensors of a person that fall silent or get stuck, and that recover, each as an event.
+/// Faults when a sensor of a person falls silent or gets stuck, and markers when it recovers.
 ///
 /// - Measures: silences of each stream of a person's signal, and times in which its numbers do not change
 ///   at all (ECG, PPG, skin conductance, EMG, EEG, breathing and acceleration).
@@ -52,7 +52,7 @@ const RESTLESS: [Signal; 7] = [
 pub struct Outages {
     /// How long a stream may be silent [s].
     pub silent_secs: f64,
-    /// How long its numbers may stay the same [s].
+    /// How long the numbers of a stream may stay the same [s].
     pub stalled_secs: f64,
 }
 
@@ -118,7 +118,7 @@ struct Presence {
 }
 
 impl Presence {
-    /// Those of a stream whose first sample arrives at this time.
+    /// The arrivals of a stream whose first sample arrives at this time.
     fn since(arrival: Time, newest: Time) -> Presence {
         Presence {
             last_arrival: arrival,

@@ -44,14 +44,14 @@ pub(super) const FAMILY: &str = "state";
 /// - Window: those of the families it reads, once a second; phases.
 /// - Reference: Task Force (1996), doi:10.1161/01.CIR.93.5.1043, for the logarithm; Bayley & Hammersley
 ///   (1946), doi:10.2307/2983560, for overlapping windows.
-/// - Limits: a description of one person, neither a test nor an explanation. Before a baseline is over
-///   there is no state. A few windows vary less than a person does, and z against them is far too large: so it is
-///   reported only if five windows fit side by side into the baseline without its gaps (150 s for windows of 30 s; a
-///   twentieth may be missing), and five minutes are better; a difference needs nearly two. The reason for a missing
-///   measure is `missing` if no sensor provides it, `no_baseline` if the sensor appeared later, `brief_baseline` if the
-///   baseline is too short, and `gap` if its newest window is older than `stale_secs`; otherwise it is the reason of
-///   its window. Among several devices the best family that has a baseline is used, within it the one with the best
-///   quality during the baseline, among equals the first by name; this choice is kept until the next baseline.
+/// - Limits: a description of one person, neither a test nor an explanation. Before a baseline is over there is no
+///   state. A few windows vary less than a person does, and z against them is far too large: so it is reported only if
+///   five windows fit side by side into the baseline without its gaps (150 s for windows of 30 s; a twentieth may be
+///   missing), and five minutes are better; a difference needs nearly two windows. The reason for a missing measure is
+///   `missing` if no sensor provides it, `no_baseline` if the sensor appeared later, `brief_baseline` if the baseline
+///   is too short, and `gap` if its newest window is older than `stale_secs`; otherwise it is the reason of its window.
+///   Among several devices the best family that has a baseline is used, within it the one with the best quality during
+///   the baseline, among equals the first by name; this choice is kept until the next baseline.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct State {

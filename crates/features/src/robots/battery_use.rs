@@ -26,8 +26,8 @@ use crate::windows::{View, Windows};
 
 /// How fast a battery is used, and when it will be empty: the battery utilisation of a robot.
 ///
-/// - Measures: the power taken from the battery and the loss of charge, negative while it is charged;
-///   the remaining time and the remaining share of the charge.
+/// - Measures: the power taken from the battery and the loss of charge, negative while charging; the remaining time and
+///   the remaining share of the charge.
 /// - Formula: power is the first available of: the power itself; the median of voltage × current; −d(energy)/dt;
 ///   −d(fraction)/dt × capacity × voltage; −d(charge)/dt × voltage. Loss is −d(fraction)/dt. The remaining time is the
 ///   remaining charge divided by its loss, if that is more than twice its uncertainty; the remaining share is the

@@ -16,7 +16,7 @@ use crate::context::{FeatureContext, duration_setting};
 use crate::value::{moment, window_of};
 use crate::whole_seconds::WholeSeconds;
 
-/// The family of its streams.
+/// The family of the feature's streams.
 pub(crate) const FAMILY: &str = "deployment";
 
 /// The time that a robot has been deployed: its time online since it was first seen, and its
@@ -90,7 +90,7 @@ struct DeploymentExtractor {
 
 /// The state of a robot since its first sample.
 struct Duty {
-    /// Since when it has been online; `None` while it is offline.
+    /// Since when the robot has been online; `None` while it is offline.
     since: Option<Time>,
     last_arrival: Time,
     newest_measured: Time,

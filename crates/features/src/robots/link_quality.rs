@@ -57,7 +57,9 @@ impl Component<dyn Feature, FeatureContext> for LinkQuality {
     fn build(self, context: &FeatureContext) -> Result<Box<dyn Feature>, SettingsError> {
         if !self.weak_dbm.is_finite() {
             let message = format!("`weak_dbm` is {}, not a level", self.weak_dbm);
-            return Err(SettingsError::new(message).with_hint("give one like -75").at("weak_dbm"));
+            return Err(SettingsError::new(message)
+                .with_hint("give a level like -75")
+                .at("weak_dbm"));
         }
         if self.weak_dbm >= 0.0 {
             let message = format!("`weak_dbm` of {} dBm: expected less than 0", self.weak_dbm);
@@ -92,12 +94,12 @@ impl Feature for Links {
     }
 }
 
-/// The kind of a link's report, and its channel.
+/// How a link reports its quality, and on which channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Scale {
-    /// As a level [dBm].
+    /// A level [dBm].
     Level { channel: usize },
-    /// As a share of full quality, times `full`.
+    /// A share of full quality, times `full`.
     Share { channel: usize, full: f64 },
 }
 

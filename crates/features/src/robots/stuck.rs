@@ -15,7 +15,7 @@ use teampulse_messages::readout::Readout;
 use crate::context::{FeatureContext, duration_setting};
 use crate::value::moment;
 
-/// The family of its streams.
+/// The family of the feature's streams.
 pub(crate) const FAMILY: &str = "stuck";
 
 /// The speed below which a robot stands still [m/s].
@@ -27,14 +27,14 @@ const USUAL_RUNS: i64 = 3;
 /// The minimum number of equal samples that counts as a fault.
 const LEAST_SAMPLES: u32 = 3;
 
-/// Sensors of a robot whose numbers do not change at all for too long, and when they change again.
+/// Faults when the numbers of a robot's sensor do not change for too long, and markers when they change again.
 ///
 /// - Measures: runs of samples that arrive on time but whose numbers do not change at all, for
 ///   batteries, links, temperatures and odometry. Odometry is stuck only if its speed is not zero while its position
 ///   stays the same.
-/// - Formula: a run is a fault once it lasts `stuck_secs`, and three times the second longest run
-///   so far: so a coarse gauge is reported twice and then recognised.
-/// - Unit: s (the event's value is the length of the run; its duration, when it ends).
+/// - Formula: a run is a fault once it lasts `stuck_secs` and three times as long as the second longest run so far, so
+///   a coarse gauge is reported twice and then recognised.
+/// - Unit: s (the length of the run: the value of the fault, and the duration of the marker).
 /// - Window: none; judged at each sample.
 /// - Reference: the check on minimum variability of automatic weather stations, Zahumenský (2004),
 ///   "Guidelines on quality control procedures for data from automatic weather stations", WMO.
@@ -133,7 +133,7 @@ impl Extractor for Persistence {
         self.judge(sample.measured, out);
     }
 
-    /// A late sample within the run that differs from it ends it there.
+    /// A late sample that differs from the run restarts the run at its own time.
     fn push_late(&mut self, sample: &Sample, _: &mut Outputs) {
         let numbers = self.readout.as_mut().and_then(|readout| readout.read(&sample.data));
         let (Some(numbers), Some(run)) = (numbers, &mut self.run) else { return };

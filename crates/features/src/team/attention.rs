@@ -91,7 +91,7 @@ impl Component<dyn Feature, FeatureContext> for Attention {
         for (name, share) in [("low_battery", self.low_battery), ("poor_link", self.poor_link)] {
             if !(0.0..=1.0).contains(&share) {
                 let wrong = format!("`{name}` is {share}: expected a share from 0 to 1");
-                return Err(SettingsError::new(wrong).with_hint("1 is all of it").at(name));
+                return Err(SettingsError::new(wrong).with_hint("1 means all of it").at(name));
             }
         }
         Ok(Box::new(Watchful { settings: self, alerts: context.alerts.as_slice().into() }))
@@ -343,7 +343,7 @@ fn state_stream(inputs: &[String], settings: &Attention) -> Stream {
 }
 
 fn alerts_stream(inputs: &[String], settings: &Attention, is_extended: bool) -> Stream {
-    let own = if is_extended { "; and as the study's [[alerts]] say" } else { "" };
+    let own = if is_extended { "; and the limits of the study's [[alerts]]" } else { "" };
     Stream {
         signal: Signal::Event,
         inputs: inputs.to_vec(),

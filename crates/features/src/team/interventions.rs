@@ -21,7 +21,7 @@ use crate::whole_seconds::WholeSeconds;
 
 /// The stream of interventions.
 const NAME: &str = "/team/interventions";
-/// Their family.
+/// The family of the streams of interventions.
 const FAMILY: &str = "interventions";
 /// The share of a window that must have been recorded before a rate is given.
 const LEAST_WATCHED: f64 = 0.5;
@@ -116,7 +116,7 @@ struct InterventionsExtractor {
     lengths_secs: Vec<f64>,
     longest_ns: i64,
     topics: BTreeMap<StreamId, Topic>,
-    /// When interventions began, those of the longest window.
+    /// When the interventions in the longest window began.
     begun: Vec<Time>,
     /// When each robot was last commanded.
     commanded: BTreeMap<String, Time>,

@@ -127,7 +127,7 @@ struct ProximityExtractor {
 enum Uncomputed {
     #[default]
     None,
-    /// The positions with which the first of them came.
+    /// The stream of positions that brought the first such pair.
     New(Box<Stream>),
     Reported,
 }

@@ -10,7 +10,7 @@ use crate::over::OVER_PHASES;
 /// The recipe, from which a reader can reproduce the values.
 const RECIPE: &str = "mean; sd: standard deviation over n − 1; median; mad: median absolute deviation from the \
     median, not scaled; minimum; maximum; slope: rise of the least-squares line; all of every usable sample; \
-    …_difference: the value less that of the newest phase named baseline that is over";
+    …_difference: the value minus that of the newest finished phase named baseline";
 
 /// The number of reports within the length of a window; at most one per second.
 const TOLD_IN_LENGTH: f64 = 30.0;

@@ -24,7 +24,7 @@ pub(super) struct TrackedStream {
     /// The subject of the stream.
     subject: Subject,
     windows_secs: Vec<f64>,
-    /// `None` while its numbers can't be read.
+    /// `None` while the stream's numbers can't be read.
     work: Option<Work>,
     reported_phases: ReportedPhases,
 }

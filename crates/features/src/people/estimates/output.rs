@@ -73,8 +73,8 @@ pub(super) fn off_scale(value: f64) -> String {
     )
 }
 
-/// The fault about a report that names an unknown person, or none, where there are this many people.
-/// It does not name them, as streams about the session may be published.
+/// The fault about a report that names an unknown person, or nobody, while `count` people are known. It does not name
+/// them, as streams about the session may be published.
 pub(super) fn about_nobody(named: &str, count: usize) -> String {
     let text = match (named, count) {
         ("", 0) => "ISA without a name is not used, as nobody is known yet".to_owned(),

@@ -99,9 +99,9 @@ impl Place {
     }
 }
 
-/// The index of measures [0..1]: the mean of z/(|z| + 3), clamped at 0 from below.
+/// The index of measures [0..1]: the mean of z/(|z| + 3), at least 0.
 ///
-/// Its variance: the least one, plus that of the mean of the measures, from their differences and from
+/// The variance of the index is the minimum one, plus that of the mean of the measures, from their differences and from
 /// the uncertainties of their baselines and windows.
 fn index(z: impl Iterator<Item = Value>, scatter: f64) -> Value {
     let (mut scores, mut variances, mut lack) = (Vec::new(), 0.0, Reason::Missing);

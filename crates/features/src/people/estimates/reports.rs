@@ -25,7 +25,7 @@ pub(super) struct Reports {
 #[derive(Clone, Copy, Debug)]
 struct Report {
     at: Time,
-    /// The reported workload: 0 for 1 (idle), 1 for 5 (too much).
+    /// The reported workload [0..1]: 0 for a report of 1 (idle), 1 for 5 (too much).
     workload: f64,
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    /// The share of it that lies within another span [0..1].
+    /// The share of this span that lies within another one [0..1].
     fn share_in(self, other: Stretch) -> f64 {
         let (begin, end) = (self.begin.max(other.begin), self.end.min(other.end));
         let length_secs = self.end.secs_since(self.begin);
@@ -84,7 +84,7 @@ impl Reports {
 }
 
 impl Report {
-    /// The span that it is about: the phase in which it was given, or the one that had just ended.
+    /// The span that the report is about: the phase in which it was given, or the one that had just ended.
     fn about(&self, phases: &[Phase]) -> Stretch {
         let (always, never) = (Time::from_nanos(i64::MIN), Time::from_nanos(i64::MAX));
         let begun = phases.partition_point(|phase| phase.begin <= self.at);

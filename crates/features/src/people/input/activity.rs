@@ -27,7 +27,7 @@ pub(super) struct Activity {
     sources: Vec<Source>,
     /// The stream that was declared last, from which all outputs are derived.
     stream: Option<Stream>,
-    /// When the first such stream was declared.
+    /// When the first stream of input was declared.
     begin: Option<Time>,
     /// Input since the start of the next phase to be reported, in the order of arrival.
     of_phase: VecDeque<(Time, Deeds)>,

@@ -19,8 +19,8 @@ const LEAST_LENGTHS: f64 = 0.9;
 const WINDOWS_FOR_Z: f64 = 5.0;
 const LEAST_FOR_Z: f64 = 0.95 * WINDOWS_FOR_Z;
 
-/// Variances of a median and of 1.4826 median absolute deviations over those of a mean and of a
-/// standard deviation, of normal values: π/2, and 1/0.37 (Rousseeuw & Croux 1993).
+/// The variances of a median and of 1.4826 median absolute deviations relative to those of a mean and a standard
+/// deviation, for normal values: π/2, and 1/0.37 (Rousseeuw & Croux 1993).
 const MEDIAN_OVER_MEAN: f64 = std::f64::consts::FRAC_PI_2;
 const MAD_OVER_SD: f64 = 1.0 / 0.37;
 
@@ -86,12 +86,12 @@ impl Baseline {
         })
     }
 
-    /// The time of a baseline that z needs [s].
+    /// The length of a baseline that z needs [s].
     pub(super) fn needed_secs(&self) -> f64 {
         WINDOWS_FOR_Z * self.length_secs
     }
 
-    /// Whether it is too short for z.
+    /// Whether the baseline is too short for z.
     pub(super) fn is_brief(&self) -> bool {
         self.known_secs < LEAST_FOR_Z * self.length_secs
     }
@@ -99,9 +99,9 @@ impl Baseline {
     /// The difference of a window's value: from the mean, in its unit and in standard deviations,
     /// and from the median in 1.4826 median absolute deviations.
     ///
-    /// Sigmas are the baseline's own, with n the equivalent number of windows: SD/√n of the difference,
-    /// √(1/n + z²/2(n − 1)) of z (the mean and the SD are uncertain), and of the robust z the same with
-    /// the variances of a median and a MAD. There is no z against a baseline that is too short.
+    /// Sigmas are the baseline's own, with n the equivalent number of windows: SD/√n for the difference, √(1/n + z²/2(n
+    /// − 1)) for z (the mean and the SD are uncertain), and for the robust z the same with the variances of a median
+    /// and a MAD. There is no z against a baseline that is too short.
     pub(super) fn difference(&self, value: f64) -> Difference {
         let shares = [1.0, 1.0, MEDIAN_OVER_MEAN].map(|factor| factor / self.worth);
         self.differences([value - self.mean, value - self.mean, value - self.median], shares)
@@ -127,7 +127,7 @@ impl Baseline {
         [defined(Some(in_unit)), z(1, self.sd, 1.0), z(2, self.deviation, MAD_OVER_SD)]
     }
 
-    /// A difference in deviations; a rounding error of equal values counts as none.
+    /// A difference in units of a deviation; a rounding error of equal values counts as no difference.
     fn over(&self, difference: f64, deviation: f64) -> Result<f64, Reason> {
         if self.is_brief() {
             return Err(Reason::BriefBaseline);

@@ -1,17 +1,16 @@
-//! THE table of measures: the values of a person that are compared with the baseline, and their
-//! streams.
+//! The table of measures: the values of a person that are compared with the baseline, and their streams.
 
 use teampulse_core::stream::{About, Origin, Shape, Stream, Window};
 
 /// One measure of a person's state.
 pub(super) struct Measure {
-    /// Its name.
+    /// The name of the measure.
     pub(super) name: &'static str,
     /// The unit of its differences.
     pub(super) unit: &'static str,
-    /// The families of features that contain it, the best first.
+    /// The families of features that contain the measure, the best first.
     pub(super) families: &'static [&'static str],
-    /// The name of its value in these families.
+    /// The name of the measure's value in these families.
     pub(super) value: &'static str,
     /// The conversion of that value to the measure.
     pub(super) read: fn(f64) -> f64,
@@ -44,7 +43,8 @@ impl Measure {
         Measure { name, unit, families, value, read: |value| value }
     }
 
-    /// The rank of a stream's family for it, 0 the best, and the index of its value there.
+    /// The rank of a stream's family for the measure, 0 for the best, and the index of the measure's value in the
+    /// stream.
     pub(super) fn place_in(&self, stream: &Stream) -> Option<(usize, usize)> {
         let rank = self.families.iter().position(|each| *each == stream.family)?;
         let channel = stream.place_of(self.value)?;

@@ -26,7 +26,7 @@ pub(super) struct Person {
 
 /// A baseline whose windows are held.
 struct Held {
-    /// The index of its phase.
+    /// The index of the baseline's phase.
     number: usize,
     span: Span,
     is_judged: bool,
@@ -49,7 +49,7 @@ impl Person {
         }
     }
 
-    /// Takes in the end of a window of a stream, or of a phase.
+    /// Takes in a window or a phase that a stream has finished.
     pub(super) fn take(&mut self, at: (StreamId, Time), window: Window, values: &FeatureValues) {
         let baseline = self.held.as_ref().map(|held| held.span);
         if window == Window::Phases {

@@ -16,15 +16,15 @@ const MOST_VALUES: usize = 8;
 
 /// One measure in one stream of windows, or of phases.
 pub(super) struct Track {
-    /// Its index in the table.
+    /// The index of the measure in the table.
     pub(super) measure: usize,
-    /// The rank of the stream's family for it, 0 the best.
+    /// The rank of the stream's family for the measure, 0 for the best.
     pub(super) rank: usize,
     /// The stream.
     pub(super) id: StreamId,
-    /// Its name.
+    /// The name of the stream.
     pub(super) stream: String,
-    /// Its name without its window: the same for windows and phases of one family on one input.
+    /// The name of the stream without its window: the same for windows and phases of one family on one input.
     pub(super) family: String,
     channel: usize,
     values: VecDeque<WindowValue>,
@@ -42,7 +42,7 @@ pub(super) struct WindowValue {
     pub(super) quality: f32,
 }
 
-/// Its start and end; an unknown end is later than all times.
+/// The start and end of a phase; an unknown end is later than all times.
 pub(super) type Span = (Time, Option<Time>);
 
 impl Track {

@@ -28,11 +28,11 @@ pub(super) struct Whole {
 
 /// A baseline as a phase.
 struct Against {
-    /// The index of its phase.
+    /// The index of the baseline's phase.
     number: usize,
     end: Time,
     length_secs: f64,
-    /// The compared measures: the windows of the baseline of each, and the track of the same stream.
+    /// The compared measures, each with its baseline and its stream.
     compared: [Option<Compared>; COUNT],
     /// The reason why each other measure lacks windows of the baseline.
     lacks: [Reason; COUNT],
@@ -42,7 +42,7 @@ struct Against {
 
 struct Compared {
     baseline: Baseline,
-    /// The name of its stream without its window.
+    /// The name of the measure's stream without its window.
     family: String,
     /// The baseline as one phase, as soon as it is needed.
     value: Option<Result<f64, Reason>>,
@@ -155,8 +155,8 @@ impl Compared {
         track.family == self.family
     }
 
-    /// The differences of the phase with this end, and the quality of its data; `lengths` is its length
-    /// over that of the baseline.
+    /// The differences of the phase with this end, and the quality of its data; `lengths` is the phase's length divided
+    /// by that of the baseline.
     fn difference(
         &self,
         track: &Track,

@@ -50,7 +50,7 @@ impl Windows {
         self.tracks.iter_mut().for_each(Track::begin_anew);
     }
 
-    /// The length of its windows [s].
+    /// The length of the windows [s].
     pub(super) fn length_secs(&self) -> f64 {
         self.length_secs
     }

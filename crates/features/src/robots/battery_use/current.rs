@@ -40,7 +40,7 @@ impl Direction {
         by_status.or_else(|| by_trend(view, trend?)).unwrap_or(self)
     }
 
-    /// The current out of the battery [A]; negative while it is charged.
+    /// The current out of the battery [A]; negative while charging.
     pub(super) fn outward_current_a(self, reading: &Reading) -> f64 {
         let current_a = reading.get(Quantity::Current);
         match self {
@@ -51,7 +51,7 @@ impl Direction {
     }
 }
 
-/// The sign of a discharge current by the status of one reading; NaN without one.
+/// The sign of a discharge current by the status of one reading; NaN if it shows none.
 fn outward_sign_by_status(reading: &Reading) -> f64 {
     let status = reading.get(Quantity::Status);
     let outward = match () {
@@ -69,7 +69,7 @@ fn by_trend(view: &View<'_, Reading>, trend: Estimate) -> Option<Direction> {
     agreed(signs).filter(|_| is_clear)
 }
 
-/// The direction on which the signs agree.
+/// The direction on which the signs agree; `None` without agreement.
 fn agreed(mut signs: Vec<f64>) -> Option<Direction> {
     signs.retain(|sign| !sign.is_nan());
     let common = median(&signs)?;
@@ -80,7 +80,7 @@ fn agreed(mut signs: Vec<f64>) -> Option<Direction> {
     enough.then_some(direction)
 }
 
-/// ± 1, NaN for a current without a direction.
+/// The sign of a current, ±1; NaN for one without a direction.
 fn sign(current_a: f64) -> f64 {
     if current_a.abs() >= LEAST_CURRENT_A { current_a.signum() } else { f64::NAN }
 }

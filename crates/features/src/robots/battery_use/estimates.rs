@@ -32,9 +32,9 @@ pub(super) struct Use {
     pub(super) power_method: Option<PowerMethod>,
     /// Loss of charge [%/min].
     pub(super) percent_per_min: Value,
-    /// Time until it is empty [s].
+    /// Time until the battery is empty [s].
     pub(super) empty_in_secs: Value,
-    /// The remaining share of its charge [0..1].
+    /// The remaining share of the charge [0..1].
     pub(super) fraction_left: Value,
 }
 
@@ -124,7 +124,7 @@ fn power(
     }
 }
 
-/// Why there is no line: an energy or a charge that has never changed, or is missing.
+/// Why there is no power: an energy or a charge has never changed, or is missing.
 fn reason_without_power(view: &View<'_, Reading>) -> Reason {
     let given = |quantity| view.share(|reading: &Reading| reading.get(quantity).is_finite()) > 0.0;
     if given(Quantity::Energy) || given(Quantity::Charge) {

@@ -10,7 +10,7 @@ use crate::windows::View;
 /// A fraction above this is a percentage.
 const GREATEST_FRACTION: f64 = 1.5;
 
-/// The number of such readings that are needed; a single one may be a fault.
+/// The number of readings above [`GREATEST_FRACTION`] that are needed; a single one may be a fault.
 const READINGS_TO_BELIEVE: u32 = 2;
 
 /// A gauge of the fraction is assumed to have a resolution of one percent until it shows finer
@@ -26,14 +26,14 @@ pub(super) struct Gauges {
     energy: Steps,
 }
 
-/// The lines along the remaining charge of a battery, by seconds before the window's end.
+/// The lines along the remaining charge of a battery, over the time before the window's end [s].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GaugeTrends {
-    /// Along the fraction [1].
+    /// The line along the fraction [1].
     pub(super) fraction: Option<RegressionLine>,
-    /// Along the charge [Ah].
+    /// The line along the charge [Ah].
     pub(super) charge: Option<RegressionLine>,
-    /// Along the energy [J].
+    /// The line along the energy [J].
     pub(super) energy: Option<RegressionLine>,
 }
 
@@ -57,7 +57,7 @@ impl Gauges {
         }
     }
 
-    /// Learns from a reading whether the fraction is given as 0–100; true when that was unknown.
+    /// Learns from a reading whether the fraction is given as 0–100; returns true for the reading that shows it.
     pub(super) fn learn_percent(&mut self, fraction: f64) -> bool {
         if self.is_percent() || fraction.is_nan() || fraction <= GREATEST_FRACTION {
             return false;
@@ -94,7 +94,7 @@ impl Gauges {
             || alone.iter().any(|number| number.is_finite())
     }
 
-    /// The lines along the remaining charge, by seconds before the window's end.
+    /// The lines along the remaining charge, over the time before the window's end [s].
     pub(super) fn trends(&self, view: &View<'_, Reading>) -> GaugeTrends {
         let scale = if self.is_percent() { 0.01 } else { 1.0 };
         let fraction_step = (self.fraction.smallest * scale).min(COARSEST_STEP);

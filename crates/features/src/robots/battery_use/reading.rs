@@ -91,7 +91,7 @@ impl Layout {
         layout
     }
 
-    /// Whether the use of the battery can be computed from it.
+    /// Whether the use of the battery can be computed from these channels.
     pub(super) fn shows_use(&self) -> bool {
         let has = |quantity: Quantity| self.channels[quantity as usize].is_some();
         let alone = [Quantity::Fraction, Quantity::Charge, Quantity::Energy, Quantity::Power];

@@ -21,13 +21,13 @@ pub(super) struct Alerts {
 /// Who needs someone, and why; in the order in which a stream reports them.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Concern {
-    /// The stream on which it is reported.
+    /// The stream on which the concern is reported.
     pub(super) topic: Topic,
     /// The subject.
     pub(super) subject: Subject,
     /// The reason.
     pub(super) why: Why,
-    /// How urgent it is, if the study states it.
+    /// How urgent the concern is, if the study states it.
     pub(super) tier: Option<Tier>,
 }
 
@@ -73,7 +73,7 @@ pub(super) type Cause = (StreamId, usize);
 pub(super) enum Said {
     /// Someone is needed, with the number.
     Needs(f64),
-    /// It is no longer known.
+    /// It is no longer known whether someone is needed.
     Unknown,
     /// Nobody is needed.
     Fine,
@@ -85,7 +85,7 @@ struct Need {
     begun: Time,
     is_answered: bool,
     is_unknown: bool,
-    /// Its causes, each with whether it is still known.
+    /// The causes of the concern, each with whether it is still known.
     causes: BTreeMap<Cause, bool>,
 }
 

@@ -47,7 +47,7 @@ pub(super) struct Sign {
 /// The kind of indication.
 #[derive(Clone, Copy, Debug)]
 enum Indication {
-    /// It starts with a fault and ends with a marker.
+    /// A fault starts it, and a marker ends it.
     ByEvents,
     /// A number below a limit.
     Below { channel: usize, limit: f64 },
@@ -56,7 +56,7 @@ enum Indication {
 }
 
 impl Sign {
-    /// The sign in a stream: `None` unless it was derived about a robot.
+    /// The signs in a stream; none unless it was derived about a robot.
     pub(super) fn of(stream: &Stream, limits: &Limits) -> Vec<Sign> {
         if stream.about != About::Robot || stream.origin != Origin::Derived {
             return Vec::new();

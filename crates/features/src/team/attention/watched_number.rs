@@ -23,7 +23,7 @@ pub(super) struct WatchedNumber {
     limit: Limit,
     for_secs: f64,
     silent_secs: f64,
-    /// Its index among the channels, and their number.
+    /// The index of the number's channel, and how many channels there are.
     place: (usize, usize),
     readout: Readout,
     state: State,
@@ -76,7 +76,7 @@ impl WatchedNumber {
         })
     }
 
-    /// The stream that reports its alerts.
+    /// The stream that reports the alerts on this number.
     pub(super) fn topic(&self) -> &Topic {
         &self.concern.topic
     }
@@ -125,7 +125,7 @@ impl WatchedNumber {
             State::Fine if is_beyond => State::Beyond(at),
             State::Beyond(_) if !is_beyond => State::Fine,
             State::Raised | State::Unknown if is_back => State::Fine,
-            // Between the limit and where it is over, it lasts.
+            // Between the limit and the number at which it clears, the alert continues.
             State::Unknown => State::Raised,
             state => state,
         };
@@ -158,7 +158,7 @@ impl WatchedNumber {
         }
     }
 
-    /// Notes that nothing could arrive until then.
+    /// Notes that nothing could arrive before `until`.
     pub(super) fn stood_still(&mut self, until: Time) {
         self.heard = self.heard.map(|heard| heard.max(until));
     }

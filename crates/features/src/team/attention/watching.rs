@@ -24,7 +24,7 @@ pub(super) struct Watching {
     watches: BTreeMap<StreamId, Vec<WatchedNumber>>,
     /// Whether each alert has ever watched a stream.
     has_stream: Vec<bool>,
-    /// When to report those that watch nothing.
+    /// When watching began; alerts that watch nothing are reported [`WATCHED_SECS`] later.
     due: Option<Time>,
     is_reported: bool,
 }
@@ -67,7 +67,7 @@ impl Watching {
             return Vec::new();
         }
         let idle = self.has_stream.iter().enumerate().filter(|(_, has_stream)| !**has_stream);
-        // Without its pattern, which may name a person: this is published.
+        // The pattern is left out: it may name a person, and this text is published.
         let words = |(place, _)| {
             let number = place + 1;
             format!(
@@ -99,7 +99,7 @@ impl Watching {
         self.watches.values_mut().flatten().for_each(|watch| watch.tick(now, alerts));
     }
 
-    /// Notes that nothing could arrive until then.
+    /// Notes that nothing could arrive before `until`.
     pub(super) fn stood_still(&mut self, until: Time) {
         self.watches.values_mut().flatten().for_each(|watch| watch.stood_still(until));
     }

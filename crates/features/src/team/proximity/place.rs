@@ -77,7 +77,7 @@ impl Place {
         self.newest.as_ref().is_some_and(|newest| now.secs_since(newest.at) <= stale_secs)
     }
 
-    /// Its frame; empty before the first position.
+    /// The frame of the position; empty before the first position.
     pub fn frame(&self) -> &str {
         self.newest.as_ref().map_or("", |newest| &newest.frame)
     }
