@@ -40,14 +40,14 @@ const MOST_SPREAD_MS: f64 = 50.0;
 /// The range of possible arrival times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArrivalLimits {
-    /// The shortest [s].
+    /// The shortest arrival time [s].
     pub from_secs: f64,
-    /// The longest [s].
+    /// The longest arrival time [s].
     pub to_secs: f64,
 }
 
 impl Default for ArrivalLimits {
-    /// 0.1 to 0.5 s: from ear to toe.
+    /// From 0.1 s at the ear to 0.5 s at the toe.
     fn default() -> ArrivalLimits {
         ArrivalLimits { from_secs: 0.1, to_secs: 0.5 }
     }
@@ -58,22 +58,22 @@ impl Default for ArrivalLimits {
 pub struct Arrival {
     /// The time of the R peak [s].
     pub beat_secs: f64,
-    /// From the R peak to the foot of the pulse [ms].
+    /// The time from the R peak to the foot of the pulse [ms].
     pub arrival_ms: f64,
 }
 
 /// The arrival times of a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Summary {
-    /// Their median [ms].
+    /// The median arrival time [ms].
     pub median_ms: f64,
-    /// Their spread, 1.4826 · MAD [ms].
+    /// The spread of the arrival times, 1.4826 · MAD [ms].
     pub spread_ms: f64,
     /// The share of the beats whose pulse was found [0..1].
     pub share: f64,
 }
 
-/// For each beat, the first foot of a pulse within the limits, if there is one.
+/// Finds for each beat the first foot of a pulse within the limits, if there is one.
 ///
 /// `beats_secs` are the R peaks of an ECG, `feet_secs` the feet of pulses
 /// ([`Pulse::onset`](crate::ppg::Pulse), the intersection of tangents, which is less disturbed by reflected
@@ -100,7 +100,7 @@ pub fn arrivals(
     Ok(beats.iter().enumerate().filter_map(arrival).collect())
 }
 
-/// The arrival times of the beats within a window [s].
+/// Summarises the arrival times of the beats within a window [s].
 ///
 /// The reason is `Short` with fewer than five beats in the window, `Gap` when fewer than half of them have a
 /// pulse, and `Quality` when the arrivals scatter by more than 50 ms: then pulses and beats do not belong

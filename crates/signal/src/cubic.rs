@@ -25,7 +25,7 @@ pub enum Ends {
 }
 
 impl CubicSpline {
-    /// The curve through `y` at the ascending `x`.
+    /// Fits the curve through `y` at the ascending `x`.
     ///
     /// Points that are not usable are left out. Two points give a line, three with [`Ends::NotAKnot`] a
     /// parabola. Returns an error with fewer than two points, when `x` does not ascend, or when the lengths

@@ -19,8 +19,8 @@ pub fn activity_band(rate_hz: f64) -> Result<Design, SignalError> {
     butterworth::band_pass(ORDER, LOW_HZ, HIGH_HZ, checked_rate(rate_hz)?)
 }
 
-/// The activity at each sample of a whole recording, in the unit of the axes: the vector magnitude of the
-/// axes in the [band](activity_band), without delay. NaN where an axis is missing.
+/// Computes the activity at each sample of a whole recording, in the unit of the axes: the vector magnitude of the axes
+/// in the [band](activity_band), without delay. NaN where an axis is missing.
 ///
 /// Its integral is proportional to activity counts but has a physical unit (60 times its mean is in g·s per
 /// minute); the counts of commercial devices come in converter steps, with dead bands, and differ between
@@ -36,7 +36,7 @@ pub fn counts_of(axes: [&[f64]; 3], rate_hz: f64) -> Result<Vec<f64>, SignalErro
     Ok((0..length).map(|k| if is_whole(k) { height(k) } else { f64::NAN }).collect())
 }
 
-/// The activity as samples come in; the causal counterpart of [`counts_of`].
+/// Computes the activity as samples arrive; the causal counterpart of [`counts_of`].
 ///
 /// The band-pass delays it by about a quarter of a second and starts settled on the first sample. Independent
 /// of chunking; no sample allocates.

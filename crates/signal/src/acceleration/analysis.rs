@@ -16,9 +16,9 @@ use crate::gaps::is_usable;
 
 /// The smallest share of fault-free samples for which motion is reported.
 const LEAST_QUALITY: f64 = 0.5;
-/// A window whose mean motion is less is at rest, where gravity is known to be 1 g [g] …
+/// A window whose mean motion is less than this is at rest, where gravity is known to be 1 g [g].
 const REST_G: f64 = 0.03;
-/// … and the error of gain or offset at which ENMO is mostly that error: 1 g is subtracted from it [g].
+/// The error of gain or offset at rest from which ENMO is not reported, as it would mostly be that error [g].
 const MOST_OFF_G: f64 = 0.03;
 /// The epoch of the mean amplitude deviation [s].
 const EPOCH_SECS: f64 = 5.0;
@@ -150,7 +150,7 @@ impl Running {
         ]
     }
 
-    /// The mean over epochs, weighted by their numbers of samples.
+    /// The mean of the mean amplitude deviation over epochs, weighted by their numbers of samples.
     fn mad_g(&self, magnitudes: &[f64]) -> Option<f64> {
         let epoch = ((EPOCH_SECS * self.counts.rate_hz()).round() as usize).max(1);
         let (mut sum, mut count) = (0.0, 0.0);

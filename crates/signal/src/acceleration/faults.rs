@@ -6,19 +6,20 @@ use super::tilt::GRAVITY_G;
 use super::unit::checked_rate;
 use crate::error::SignalError;
 
-/// The longest time that a worn sensor reads exactly the same [s]: breathing and heartbeat show in the last
-/// digit.
+/// The longest time for which a worn sensor gives exactly the same reading [s]: breathing and heartbeat show in the
+/// last digit.
 const FLAT_SECS: f64 = 10.0;
-/// The third and later equal readings in a row at the end of the range seen so far are clipped, provided that
-/// exceeds what rest can read [g]: the smallest common range is ±2 g.
+/// The third and later equal readings in a row at the end of the range seen so far are clipped, if they exceed what a
+/// sensor at rest can read [g]: the smallest common range is ±2 g.
 const CLIPPED_RUN: usize = 3;
 const LEAST_RANGE_G: f64 = 1.9;
-/// Those of smaller ranges last longer, as the top of a swing does not [s].
+/// Readings clipped at a smaller range than ±2 g must stay equal for longer, as the top of a swing does not [s].
 const LEAST_SMALL_RANGE_G: f64 = 1.3;
 const LEAST_CLIPPED_SECS: f64 = 0.1;
 /// A sensor is at rest when its motion is below this share of its reading.
 const REST_SHARE: f64 = 0.05;
-/// The mean of a second is at least this long, unless the device has removed gravity [g]: falls are shorter.
+/// The mean acceleration over a second is at least this long, unless the device has removed gravity [g]: falls are
+/// shorter.
 const LEAST_GRAVITY_G: f64 = 0.3;
 /// The highest reading plausible on a body [g]; a wrong unit exceeds it constantly.
 const MOST_G: f64 = 20.0;
@@ -92,7 +93,7 @@ struct Axis {
 impl Axis {
     const NEW: Axis = Axis { most: 0.0, last: f64::NAN, run: 0 };
 
-    /// Whether a value is clipped, at a small range for this many samples.
+    /// Takes in a value; returns whether it is clipped, which at a small range takes this many equal samples.
     fn push(&mut self, value: f64, of_small: usize) -> bool {
         self.run = if self.last.total_cmp(&value).is_eq() { self.run + 1 } else { 1 };
         self.last = value;

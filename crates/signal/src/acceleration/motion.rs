@@ -8,7 +8,7 @@ use crate::sliding::SlidingMoments;
 /// The window of the motion level [s].
 const LEVEL_SECS: f64 = 1.0;
 
-/// The level of motion: the standard deviation of the acceleration over the last second, √(σx² + σy² + σz²)
+/// Measures the level of motion: the standard deviation of the acceleration over the last second, √(σx² + σy² + σz²)
 /// [g].
 ///
 /// It needs no filter to separate gravity from motion; turning in place counts as motion. A level above the
@@ -25,7 +25,7 @@ pub struct Motion {
 pub struct Moved {
     /// The level of motion in the last second [g]; NaN with fewer than two usable samples.
     pub level_g: f64,
-    /// Whether it is above the limit.
+    /// Whether the level is above the limit.
     pub is_artefact: bool,
     /// The magnitude of the mean acceleration over the last second [g]: gravity, at rest. NaN without a
     /// usable sample.
@@ -33,7 +33,7 @@ pub struct Moved {
 }
 
 impl Motion {
-    /// Creates it for a rate of 8 Hz to 10 kHz and a limit of the level [g]; an error for another rate, or a
+    /// Creates the measure for a rate of 8 Hz to 10 kHz and a limit of the level [g]; an error for another rate, or a
     /// limit that is negative or not a number.
     pub fn new(rate_hz: f64, limit_g: f64) -> Result<Motion, SignalError> {
         let length = (LEVEL_SECS * checked_rate(rate_hz)?).round() as usize;

@@ -2,7 +2,7 @@
 
 use super::magnitude::magnitude;
 
-/// The readings of a sensor at rest [g]: gravity within its tolerance.
+/// The readings of a sensor at rest [g]: gravity, within a tolerance.
 pub(super) const GRAVITY_G: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 
 /// The angle between the z axis and the vertical [°, 0..180], from the mean acceleration [g].

@@ -37,7 +37,7 @@ impl Unit {
     }
 }
 
-/// The rate, if acceleration can be analysed at it.
+/// The rate, if acceleration can be analysed at this rate.
 pub(super) fn checked_rate(rate_hz: f64) -> Result<f64, SignalError> {
     checked("the sampling rate [Hz]", checked_rate_hz(rate_hz)?, RATES_HZ)
 }

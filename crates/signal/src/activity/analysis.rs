@@ -54,7 +54,7 @@ impl Windows for Running {
     fn measure(&self, span: Span) -> Measured {
         let nothing =
             |coverage| Measured::nothing(coverage, 1.0, self.device.values().len(), Reason::Gap);
-        // Every summary has it.
+        // Every summary has the idle time.
         let Some(idle) = self.channels.last() else { return nothing(0.0) };
         let coverage = idle.coverage(span);
         if coverage < LEAST_COVERAGE {

@@ -63,7 +63,7 @@ pub(super) struct Summaries {
     pub(super) secs: f64,
 }
 
-/// One of these summaries.
+/// One summary of a span.
 #[derive(Clone, Copy)]
 struct Summary<'a> {
     channels: &'a [Vec<f64>],

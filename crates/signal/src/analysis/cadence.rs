@@ -9,13 +9,13 @@ pub struct Cadence {
 }
 
 impl Cadence {
-    /// Creates it for a rate [Hz]; at 0, samples are irregular and never count as missing.
+    /// Creates a cadence for a rate [Hz]; at 0, samples are irregular and never count as missing.
     pub fn new(rate_hz: f64) -> Cadence {
         Cadence { rate_hz, last_ns: None }
     }
 
-    /// The number of samples missing between the last one and `at_ns` [ns]; `None` when that is not after the
-    /// last one, so that the sample is dropped.
+    /// The number of samples missing between the last one and `at_ns` [ns]; `None` when `at_ns` is not after the last
+    /// one, in which case the sample is dropped.
     ///
     /// A step of up to one and a half intervals misses nothing, because clocks are imperfect.
     pub fn missing_before(&mut self, at_ns: i64) -> Option<usize> {

@@ -53,7 +53,7 @@ const MOST_FILLED: usize = 1_000_000;
 /// How long after its end a span may be queried, by when all of its events are known [ns].
 const ASKED_LATER_NS: i64 = 5_000_000_000;
 
-/// The most by which an interval between samples is longer than at the nominal rate, as a factor.
+/// The largest factor by which an interval between samples may exceed that of the nominal rate.
 const CLOCKS_DIFFER: f64 = 1.01;
 
 /// The period after which a window is fully recomputed [ns].
@@ -72,9 +72,9 @@ pub enum LiveOutput {
 }
 
 impl Live {
-    /// Analyses `channels` channels at `rate_hz` [Hz] in windows of `lengths_ns` [ns], reported every
-    /// `hop_ns` [ns]. Without lengths, only events are reported and everything is kept. At a rate of 0,
-    /// samples are irregular and never count as missing.
+    /// Creates an analysis of `channels` channels at `rate_hz` [Hz] in windows of `lengths_ns` [ns], reported every
+    /// `hop_ns` [ns]. Without lengths, only events are reported and everything is kept. At a rate of 0, samples are
+    /// irregular and never count as missing.
     pub fn new(
         make: Make,
         rate_hz: f64,
@@ -102,7 +102,7 @@ impl Live {
         })
     }
 
-    /// Sets the origin of the windows' ends to a time [ns] instead of the first sample's.
+    /// Sets the origin of the windows' ends to a time [ns] instead of the time of the first sample.
     #[must_use]
     pub fn beginning_at(mut self, begin_ns: i64) -> Live {
         self.begin_ns = Some(begin_ns);
@@ -133,8 +133,8 @@ impl Live {
         self.begin_ns
     }
 
-    /// Keeps from now on what spans that start at or after a time [ns] need, up to [`LONGEST_HELD_NS`];
-    /// `None` keeps only what windows need.
+    /// From now on, keeps what is needed by spans that start at or after a time [ns], up to [`LONGEST_HELD_NS`]; `None`
+    /// keeps only what windows need.
     pub fn hold_from(&mut self, begin_ns: Option<i64>) {
         self.held_from_ns = begin_ns;
     }
@@ -203,8 +203,8 @@ impl Live {
         Some(missing)
     }
 
-    /// Reports the windows that the samples so far fill, at the end of the stream: those that end one sample interval
-    /// after the newest at the latest.
+    /// At the end of the stream, reports the windows that the samples so far fill: those that end at most one sample
+    /// interval after the newest sample.
     pub fn finish(&mut self, report: &mut dyn FnMut(LiveOutput)) {
         let Some(newest_ns) = self.newest_ns() else { return };
         let interval_ns = if self.rate_hz > 0.0 { 1e9 / self.rate_hz * CLOCKS_DIFFER } else { 1.0 };

@@ -7,12 +7,12 @@ pub const LEAST_COVERAGE: f64 = 0.5;
 /// The description of a value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Value {
-    /// As NeuroKit2 spells it where it has one; for one of several channels, followed by a slash and the
-    /// channel.
+    /// The name of the value, spelt as in NeuroKit2 if it has the value; for one of several channels, followed by a
+    /// slash and the channel.
     pub name: Cow<'static, str>,
-    /// Its unit; `1` for none. Derived from the signal's unit where only the host knows that.
+    /// The unit of the value; `1` for none. Derived from the signal's unit where only the host knows that unit.
     pub unit: Cow<'static, str>,
-    /// The recipe: what a reader needs to compute the same.
+    /// The recipe: what a reader needs to compute the same value.
     pub method: Cow<'static, str>,
 }
 

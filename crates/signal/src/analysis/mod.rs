@@ -35,8 +35,8 @@ pub trait Windows {
     /// Repeated calls return the same values until a late sample falls into the span.
     fn measure(&self, span: Span) -> Measured;
 
-    /// As [`measure`](Self::measure), where `last` was measured shortly before over a span of the same
-    /// length: expensive values may be reused from it, provided the present span has the data for them.
+    /// Like [`measure`](Self::measure), where `last` was measured shortly before over a span of the same length:
+    /// expensive values may be reused from it, provided the present span has the data for them.
     fn measure_again(&self, span: Span, _last: &Measured) -> Measured {
         self.measure(span)
     }
@@ -50,14 +50,14 @@ pub trait Causal: Windows {
     /// Times ascend.
     fn push(&mut self, at_ns: i64, channels: &[f64]);
 
-    /// The next event that became known, in that order; `None` when there is none.
+    /// Returns the next event, in the order in which events became known; `None` when there is none.
     fn next_event(&mut self) -> Option<Event>;
 
-    /// Drops what only spans that start before `before_ns` [ns] need.
+    /// Drops the data that only spans starting before `before_ns` [ns] need.
     fn forget(&mut self, before_ns: i64);
 
-    /// The offset [s], relative to other signals, of its turn to be [measured](Windows::measure) in full
-    /// rather than [again](Windows::measure_again).
+    /// The second, relative to other signals, at which this one is [measured](Windows::measure) in full rather than
+    /// [again](Windows::measure_again) [s].
     fn turn_secs(&self) -> i64 {
         0
     }
@@ -65,7 +65,7 @@ pub trait Causal: Windows {
 
 /// A recording analysed as a whole.
 pub struct Whole {
-    /// Its events, in order of time.
+    /// The events of the recording, in order of time.
     pub events: Vec<Event>,
     /// The store to query for values of spans.
     pub windows: Box<dyn Windows + Send>,

@@ -3,7 +3,7 @@ use super::Span;
 /// A recording at a constant rate.
 #[derive(Clone, Copy, Debug)]
 pub struct Recording<'a> {
-    /// Its sampling rate [Hz].
+    /// The sampling rate [Hz].
     pub rate_hz: f64,
     /// The time of the first sample [ns].
     pub begin_ns: i64,

@@ -1,19 +1,19 @@
 /// A half-open span of time [ns]: the end is excluded.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub struct Span {
-    /// Its first instant [ns].
+    /// The first instant of the span [ns].
     pub begin_ns: i64,
-    /// The first instant after it [ns].
+    /// The first instant after the span [ns].
     pub end_ns: i64,
 }
 
 impl Span {
-    /// Its duration [s]; 0 when it ends before it begins.
+    /// The duration of the span [s]; 0 when it ends before it begins.
     pub fn secs(self) -> f64 {
         self.end_ns.saturating_sub(self.begin_ns).max(0) as f64 / 1e9
     }
 
-    /// Whether it contains a time [ns].
+    /// Whether the span contains a time [ns].
     pub fn holds(self, at_ns: i64) -> bool {
         (self.begin_ns..self.end_ns).contains(&at_ns)
     }

@@ -11,7 +11,7 @@ mod values;
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     at_ns: i64,
-    /// Right and left.
+    /// The right and the left shoulder.
     shoulders: [[f64; 2]; 2],
     hips: [[f64; 2]; 2],
     wrists: [[f64; 2]; 2],

@@ -36,9 +36,9 @@ pub struct Settings {
 /// A channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Its name, as in `Mean/x`; empty for just `Mean`.
+    /// The name of the channel, as in `Mean/x`; empty for just `Mean`.
     pub name: String,
-    /// Its unit; `1` for none.
+    /// The unit of the channel; `1` for none.
     pub unit: String,
 }
 

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-/// The values of a sliding window that are at least `from` and below `until`, in order of time, and the
-/// number of values below. Values leave at the front and enter at the back.
+/// The values of a sliding window that are at least `from` and below `until`, in order of time, and the number of
+/// values below them. Values leave at the front and enter at the back.
 #[derive(Clone, Debug)]
 pub(super) struct Band {
     pub(super) from: f64,

@@ -5,8 +5,8 @@ use crate::robust::median_in_place;
 
 /// How far the median and the MAD can move before the whole window is examined again [MAD].
 ///
-/// A wider band holds more values; a narrower one needs full scans more often. On a straight line they move
-/// by 4 / 30 when a thirtieth of the window is new.
+/// A wider band holds more values; a narrower one needs full scans more often. For a signal that rises linearly they
+/// move by 4 / 30 when a thirtieth of the window is new.
 const REACH: f64 = 0.2;
 
 /// The values of a window close to its last median and MAD.
@@ -61,7 +61,7 @@ impl Middle {
         let held = low.inside.iter().chain(&high.inside);
         fill(room, held.map(|value| (value - median).abs()));
         let [lower, upper] = middle_two(room, nearer, count)?;
-        // No value between the bands is farther from the median than these, and none beyond them is nearer.
+        // No value between the bands is farther from the median than these values, and none beyond the bands is nearer.
         let is_between = (median - low.until).max(high.from - median) <= lower
             && upper <= (median - low.from).min(high.until - median);
         is_between.then(|| (median, lower.midpoint(upper)))
@@ -94,15 +94,15 @@ fn fill(room: &mut Vec<f64>, values: impl Iterator<Item = f64>) {
 fn bands(median: f64, mad: f64) -> Vec<Band> {
     let reach = REACH * mad;
     let (near, far) = ((mad - reach).max(0.0), mad + reach);
-    // Of equal values, each band holds at least these.
+    // If all values are equal, each band holds at least these.
     let above = |from: f64, until: f64| Band::new(from, until.max(from.next_up()));
     let around = above(median - reach, (median + reach).max(median.next_up()));
     let high = above(median + near, (median + far).max((median + mad).next_up()));
     vec![around, Band::new(median - far, median - near), high]
 }
 
-/// The two middle values of `count` (the same twice for an odd count), where `values` rank after `before`
-/// others; `None` where they are not among these.
+/// The two middle values of `count` (the same twice for an odd count), where `values` rank after `before` others;
+/// `None` if the middle values are not among `values`.
 fn middle_two(values: &mut [f64], before: usize, count: usize) -> Option<[f64; 2]> {
     let lower_rank = (count.checked_sub(1)? / 2).checked_sub(before)?;
     let upper_rank = (count / 2).checked_sub(before).filter(|rank| *rank < values.len())?;

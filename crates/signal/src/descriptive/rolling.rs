@@ -57,7 +57,7 @@ pub struct Rolling {
 /// A window's length and how often it ends.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub struct Pace {
-    /// Its length [ns].
+    /// The length of the window [ns].
     pub length_ns: i64,
     /// The number of hops between successive ends; at least one.
     pub hops: i64,
@@ -68,7 +68,7 @@ pub struct Pace {
 struct Hop {
     span: Span,
     courses: Box<[Moments]>,
-    /// Whether samples were added since it was computed.
+    /// Whether samples were added since the statistics were computed.
     is_stale: bool,
 }
 
@@ -87,17 +87,17 @@ pub struct View {
     pub span: Span,
     /// Whether it began before the first sample.
     pub is_young: bool,
-    /// Its channels.
+    /// The statistics of each channel.
     pub channels: Vec<Described>,
 }
 
 /// The statistics of a channel in a span.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Described {
-    /// The share of the span that has data [0..1]: of the samples expected at the rate or, for irregular
-    /// samples, of the time by the [usual interval](coverage).
+    /// The share of the span that has data [0..1]: of the samples expected at the rate or, for irregular samples, of
+    /// the time, judged by their [usual interval](coverage).
     pub coverage: f64,
-    /// `None` without a usable value.
+    /// The statistics of the values; `None` without a usable value.
     pub summary: Option<Summary>,
 }
 
@@ -105,7 +105,7 @@ pub struct Described {
 const NEVER: Span = Span { begin_ns: i64::MIN, end_ns: i64::MIN };
 
 impl Rolling {
-    /// Creates it for `channels` channels at `rate_hz` [Hz] (0 for irregular samples), windows of these
+    /// Creates the statistics of `channels` channels at `rate_hz` [Hz] (0 for irregular samples), windows of these
     /// paces, and hops of `hop_ns` [ns].
     pub fn new(rate_hz: f64, channels: usize, paces: &[Pace], hop_ns: i64) -> Rolling {
         let window = |pace: &Pace| Window {
@@ -190,7 +190,7 @@ impl Rolling {
         self.windows[place].span.end_ns == end_ns
     }
 
-    /// A window, by index, at its last end.
+    /// The statistics of a window, by index, at its last end.
     pub fn window(&mut self, place: usize) -> View {
         self.freshen();
         let span = self.windows[place].span;
@@ -331,7 +331,7 @@ impl Rolling {
 }
 
 impl Window {
-    /// Forgets its position.
+    /// Forgets the position of the window.
     fn clear(&mut self) {
         self.span = NEVER;
         self.middles.iter_mut().for_each(Middle::clear);

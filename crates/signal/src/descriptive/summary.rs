@@ -9,11 +9,11 @@ use crate::slope::least_squares;
 pub struct Summary {
     /// The number of values.
     pub n: usize,
-    /// Their mean [unit].
+    /// The mean [unit].
     pub mean: f64,
-    /// Their standard deviation, over n − 1 [unit]; `None` for a single value.
+    /// The standard deviation, over n − 1 [unit]; `None` for a single value.
     pub sd: Option<f64>,
-    /// Their median [unit].
+    /// The median [unit].
     pub median: f64,
     /// Median absolute deviation from the median, not scaled [unit].
     pub mad: f64,

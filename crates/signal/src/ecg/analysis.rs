@@ -32,8 +32,8 @@ const BEFORE_SECS: f64 = 0.26;
 /// Settings of the ECG analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The mains frequency removed by the notch [Hz], 50 or 60; if unset, the one detected in the signal, 50
-    /// if there is none.
+    /// The mains frequency removed by the notch [Hz], 50 or 60; if unset, the frequency detected in the signal, or 50
+    /// Hz if none is detected.
     pub mains_hz: Option<f64>,
     /// The domains of heart rate variability to compute; all by default.
     pub domains: Vec<Domain>,

@@ -7,8 +7,8 @@ use realfft::{RealFftPlanner, RealToComplex};
 
 use crate::spectrum::Taper;
 
-/// Baseline wander, QRS complex, QRS with all that is faster, all [Hz] (Li et al. 2008,
-/// doi:10.1088/0967-3334/29/1/002; Behar et al. 2013, doi:10.1109/TBME.2013.2240452).
+/// Baseline wander, the QRS complex, the QRS complex with all faster components, and all frequencies [Hz] (Li et al.
+/// 2008, doi:10.1088/0967-3334/29/1/002; Behar et al. 2013, doi:10.1109/TBME.2013.2240452).
 const BANDS_HZ: [(f64, f64); 4] = [(0.0, 1.0), (5.0, 15.0), (5.0, 40.0), (0.0, 40.0)];
 
 /// Band powers of segments of one length: Hann window, mean removed, summed over low ≤ f < high.

@@ -5,7 +5,7 @@ use super::candidates::Candidate;
 /// When a beat was found.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Found {
-    /// As soon as it had passed.
+    /// As soon as the beat had passed.
     InTime,
     /// Only after the next beat was found missing, or once the usual height of beats had been learnt.
     Later,
@@ -14,14 +14,14 @@ pub enum Found {
 /// A heartbeat in an ECG.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beat {
-    /// Time of the main deflection (the R peak), as located in the mean over 20 ms [samples from the first one],
+    /// The time of the main deflection (the R peak), as located in the mean over 20 ms [samples from the first one],
     /// fractional.
     pub sample: f64,
-    /// Height of the envelope around 17 Hz [unit of the signal].
+    /// The height of the envelope around 17 Hz [unit of the signal].
     pub strength: f64,
     /// Whether the main deflection points upwards.
     pub upright: bool,
-    /// When it was found.
+    /// When the beat was found.
     pub found: Found,
 }
 

@@ -1,11 +1,11 @@
-//! The quiet on both sides of candidates, known once what follows them is.
+//! The quiet on both sides of candidates, determined once the signal after them is known.
 
 use super::candidates::{Candidate, QUIET_SECS};
 
-/// What follows a candidate is known from another one up to this much later than the end of that time [s].
+/// The quiet after a candidate is taken from the first later candidate up to this much after the end of that time [s].
 const LATEST_SECS: f64 = 0.5;
 
-/// Replaces the restlessness of each candidate, which is that of the time before it, by that of both sides.
+/// Replaces the restlessness of each candidate, measured before it, by the restlessness of both sides.
 ///
 /// A beat at the end of a burst of noise is followed by quiet, a wave at the start of flutter by more waves.
 pub(super) fn consider_both_sides(candidates: &mut [Candidate]) {
@@ -13,7 +13,7 @@ pub(super) fn consider_both_sides(candidates: &mut [Candidate]) {
         let here = candidates[place];
         let until_secs = here.secs + QUIET_SECS;
         let later = &candidates[place..];
-        // The time before that one is the time after this one.
+        // The time before the later candidate is the time after this one.
         let next = later.get(later.partition_point(|each| each.secs < until_secs));
         if let Some(next) = next.filter(|next| next.secs < until_secs + LATEST_SECS) {
             let (restlessness, swell) = (restlessness(&here, next), swell(&here, next));
@@ -22,13 +22,13 @@ pub(super) fn consider_both_sides(candidates: &mut [Candidate]) {
     }
 }
 
-/// The restlessness of both sides of a candidate, from another one after it: the geometric mean.
+/// The restlessness of both sides of a candidate: the geometric mean of its own and that of a later candidate.
 pub(super) fn restlessness(candidate: &Candidate, after: &Candidate) -> f64 {
     let after = after.restlessness * after.strength / candidate.strength;
     (candidate.restlessness * after).sqrt()
 }
 
-/// The swell of both sides, likewise.
+/// The swell of both sides of a candidate: the geometric mean of its own and that of a later candidate.
 fn swell(candidate: &Candidate, after: &Candidate) -> f64 {
     (candidate.swell * after.swell * after.strength / candidate.strength).sqrt()
 }

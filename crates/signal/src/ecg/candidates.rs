@@ -19,7 +19,7 @@ const QRS_HZ: f64 = 17.0;
 const REACH_SIGMAS: f64 = 2.5;
 /// The duration of a broad QRS complex, over which the envelope is smoothed [s].
 const QRS_SECS: f64 = 0.12;
-/// The time before a beat that must be partly quiet [s], and that part.
+/// The time before a beat that must be partly quiet [s], and the share of it that must be.
 pub(super) const QUIET_SECS: f64 = 0.9;
 const QUIET_SHARE: f64 = 0.25;
 /// The stride of the envelope values used to estimate the quiet level.
@@ -37,19 +37,19 @@ pub(super) struct Candidate {
     pub(super) deflection: Deflection,
     /// The waveform around the deflection.
     pub(super) shape: Shape,
-    /// Its energy at the [frequency of flutter](super::flutter), as a multiple of its strength squared.
+    /// The candidate's energy at the [frequency of flutter](super::flutter), as a multiple of its strength squared.
     pub(super) breadth: f64,
     /// The lower quartile of the envelope at that frequency in the time before it, as a share of its strength.
     pub(super) swell: f64,
-    /// Whether a higher one is so near that the causal detector does not consider it.
+    /// Whether a higher candidate is so near that the causal detector does not consider this one.
     pub(super) hidden: bool,
-    /// Whether a long gap separates it from the candidate before.
+    /// Whether a long gap separates the candidate from the previous one.
     pub(super) after_gap: bool,
 }
 
 #[cfg(test)]
 impl Candidate {
-    /// A candidate of no shape, in silence.
+    /// A candidate without a shape, in a silent signal.
     pub(super) fn at(secs: f64, strength: f64) -> Candidate {
         let deflection = Deflection { sample: secs, upright: true };
         Candidate {
@@ -78,7 +78,7 @@ pub(super) struct Candidates {
     raw: History,
     working: History,
     sum: MovingSum,
-    /// The squared envelope times `smooth`: the same order at a lower cost.
+    /// The squared envelope times `smooth`: the same order as the envelope, at a lower cost.
     energy: History,
     even: Kernel,
     odd: Kernel,
@@ -97,14 +97,15 @@ pub(super) struct Candidates {
 }
 
 impl Candidates {
-    /// A maximum must remain the highest until `latency_secs` after it, the delay of the envelope included.
+    /// A maximum becomes a candidate if it remains the highest until `latency_secs` after it, the delay of the envelope
+    /// included.
     ///
     /// Returns an error when the rate is not between 80 and 4000 Hz.
     pub(super) fn new(rate_hz: f64, latency_secs: f64) -> Result<Candidates, SignalError> {
         Candidates::with_spacing(rate_hz, latency_secs, f64::INFINITY)
     }
 
-    /// The same, but a maximum must remain the highest only for `spacing_secs`, if that is shorter.
+    /// Like [`new`](Self::new), but a maximum must remain the highest only for `spacing_secs`, if that is shorter.
     pub(super) fn with_spacing(
         rate_hz: f64,
         latency_secs: f64,

@@ -15,33 +15,34 @@ use super::recent::{MEMORY, Recent};
 use super::shape::{Shape, alike};
 use crate::error::SignalError;
 
-/// How late a maximum of the envelope is known to remain the highest [s]. (The main deflection of one beat in a
-/// hundred precedes it by more than 35 ms.)
+/// The time after which a maximum of the envelope is known to remain the highest [s]. (The main deflection of one beat
+/// in a hundred precedes it by more than 35 ms.)
 const LATENCY_SECS: f64 = 0.213;
 /// The refractory period of the ventricles [s]. (Short, so that a P wave taken for a beat does not hide the
 /// QRS complex after it.)
 const REFRACTORY_SECS: f64 = 0.16;
-/// Of two candidates closer than this [s], the first was a P wave if the second is higher.
+/// If two candidates are closer than this [s] and the second is higher, the first was a P wave.
 const P_WAVE_SECS: f64 = 0.25;
-/// A beat is missing after this many cycles, in a regular rhythm after fewer; it is searched among candidates after
-/// this share of a cycle (as Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532, do after 1.66 cycles).
+/// A beat counts as missing after this many cycles, in a regular rhythm after fewer; it is then searched for among the
+/// candidates after this share of a cycle (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532, search after 1.66
+/// cycles).
 const MISSED_CYCLES: f64 = 1.45;
 const MISSED_CYCLES_IF_REGULAR: f64 = 1.3;
 const EARLIEST_CYCLES: f64 = 0.35;
 /// The share of the threshold that a missed beat must exceed.
 const SEARCH_BACK_SHARE: f64 = 0.8;
-/// The most restlessness before a missed beat, however quiet it is after it.
+/// The largest restlessness before a missed beat, however quiet it is after the beat.
 const MOST_RESTLESS: f64 = 0.5;
-/// The most that a missed beat looks like flutter, as a multiple of the most that beats do.
+/// The largest resemblance of a missed beat to flutter, as a multiple of the largest that beats have.
 const MOST_FLUTTER: f64 = 2.0;
 /// The time without a beat after which the height of beats is relearnt [s].
 const SILENCE_SECS: f64 = 8.0;
-/// The shorter time [s] that applies while it was learnt from fewer beats than these.
+/// The shorter time [s] that applies if the height was learnt from fewer beats than `TRIED_BEATS`.
 const SHORT_SILENCE_SECS: f64 = 3.0;
 const TRIED_BEATS: usize = 6;
-/// After this many artefacts in a row, beats have become higher.
+/// After this many artefacts in a row, beats are taken to have become higher.
 const MOST_ARTEFACTS: usize = 4;
-/// Beats closer than this [s] fall where T waves do.
+/// Beats closer than this [s] come at the time of T waves.
 const FAST_SECS: f64 = 0.42;
 /// The initial height of beats, as a share of the highest candidate.
 const FIRST_SHARE: f64 = 0.8;
@@ -186,7 +187,7 @@ impl BeatDetector {
         }
     }
 
-    /// Whether a missed beat before this candidate is found by searching back.
+    /// Searches back for a missed beat before this candidate; returns whether one was found.
     fn search_back(&mut self, until: &Candidate) -> bool {
         let usual = self.usual(until.secs);
         let Some(last) = self.last else { return false };

@@ -35,8 +35,8 @@ pub(super) fn without_wander(rate_hz: f64) -> Result<Design, SignalError> {
 
 /// A whole ECG without baseline wander and hum: [`cleaning`] applied forwards and backwards.
 ///
-/// In the unit of the signal, without delay. Missing values are bridged. Returns an error as [`zero_phase`],
-/// and for a rate below 1 Hz.
+/// In the unit of the signal, without delay. Missing values are bridged. Returns the errors of [`zero_phase`], and one
+/// for a rate below 1 Hz.
 pub fn clean(signal: &[f64], rate_hz: f64, mains_hz: f64) -> Result<Vec<f64>, SignalError> {
     zero_phase(&cleaning(rate_hz, mains_hz)?, signal)
 }

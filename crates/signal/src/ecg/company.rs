@@ -7,15 +7,15 @@ use crate::robust::median_in_place;
 const APART: f64 = 0.75;
 /// The fewest beats of a kind whose times are judged.
 const LEAST_BEATS: usize = 5;
-/// The rate of all beats is wrong if it exceeds that of one rhythm by more than this factor, or if the median
-/// interval of that rhythm is shorter than this [s], like those of two hearts together, and the other beats are at
-/// least this share of all.
+/// The rate of all beats is wrong if it exceeds that of one rhythm by more than this factor; or if the median interval
+/// of that rhythm is shorter than this [s], like the intervals of two hearts together, and the other beats are at least
+/// this share of all.
 const FASTER: f64 = 1.1;
 const FAST_SECS: f64 = 0.62;
 const LEAST_SHARE: f64 = 0.2;
-/// The mean relative deviation of intervals from the median interval: beats of one rhythm are regular below the first,
-/// if that of all beats exceeds the second and is this many times as large. Within one rhythm, deviations are from the
-/// nearest multiple of the median interval, up to this one.
+/// Limits of the mean relative deviation of intervals from the median interval. Beats of one rhythm are regular below
+/// the first limit, if the deviation of all beats exceeds the second limit and is at least this many times as large.
+/// Within one rhythm, deviations are taken from the nearest multiple of the median interval, up to this multiple.
 const REGULAR: f64 = 0.03;
 const IRREGULAR: f64 = 0.03;
 const TIMES_REGULAR: f64 = 2.5;
@@ -74,7 +74,7 @@ fn limit(mut values: Vec<f64>) -> Option<f64> {
     limit
 }
 
-/// Whether beats at these times [s] are regular and those at the other times are independent of them.
+/// Whether beats at these times [s] are regular and the beats at the other times are independent of them.
 fn are_strangers(times: &[f64], others: &[f64], regular: f64) -> bool {
     let Some(usual) = usual(times).filter(|usual| *usual > LEAST_SECS) else { return false };
     others.len() >= LEAST_BEATS

@@ -29,7 +29,7 @@ impl Deflections {
         self.next = (self.next + 1) % MEMORY;
     }
 
-    /// Raises the newest height to at least this one.
+    /// Raises the newest height to at least `strength`.
     pub(super) fn raise_newest(&mut self, strength: f64) {
         let newest = &mut self.newest[(self.next + MEMORY - 1) % MEMORY];
         newest.1 = newest.1.max(strength);

@@ -15,21 +15,21 @@ const UNLIKE: f64 = 0.8;
 /// A deflection between beats is unexplained above this share of their height.
 const UNEXPLAINED: f64 = 0.35;
 
-/// A deflection between beats is an echo of them above this correlation and share of their size.
+/// A deflection between beats counts as an echo of them above this correlation with a beat and this share of its size.
 const ECHO_CORRELATION: f64 = 0.85;
 const ECHO_SHARE: f64 = 0.15;
 
-/// Two intervals in turn may be those of beats and of their T waves: the shorter one is that of a T wave, and the
-/// longer one above this multiple of it.
+/// Two intervals in a row may be those of a beat and its T wave: the shorter one is as short as the interval to a T
+/// wave, and the longer one exceeds this multiple of it.
 const T_WAVE_TURN: f64 = 1.5;
-/// Above this share of all intervals they are.
+/// If more than this share of all intervals are such turns, the rate is wrong.
 const MOST_TURNS: f64 = 0.3;
 
 /// The probability from signal quality alone, when there is no other evidence against the rate. Even in heavy
 /// noise, beats without such evidence are nearly always right.
 const OF_QUALITY: [(f64, f64); 4] = [(0.0, 0.0), (0.03, 0.03), (0.06, 0.93), (1.0, 0.99)];
 
-/// The mean interval and the median one agree within this share: few beats are missed, and few false.
+/// The mean and the median interval agree if their rates differ by less than this share: few beats are missed or false.
 const AGREEING: f64 = 0.07;
 /// The limits above which each share speaks against the rate.
 const MOST_DOUBLED: f64 = 0.05;
@@ -38,8 +38,9 @@ const LEAST_LIKE: f64 = 0.92;
 const MOST_ODD: f64 = 0.05;
 const MOST_SATURATED: f64 = 0.1;
 const MOST_LOST: f64 = 0.06;
-/// Deflections between this share of beats that are as large as this share of a beat, while heights are uneven or
-/// intervals do not agree, or nearly as large as a beat; in noise, between more beats, smaller ones.
+/// Deflections are rivals of beats if more than this share of beats has an unexplained one and the median deflection
+/// exceeds this share of a beat, while heights are uneven, intervals do not agree, or deflections are nearly as large
+/// as beats. In noise, more beats must have one, and it may be smaller.
 const MOST_UNEXPLAINED: f64 = 0.08;
 const RIVAL: f64 = 0.6;
 const RIVAL_UNEVEN: f64 = 1.7;
@@ -47,8 +48,8 @@ const EQUAL_RIVAL: f64 = 0.9;
 const NOISY_QUALITY: f64 = 0.6;
 const NOISY_UNEXPLAINED: f64 = 0.4;
 const NOISY_RIVAL: f64 = 0.35;
-/// Where mean and median agree, up to two signs leave the rate right, but not with as many odd intervals of unlike
-/// beats and as much variation as noise has, nor with fewer intervals than this, in which both agree by chance.
+/// If mean and median interval agree, the rate is right despite one or two signs, but not with as many odd intervals of
+/// unlike beats and as much variation as noise has, nor with fewer intervals than this, which may agree by chance.
 const NOISE_ODD_UNLIKE: f64 = 0.1;
 const IRREGULAR: f64 = 0.12;
 const LEAST_INTERVALS: usize = 15;
@@ -60,50 +61,51 @@ const OF_THREE_AGREEING: f64 = 0.6;
 const OF_THREE: f64 = 0.1;
 const WRONG: f64 = 0.05;
 
-/// A beat is missed in each interval where deflections are as large as this share of a beat, in slow [ms] or irregular
-/// rhythms; in irregular ones of doubled intervals, where they are smaller.
+/// Every second beat is missed if deflections are as large as this share of a beat in a slow [ms] or irregular rhythm,
+/// or smaller in an irregular rhythm with doubled intervals.
 const MISSED_RIVAL: f64 = 0.7;
 const MISSED_UNEXPLAINED: f64 = 0.01;
 const MISSED_SLOW_MS: f64 = 1050.0;
 const MISSED_DOUBLED_RIVAL: f64 = 0.5;
-/// Where above this share of beats has an echo, every second beat is missed.
+/// If more than this share of beats has an echo, every second beat is missed.
 const ALL_ECHOED: f64 = 0.6;
 
-/// Intervals near a multiple of the median have lost no beats where mean and median agree and intervals vary less than
-/// this, or where a clear signal has none for a while: beats as similar as this, a rate ratio above this, and intervals
-/// that cover this much of the span, of which this much is living.
+/// Intervals near a multiple of the median hide no lost beats if mean and median agree and intervals vary less than
+/// this, or if a clear signal was absent for a while: the beats are as similar as this, the rate ratio is above this,
+/// and the intervals cover this much of the span, of which this share is living.
 const STEADY: f64 = 0.2;
 const CLEAR_LIKE: f64 = 0.994;
 const CLEAR_ODD: f64 = 0.4;
 const CLEAR_COVERED: f64 = 0.8;
 const CLEAR_LIVING: std::ops::Range<f64> = 0.8..0.95;
 const CLEAR_RATIO: f64 = 0.8;
-/// In a signal less clear than this they have, the more signs, the surer.
+/// In a signal less clear than this, such intervals have lost beats, and the more signs there are, the lower the
+/// probability.
 const UNCLEAR_LIKE: f64 = 0.988;
 const OF_UNCLEAR: [f64; 3] = [0.35, 0.3, 0.1];
 
-/// A span is silent below this share of living signal: where beats are as clear as this, the heart pauses, unless
-/// intervals cover this share. Less covered than that is doubtful in any signal.
+/// A span is silent below this share of living signal: if beats are as clear as this, the heart may pause, unless
+/// intervals cover this share of the span. A smaller coverage is doubtful in any signal.
 const SILENT_LIVING: f64 = 0.84;
 const SILENT_LIKE: f64 = 0.98;
 const SILENT_KURTOSIS: f64 = 6.0;
 const SILENT_COVERED: f64 = 0.9;
 const VERY_SILENT_LIVING: f64 = 0.75;
 const LITTLE_COVERED: f64 = 0.65;
-/// Intervals that cover less than these are few, and hardly any.
+/// Intervals that cover less of the span than these shares are few, or hardly any.
 const FEW_COVERED: f64 = 0.25;
 const OF_FEW: f64 = 0.25;
 const HARDLY_COVERED: f64 = 0.035;
 
-/// Steps, or noise, may be taken for beats of this height and rate [ms] where the tenth of the highest is above this
-/// multiple of the tenth of the lowest, beats are less similar than this, and the kurtosis of the signal is below this.
-/// Where amplitudes swing with the breath, beats are more similar, and narrow.
+/// Steps, or noise, may be taken for beats of such a height and rate [ms] if the 90th percentile of heights is above
+/// this multiple of the 10th, beats are less similar than this, and the kurtosis of the signal is below this. If
+/// amplitudes vary with the breath, beats are more similar, and narrow.
 const UNEVEN: f64 = 1.3;
 const UNEVEN_LIKE: f64 = 0.975;
 const UNEVEN_KURTOSIS: f64 = 9.5;
 const STEP_MS: f64 = 750.0;
-/// They are not steps if they are slower than this and have larger deflections between them, or are less similar, in
-/// noise, than this, unless they are odd, very uneven or vary.
+/// They are not steps if they are slower than this and have larger deflections between them, or are less similar than
+/// this in noise, unless they are odd or very uneven, or vary.
 const FAST_STEP_MS: f64 = 650.0;
 const STEP_RIVAL: f64 = 0.42;
 const STEP_ODD: f64 = 0.02;
@@ -111,7 +113,7 @@ const VERY_UNEVEN: f64 = 2.4;
 const STEP_LIKE: f64 = 0.84;
 const STEP_VARIATION: f64 = 0.05;
 
-/// Shares of beats, each between 0 and 1, and of the signal.
+/// The evidence from the beats and the signal of a span; shares lie between 0 and 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Doubt {
     /// The number of intervals.
@@ -120,9 +122,9 @@ pub(super) struct Doubt {
     pub(super) usual_ms: f64,
     /// The rate of the mean interval as a multiple of that of the median one; NaN without intervals.
     pub(super) rate_ratio: f64,
-    /// The mean deviation of intervals from the median one [shares of it].
+    /// The mean deviation of intervals from the median one, as a share of it.
     pub(super) variation: f64,
-    /// The share of the span that intervals cover; 1 if what is left is shorter than one.
+    /// The share of the span that intervals cover; 1 if the rest is shorter than one interval.
     pub(super) covered: f64,
     /// The mean similarity to the beats before.
     pub(super) like: f64,
@@ -142,8 +144,8 @@ pub(super) struct Doubt {
     /// The median size of the highest deflection in the middle of an interval, as a share of the size of a beat; 0
     /// where intervals are too short for one.
     pub(super) rival: f64,
-    /// The share of beats preceded by a deflection of their own form where there is no T or P wave, however
-    /// low: a missed beat of a heart whose beats alternate in height.
+    /// The share of beats preceded by a deflection of the same form where there is no T or P wave, however low: a
+    /// missed beat of a heart whose beats alternate in height.
     pub(super) echoed: f64,
     /// The share of beats that may be lost in intervals near a multiple of the median.
     pub(super) lost: f64,
@@ -154,7 +156,7 @@ pub(super) struct Doubt {
 }
 
 impl Doubt {
-    /// The evidence of the beats of a span.
+    /// Collects the evidence from the beats and the signs of a span.
     pub(super) fn of(beats: &[WindowBeat], signs: Option<Signs>, span: Span) -> Doubt {
         let intervals_ms: Vec<f64> = beats.iter().filter_map(|beat| beat.rr_ms).collect();
         let usual_ms = median_in_place(&mut intervals_ms.clone()).unwrap_or(f64::NAN);
@@ -202,8 +204,8 @@ impl Doubt {
     /// living signal, calibrated on simulated signals of 24 kinds (`bench/signal/measure_unkind choosing`) and on
     /// recorded ones in recorded noise.
     ///
-    /// The more independent signs there are against the rate, the less; few where mean and median interval agree. It
-    /// is limited where another explanation is likely: missed beats, pauses, steps.
+    /// The more independent signs there are against the rate, the lower the probability; a few count little where mean
+    /// and median interval agree. It is limited where another explanation is likely: missed beats, pauses, steps.
     pub(super) fn probability(&self, quality: f64, living: f64) -> f64 {
         let is_losing = self.lost > MOST_LOST
             && !self.is_clear(living)
@@ -277,7 +279,7 @@ impl Doubt {
             && CLEAR_LIVING.contains(&living)
     }
 
-    /// Whether the heart may pause in a part of the span.
+    /// Whether the heart may pause during a part of the span.
     fn is_silent(&self, living: f64) -> bool {
         let is_pausing = self.like > SILENT_LIKE
             && self.kurtosis > SILENT_KURTOSIS
@@ -300,7 +302,7 @@ impl Doubt {
     }
 }
 
-/// Whether a probability is that of a rate that may be right, with a sign against it.
+/// Whether a probability is that of a rate that may be right despite a sign against it.
 pub(super) fn is_doubtful(probability: f64) -> bool {
     (OF_THREE_AGREEING..=DOUBTFUL).contains(&probability)
 }
@@ -311,7 +313,7 @@ fn variation(intervals_ms: &[f64], usual_ms: f64) -> f64 {
     deviations.sum::<f64>() / intervals_ms.len().max(1) as f64
 }
 
-/// The share of a span that intervals cover, the median of which is given; 1 of a span too short for one.
+/// The share of a span that intervals cover, given their sum and median; 1 if the rest is too short for an interval.
 fn covered(total_ms: f64, usual_ms: f64, span: Span) -> f64 {
     let span_ms = 1e3 * span.secs();
     let usual_ms = if usual_ms.is_nan() { LONGEST_USUAL_MS } else { usual_ms };

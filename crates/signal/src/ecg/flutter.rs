@@ -9,7 +9,7 @@ const FLUTTER_HZ: f64 = 4.5;
 const REACH_SIGMAS: f64 = 2.5;
 /// The stride of the envelope [samples at the working rate]: it changes slowly.
 const STEP: i64 = 4;
-/// The quietest share of the time before a wave tells whether there was a pause.
+/// The quietest part of the time before a wave, which shows whether there was a pause, as a share of it.
 const QUIET_SHARE: f64 = 0.25;
 
 /// The envelope of an ECG at the frequency of flutter.
@@ -46,7 +46,7 @@ impl SlowWaves {
         }
     }
 
-    /// The energy around a place in the signal; 0 as long as the signal after it is not known.
+    /// The energy around a place in the signal; 0 until the signal after it is known.
     pub(super) fn energy_around(&self, place: i64, signal: &History) -> f64 {
         let until = place + self.even.half() as i64 + 1;
         let samples = signal.at(until - self.even.length() as i64..until);

@@ -14,13 +14,13 @@ const SHORT_GAP_SECS: f64 = 0.02;
 const FADING_SECS: f64 = 0.04;
 const PERIOD_SECS: f64 = 0.02;
 
-/// Bridges gaps by what was before them, mirrored and fading, removes the jump after long ones, so that it does not
-/// look like a beat, and averages groups of samples.
+/// Bridges gaps with the signal before them, mirrored and fading; removes the jump after long gaps, which would look
+/// like a beat; and averages groups of samples.
 #[derive(Clone, Debug)]
 pub(super) struct Intake {
     group: usize,
     short_gap: u64,
-    /// The newest samples, as many as it takes to fade.
+    /// The newest samples, as many as fading takes.
     newest: VecDeque<f64>,
     fading: usize,
     period: usize,
@@ -35,9 +35,9 @@ pub(super) struct Intake {
 pub(super) struct Taken {
     /// The sample without gaps.
     pub(super) sample: f64,
-    /// The mean of the group that it completes, if any.
+    /// The mean of the group that the sample completes, if any.
     pub(super) mean: Option<f64>,
-    /// Whether it is the first one after a long gap.
+    /// Whether the sample is the first one after a long gap.
     pub(super) resumed: bool,
 }
 

@@ -10,13 +10,14 @@ pub(super) const FIRST_CYCLE_SECS: f64 = 0.8;
 pub(super) const UNKNOWN_DEVIATION: f64 = 1.0;
 /// A candidate is rejected unless a quarter of the time before it is below this share of its height.
 const RESTLESS: f64 = 0.4;
-/// The same before it is known what follows: fibrillation of the ventricles has less quiet than beats.
+/// The same limit before the signal after the candidate is known: fibrillation of the ventricles has less quiet than
+/// beats.
 const RESTLESS_AT_FIRST: f64 = 0.27;
-/// The same for candidates similar to beats: at high rates there is little quiet between beats.
+/// The same limit for candidates similar to beats: at high rates there is little quiet between beats.
 const RESTLESS_ALIKE: f64 = 0.6;
-/// Before it is known what follows, that also applies to a candidate which is on time: in full up to the first
-/// deviation from the usual interval [log cycles], and not at all from the second; none below the first similarity to
-/// beats, in full above the second.
+/// Before the signal after a candidate is known, [`RESTLESS_ALIKE`] also applies to one that is on time: in full up to
+/// the first deviation from the usual interval [log cycles], and not at all from the second on; not at all below the
+/// first similarity to beats, and in full above the second.
 const ON_TIME: (f64, f64) = (0.15, 0.3);
 const ALIKE_ON_TIME: (f64, f64) = (0.7, 0.78);
 /// A T wave follows its beat within this time [s] (Pan & Tompkins 1985, doi:10.1109/TBME.1985.325532), and is
@@ -28,40 +29,41 @@ const T_WAVE_SHARE: f64 = 0.5;
 const EARLY: f64 = 0.5;
 pub(super) const DUE: f64 = 0.35;
 const OVERDUE: f64 = 0.2;
-/// The threshold lies above this multiple of the highest deflection that usually stands between two beats (a
-/// P or T wave), as far as that is below this share of usual beats. In noise, where the other deflections of
-/// usual height exceed the third share, no wave stands out of them.
+/// The threshold is at least this multiple of the highest deflection that usually occurs between two beats (a P or T
+/// wave), limited to this share of usual beats. In noise, where the usual height of other deflections exceeds the third
+/// share, no wave stands out.
 const WAVES: f64 = 1.5;
 const MOST_WAVES_SHARE: f64 = 0.8;
 const MOST_OTHER_SHARE: f64 = 0.5;
-/// Where that wave is low, a candidate in quiet may be lower too: above this multiple of the wave and this share
-/// of usual beats.
+/// Where that wave is low, a candidate in quiet may also be lower: it must exceed this multiple of the wave and this
+/// share of usual beats.
 const DISTINCT: f64 = 2.5;
 const DISTINCT_SHARE: f64 = 0.25;
-/// … in full below the first restlessness and the first usual height of other deflections (as a share of beats),
-/// not at all above the second.
+/// How far `DISTINCT` applies: in full below the first restlessness and the first usual height of other deflections (as
+/// a share of beats), and not at all above the second ones.
 const DISTINCT_RESTLESS: (f64, f64) = (0.15, 0.25);
 const DISTINCT_OTHER: (f64, f64) = (0.1, 0.15);
-/// A candidate similar to beats may be lower: from the first similarity on its threshold falls, and reaches
-/// its lowest share at the second.
+/// A candidate similar to beats may be lower: its threshold falls from the first similarity on, and is lowest from the
+/// second on, at this share.
 const ALIKE: (f64, f64) = (0.93, 0.985);
 const ALIKE_SHARE: f64 = 0.35;
-/// … only where it is quiet: noise resembles a beat now and then.
+/// The lower threshold applies only in quiet, in full below the first restlessness and not at all above the second:
+/// noise resembles a beat now and then.
 const ALIKE_RESTLESS: (f64, f64) = (0.15, 0.3);
 /// The threshold of an early candidate unlike beats is higher by up to this share: in full below the first similarity
-/// and the first number of cycles after the last beat, and above the second restlessness.
+/// and the first number of cycles after the last beat and above the second restlessness.
 const UNLIKE_SHARE: f64 = 0.8;
 const UNLIKE: (f64, f64) = (0.83, 0.93);
 const EARLY_CYCLES: (f64, f64) = (0.6, 0.8);
 const UNLIKE_RESTLESS: (f64, f64) = (0.2, 0.3);
-/// In a regular rhythm it is so for more of them: in full below the first deviation of intervals [log cycles], and not
-/// at all above the second.
+/// In a regular rhythm, the higher threshold applies to more candidates, with the limits below: in full below the first
+/// deviation of intervals [log cycles], and not at all above the second.
 pub(super) const REGULAR: (f64, f64) = (0.03, 0.08);
 const REGULAR_UNLIKE: (f64, f64) = (0.86, 0.96);
 const REGULAR_EARLY_CYCLES: (f64, f64) = (0.8, 0.9);
 const REGULAR_RESTLESS: (f64, f64) = (0.05, 0.15);
-/// Flutter of the ventricles exceeds this product of [breadth](Candidate::breadth) and [swell](Candidate::swell),
-/// nearly all beats do not.
+/// Flutter of the ventricles exceeds this product of [breadth](Candidate::breadth) and [swell](Candidate::swell), but
+/// hardly any beat does.
 const FLUTTER: f64 = 11.0;
 /// A candidate higher than this many usual beats is an electrode movement.
 const HIGHEST_BEATS: f64 = 8.0;
@@ -77,7 +79,7 @@ pub(super) struct Usual {
     pub(super) wave: Option<f64>,
     /// The usual interval between beats [s].
     pub(super) cycle_secs: f64,
-    /// The median deviation of the intervals from it [log cycles].
+    /// The median deviation of intervals from the usual one [log cycles].
     pub(super) deviation: f64,
 }
 
@@ -114,7 +116,8 @@ pub(super) fn unrest(candidate: &Candidate, alike: f64) -> f64 {
     candidate.restlessness / if is_alike(alike) { RESTLESS_ALIKE } else { RESTLESS }
 }
 
-/// The same for a candidate this many cycles after the last beat, of which nothing is known yet that follows it.
+/// Whether a candidate this many cycles after the last beat is preceded by quiet and unlike flutter, before the signal
+/// after it is known.
 pub(super) fn stands_out_at_first(candidate: &Candidate, alike: f64, cycles: f64) -> bool {
     let on_time = quiet(cycles.ln().abs(), ON_TIME) * (1.0 - quiet(alike, ALIKE_ON_TIME));
     let most = RESTLESS_AT_FIRST + (RESTLESS_ALIKE - RESTLESS_AT_FIRST) * on_time;
@@ -122,7 +125,7 @@ pub(super) fn stands_out_at_first(candidate: &Candidate, alike: f64, cycles: f64
     candidate.restlessness <= most && flutter(candidate) <= 1.0
 }
 
-/// How much it looks like flutter of the ventricles, as a multiple of the most that beats do.
+/// How much a candidate looks like flutter of the ventricles, as a multiple of the most that beats do.
 pub(super) fn flutter(candidate: &Candidate) -> f64 {
     candidate.breadth * candidate.swell / FLUTTER
 }
@@ -133,8 +136,8 @@ pub(super) fn share_when_alike(candidate: &Candidate, alike: f64) -> f64 {
     1.0 - (1.0 - ALIKE_SHARE) * likeness * quiet(candidate.restlessness, ALIKE_RESTLESS)
 }
 
-/// The multiple of its threshold that a candidate must exceed before it is known what follows: noise is unlike beats,
-/// early, and not in quiet.
+/// The multiple of its threshold that a candidate must exceed before the signal after it is known: noise is unlike
+/// beats, early, and not in quiet.
 pub(super) fn share_at_first(
     candidate: &Candidate,
     alike: f64,
@@ -151,7 +154,7 @@ pub(super) fn share_at_first(
     1.0 + UNLIKE_SHARE * in_any_rhythm.max(in_a_regular_one)
 }
 
-/// From 1 at or below the first level to 0 at or above the second.
+/// Falls from 1 at or below the first level to 0 at or above the second.
 pub(super) fn quiet(level: f64, (quiet, restless): (f64, f64)) -> f64 {
     let share = ((restless - level) / (restless - quiet)).clamp(0.0, 1.0);
     if share.is_nan() { 0.0 } else { share }
@@ -162,13 +165,13 @@ pub(super) fn is_alike(alike: f64) -> bool {
     alike >= ALIKE.1
 }
 
-/// Whether its waveform is irrelevant: it is as high as beats and in quiet, or far lower.
+/// Whether a candidate's waveform is irrelevant: it is higher than beats and in quiet, or far lower than they are.
 pub(super) fn is_sure(candidate: &Candidate, usual: &Usual) -> bool {
     let share = candidate.strength / usual.beat;
     (share > 1.0 && candidate.restlessness < RESTLESS) || share < DUE * ALIKE_SHARE
 }
 
-/// Whether it is far too high for a beat.
+/// Whether a candidate is far too high for a beat.
 pub(super) fn is_artefact(candidate: &Candidate, usual: &Usual) -> bool {
     usual.beat > 0.0 && candidate.strength > HIGHEST_BEATS * usual.beat
 }

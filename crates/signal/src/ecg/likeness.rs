@@ -6,13 +6,14 @@ use crate::gaps::is_usable;
 /// The part of the cardiac cycle compared, before and after the R peak [s]: the QRS complex.
 const BEFORE_SECS: f64 = 0.1;
 const AFTER_SECS: f64 = 0.15;
-/// How much of the end may be missing [s], in place of which the last sample is taken: a beat that stands late in the
-/// deflection by which it is found, such as one that follows the spike of a pacemaker, is reported before it is over.
+/// How much of the end may be missing and is replaced by the last sample [s]: a beat late in the deflection by which it
+/// is found, such as one after a pacemaker's spike, is reported before it is over.
 const MISSING_SECS: f64 = 0.07;
 /// The number of points at which beats are compared, 8 ms apart.
 const PLACES: usize = 32;
 const STEP_SECS: f64 = (BEFORE_SECS + AFTER_SECS) / (PLACES - 1) as f64;
-/// How far from both beats a missed one is searched for, as a share of the interval, and at least [s].
+/// The distance from both beats from which a missed one is searched for: this share of the interval, and at least this
+/// long [s].
 const ECHO_MARGIN: f64 = 0.33;
 const ECHO_MARGIN_SECS: f64 = 0.15;
 /// A beat is compared with the third most similar of those remembered: several beat morphologies may
@@ -24,20 +25,20 @@ type Shape = [f64; PLACES];
 /// The morphology of a beat relative to those before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Looks {
-    /// Its similarity to others [0..1]; `None` for the first one.
+    /// The beat's similarity to others [0..1]; `None` for the first one.
     pub(super) likeness: Option<f64>,
-    /// The height of its main deflection above its surroundings [unit of the signal].
+    /// The height of the main deflection above its surroundings [unit of the signal].
     pub(super) deflection: f64,
-    /// Its peak-to-peak range [unit of the signal].
+    /// The peak-to-peak range of the beat [unit of the signal].
     pub(super) height: f64,
 }
 
 /// A deflection between two beats that may be a beat itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Echo {
-    /// The correlation of its waveform with that of the beat [−1..1].
+    /// The correlation of the echo's waveform with that of the beat [−1..1].
     pub(super) correlation: f64,
-    /// Its size as a share of the beat's (root of the sum of squares).
+    /// The size of the echo as a share of the beat's (root of the sum of squares).
     pub(super) share: f64,
 }
 

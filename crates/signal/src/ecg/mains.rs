@@ -92,7 +92,7 @@ pub(super) fn mains_hz(signal: &[f64], rate_hz: f64) -> f64 {
     MAINS_HZ[usize::from(2 * higher > signal.len())]
 }
 
-/// Removes baseline wander and hum from an ECG, causally.
+/// Removes baseline wander and hum from an ECG causally.
 #[derive(Clone, Debug)]
 pub(super) struct Cleaner {
     filters: [Cascade; 2],

@@ -1,17 +1,16 @@
 //! Heartbeats from the electrocardiogram (ECG), causal and of whole recordings.
 //!
-//! Both detectors use the energy of the QRS complex around 17 Hz: derivatives of a Gaussian of even and odd
-//! order give an envelope that does not depend on shape and polarity (Hamilton & Tompkins 1986,
-//! doi:10.1109/TBME.1986.325695, use the same band). The maxima of the envelope are compared with thresholds
-//! between the usual height of beats and that of all other deflections, which fall as the next beat becomes
-//! due. A beat must also be preceded by quiet in a quarter of the time before it: flutter and continuous noise
-//! are not beats. Flutter also has most of its energy at lower frequencies, where it does not pause. Once it is
-//! known what follows, quiet after it counts as well. A deflection with the shape of the surrounding beats
-//! counts as a beat even if it is lower or follows early; one unlike them must be higher if it is early in a
-//! regular rhythm; one that is far higher is an electrode movement; heights older than 10 s are forgotten. In
-//! whole recordings the sequence of candidates with the most probable heights and rhythm is chosen, which
-//! separates beats from noise of the same height. The time of a beat is that of its main deflection, to within
-//! less than a sample.
+//! Both detectors use the energy of the QRS complex around 17 Hz: derivatives of a Gaussian of even and odd order give
+//! an envelope that does not depend on shape and polarity (Hamilton & Tompkins 1986, doi:10.1109/TBME.1986.325695, use
+//! the same band). The maxima of the envelope are compared with thresholds between the usual height of beats and that
+//! of all other deflections, which fall as the next beat becomes due. At least a quarter of the time before a beat must
+//! also be quiet: flutter and continuous noise are not beats. Flutter also has most of its energy at lower frequencies,
+//! where it does not pause. Once it is known what follows, quiet after it counts as well. A deflection with the shape
+//! of the surrounding beats counts as a beat even if it is lower or follows early; one unlike them must be higher if it
+//! is early in a regular rhythm; one that is far higher is an electrode movement; heights older than 10 s are
+//! forgotten. In whole recordings the sequence of candidates with the most probable heights and rhythm is chosen, which
+//! separates beats from noise of the same height. The time of a beat is that of its main deflection, to within less
+//! than a sample.
 //!
 //! ```
 //! use teampulse_signal::ecg::{BeatDetector, find_beats};

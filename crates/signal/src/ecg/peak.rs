@@ -9,13 +9,13 @@ const DEFLECTION_HZ: f64 = 10.0;
 const REACH_SIGMAS: f64 = 3.0;
 /// The search range around the maximum of the energy [s].
 const SEARCH_SECS: f64 = 0.07;
-/// A broad complex can have two crests of one deflection, of which the steeper one stands out more when
-/// smoothed: its time is that of the highest sample within this time of the found crest [s] …
+/// A broad complex can have two crests of one deflection, of which the steeper one stands out more when smoothed. Its
+/// time is therefore that of the highest sample within this time of the found crest [s].
 const CREST_SECS: f64 = 0.06;
-/// … as far as the signal stays above this share of the crest's height, which is measured from the lower of
-/// the two samples this far before and after it [s].
+/// The highest sample is searched for as long as the signal stays above this share of the crest's height, which is
+/// measured from the lower of the two samples `CREST_BASE_SECS` before and after it.
 const CREST_SHARE: f64 = 0.8;
-/// By how much of that height another crest must be higher: the edges of a clipped beat have equal heights.
+/// Another crest must be higher by this share of that height: the edges of a clipped beat have equal heights.
 const CREST_GAIN: f64 = 0.05;
 const CREST_BASE_SECS: f64 = 0.1;
 /// The search range for the highest sample around the maximum of the smoothed deflection [s].
@@ -26,10 +26,11 @@ const PARABOLA_SECS: f64 = 0.004;
 const MEAN_SECS: f64 = 0.02;
 /// The factor by which the opposite deflection must be higher in a channel with a clear polarity.
 const PREFERENCE: f64 = 1.25;
-/// The same where beats were always marked on the other side: noise must not switch between two equally high
+/// The factor where beats have always been marked on the other side: noise must not switch between two equally high
 /// deflections from beat to beat.
 const HABIT: f64 = 1.35;
-/// … while the ratio of up to down is this close to 1, and this steady [mean logarithm, and its deviation].
+/// The habit applies while the mean logarithm of the ratio of up to down is this close to 0, and its deviation is this
+/// small.
 const EQUAL: f64 = 0.12;
 /// The mean log ratio of up to down at which the polarity is clear.
 const CLEAR_DIRECTION: f64 = 0.3;
@@ -41,7 +42,7 @@ const FIRST_BEATS: f64 = 4.0;
 /// The main deflection of a QRS complex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Deflection {
-    /// Time [samples from the first one].
+    /// The time [samples from the first one].
     pub(super) sample: f64,
     pub(super) upright: bool,
 }
@@ -61,12 +62,12 @@ pub(super) struct PeakFinder {
     mean_reach: f64,
     /// The mean log ratio of upward to downward deflections.
     direction: f64,
-    /// The side on which beats were marked so far: 1 always upward, −1 always downward.
+    /// The mean side on which beats were marked so far: 1 always upward, −1 always downward.
     habit: f64,
     /// The usual deviation of a beat from the mean log ratio.
     spread: f64,
     usual_strength: f64,
-    /// The number of beats these are averaged over, up to [`DIRECTION_BEATS`].
+    /// The number of beats over which these are averaged, up to [`DIRECTION_BEATS`].
     learnt_beats: f64,
     heights: Vec<f64>,
 }

@@ -16,7 +16,7 @@ const FLAT_SECS: f64 = 0.2;
 const SATURATED_SECS: f64 = 0.03;
 /// A range above this many usual ones (the median of the newest segments) is motion.
 const MOTION_RANGES: f64 = 2.5;
-/// So is baseline wander above this share of the power.
+/// Baseline wander above this share of the power is motion, too.
 const MOTION_WANDER: f64 = 0.8;
 
 /// A segment of an ECG; shares lie between 0 and 1.
@@ -32,15 +32,15 @@ pub(super) struct Piece {
     pub(super) moved: bool,
     /// The median absolute clean signal: the level between beats [unit of the signal].
     pub(super) between: f64,
-    /// Kurtosis of the clean signal; NaN for a constant signal, as the next two.
+    /// Kurtosis of the clean signal; NaN for a constant signal, like the next two.
     pub(super) kurtosis: f64,
-    /// Power at 5–15 Hz over that at 5–40 Hz.
+    /// The power at 5–15 Hz over that at 5–40 Hz.
     pub(super) qrs_share: f64,
-    /// Power at 0–1 Hz over that at 0–40 Hz.
+    /// The power at 0–1 Hz over that at 0–40 Hz.
     pub(super) base_share: f64,
 }
 
-/// Cuts a signal into segments, sample by sample; those less than half usable are dropped.
+/// Cuts a signal into segments, sample by sample; segments less than half usable are dropped.
 #[derive(Clone)]
 pub(super) struct Pieces {
     rate_hz: f64,

@@ -27,9 +27,9 @@ const HALVING: f64 = 0.18;
 /// - the living share is the share of samples that are usable numbers and not flat (constant for more than 0.2
 ///   s: a detached electrode, or saturation).
 ///
-/// Above 0.9 an ECG is clean; below 0.4 one beat in ten is false or missed. Hum counts as noise, high T waves
-/// count a little. `beats` are the [samples](super::Beat::sample) of beats within the signal. Fewer than three
-/// give 0: 10 s with a living heart contain more. `None` without a signal or for a rate outside 80 to 4000 Hz.
+/// Above 0.9 an ECG is clean; below 0.4 one beat in ten is false or missed. Hum counts as noise; high T waves lower the
+/// quality slightly. `beats` are the [samples](super::Beat::sample) of beats within the signal. Fewer than three give
+/// 0: 10 s with a living heart contain more. `None` without a signal or for a rate outside 80 to 4000 Hz.
 pub fn quality(signal: &[f64], rate_hz: f64, beats: &[f64]) -> Option<f64> {
     if signal.is_empty() || !RATES_HZ.contains(&rate_hz) {
         return None;
@@ -63,7 +63,7 @@ pub(super) struct Parts {
 impl Parts {
     pub(super) fn quality(&self) -> f64 {
         let quality = self.likeness / (1.0 + (self.between / HALVING).powi(3)) * self.living;
-        // Zero height of both beats and the rest: nothing is readable.
+        // Beats and the signal between them have zero height: nothing is readable.
         if quality.is_nan() { 0.0 } else { quality.clamp(0.0, 1.0) }
     }
 }

@@ -3,15 +3,16 @@
 use super::candidates::Candidate;
 use super::judge::{Usual, flutter, is_artefact, quiet, share_when_alike, unrest};
 
-/// The refractory period [s]: 240 beats a minute, or 270 where the usual cycle is not much longer [s].
+/// The refractory period [s]: at most 240 beats a minute, or 270 if the usual cycle is shorter than `FAST_CYCLE_SECS`.
 const REFRACTORY_SECS: f64 = 0.25;
 const FAST_REFRACTORY_SECS: f64 = 0.22;
 const FAST_CYCLE_SECS: f64 = 0.3;
-/// The score per factor of e that a candidate's height exceeds the threshold of a due beat, and the highest: that of
-/// twice the threshold.
+/// The score per factor of e by which a candidate's height exceeds the threshold of a due beat, and the highest score,
+/// reached at about twice the threshold.
 const HEIGHT_WEIGHT: f64 = 2.0;
 const MOST_HEIGHT: f64 = 1.5;
-/// The score lost per factor of e that its restlessness exceeds that of beats; above this multiple it is none.
+/// The score lost per factor of e by which a candidate's restlessness exceeds that of beats; above this multiple it is
+/// not a beat.
 const UNREST_WEIGHT: f64 = 4.0;
 const MOST_UNREST: f64 = 1.5;
 /// The weight of an interval's cost, the squared log deviation from the usual cycle. It grows in noise, where
@@ -19,16 +20,17 @@ const MOST_UNREST: f64 = 1.5;
 /// beats.
 const RHYTHM_WEIGHT: f64 = 0.8;
 const NOISE_WEIGHT: f64 = 8.0;
-/// Longer intervals cost as much as this one [cycles].
+/// Longer intervals cost as much as one of this length [cycles].
 const LONGEST_CYCLES: f64 = 4.0;
-/// The most that an interval costs besides if it fits neither the usual cycle nor the one before it.
+/// The largest additional cost of an interval that fits neither the usual cycle nor the interval before it.
 const MISFIT_WEIGHT: f64 = 1.0;
-/// The deviation of intervals that fit, as a multiple of the usual one, and the least [log cycles].
+/// The deviation up to which intervals fit, as a multiple of the usual one, and its minimum [log cycles].
 const MISFIT_DEVIATIONS: f64 = 4.0;
 const LEAST_MISFIT: f64 = 0.08;
-/// Not at all for a candidate in quiet, below the first restlessness, and in full above the second.
+/// The additional cost does not apply to a candidate in quiet, below the first restlessness, and applies in full above
+/// the second.
 const MISFIT_RESTLESS: (f64, f64) = (0.1, 0.25);
-/// The score lost per factor of e that a candidate looks more like flutter than beats do.
+/// The score lost per factor of e by which a candidate looks more like flutter than beats do.
 const FLUTTER_WEIGHT: f64 = 4.0;
 
 /// The usual heights and cycle around a candidate, and its similarity to beats.
@@ -49,10 +51,10 @@ struct Link {
     interval: f64,
 }
 
-/// The most probable beats of one stretch without a gap: the chain of candidates whose heights and intervals
-/// have the highest total score (dynamic programming, Viterbi 1967, doi:10.1109/TIT.1967.1054010).
+/// Finds the most probable beats of one stretch without a gap: the chain of candidates whose heights and intervals have
+/// the highest total score (dynamic programming, Viterbi 1967, doi:10.1109/TIT.1967.1054010).
 ///
-/// `usual` belongs to the candidates one by one. Adds their indices, plus `begin`, to `beats`.
+/// `usual` has one entry for each candidate. Adds the indices of the beats, plus `begin`, to `beats`.
 pub(super) fn chain(
     candidates: &[Candidate],
     usual: &[Around],
@@ -100,7 +102,7 @@ pub(super) fn chain(
     follow_back(&links, begin, beats);
 }
 
-/// What intervals cost that don't fit the rhythm.
+/// The additional cost of intervals that do not fit the rhythm.
 struct Misfit {
     most: f64,
     /// The variance of intervals that fit [log cycles, squared].

@@ -1,64 +1,69 @@
-//! A second look at a doubtful rate: how steep its beats are, and whether there is noise where there are none.
+//! A second look at a doubtful rate: how steep its beats are, and whether there is noise in the stretches without
+//! beats.
 
 use super::doubt::{DOUBTFUL, Doubt, is_doubtful};
 use super::silence::Silence;
 use super::windows::WindowBeat;
 use crate::robust::quantile_in_place;
 
-/// Where more than this share of beats has an echo of its form before it, a premature rhythm may have been missed.
+/// If more than this share of beats has an echo of its form before it, beats of a premature rhythm may have been
+/// missed.
 const OFTEN_ECHOED: f64 = 0.4;
 /// The probability of a rate that proves right, and of the rate of steps.
 const RIGHT: f64 = 0.93;
 const OF_STEPS: f64 = 0.05;
 
-/// With fewer intervals, the rate can hardly be judged.
+/// With fewer intervals than this, the rate can hardly be judged.
 const LEAST_INTERVALS: usize = 5;
-/// The mean rate exceeds that of the median interval by less than this share where no beat is false.
+/// The range of the mean rate, as a multiple of the rate of the median interval, if no beat is false.
 const FEW_FALSE: std::ops::Range<f64> = 0.8..1.06;
-/// Nine in ten beats are steeper than this [heights/s], and hardly anything between them is: no steps.
+/// Beats are not steps if nine in ten are steeper than this [heights/s] and the median slope between them is below this
+/// share of their own.
 const STEEP: f64 = 34.0;
 const STEEPEST_BETWEEN: f64 = 0.9;
-/// The median beat, in a rhythm as slow as this [ms] or as steep as this, where a tenth is steep and little is as steep
-/// between them.
+/// Beats are also not steps if a tenth of them is as steep as `STEEP_TENTH` and little between them is as steep, in a
+/// rhythm as slow as `SLOW_MS` or with a median beat as steep as `STEEP_HALF`.
 const SLOW_MS: f64 = 415.0;
 const STEEP_HALF: f64 = 42.0;
 const STEEP_TENTH: f64 = 43.0;
 const RARELY_AS_STEEP: f64 = 1.0;
 const FEW_FASTER: f64 = 1.02;
-/// Broad beats are not settled by a steep tenth where what lies between them is steeper than this.
+/// A steep tenth does not settle broad beats if the signal between them is steeper than this share of their own slope.
 const BROAD_BETWEEN: f64 = 0.5;
 /// There is another rhythm if the signal between beats is higher than this multiple of their height, or, between broad
-/// beats, as steep as this.
+/// beats, steeper than this share of their slope.
 const HIGHER: f64 = 1.2;
 const STEEP_BETWEEN_BROAD: f64 = 0.6;
-/// Nine in ten are less steep than this, with next to nothing between some of them: steps.
+/// Beats are steps if nine in ten are less steep than this, with next to nothing between some of them.
 const FLAT_TENTH: f64 = 42.0;
 const NOTHING_BETWEEN: f64 = 0.11;
-/// Or what is between them is steeper than they are, fast or without exception.
+/// Beats are also steps if the signal between a tenth of them is steeper than they are by this factor and nine in ten
+/// are less steep than `NEVER_STEEP`, in a fast rhythm or with some signal between nearly all of them.
 const STEEPER_BETWEEN: f64 = 1.2;
 const NEVER_STEEP: f64 = 68.0;
 const FAST_MS: f64 = 474.0;
 
-/// Premature beats: intervals vary by more than this, hardly anything between beats is as steep, as high or unexplained
-/// as this, and none is a T wave.
+/// Beats are premature if intervals vary by more than this, the signal between beats is hardly ever steeper, higher or
+/// more often unexplained than this, and none is a T wave.
 const IRREGULAR: f64 = 0.15;
 const SELDOM_AS_STEEP: f64 = 0.55;
 const LOW_RIVAL: f64 = 0.35;
 const EXPLAINED: f64 = 0.07;
 const NO_TURN: f64 = 0.01;
 
-/// In recorded noise, more beats than this are at odd times and unlike others, and intervals vary by more than this.
+/// In recorded noise, more than this share of beats is at odd times and unlike others, and intervals vary by more than
+/// this.
 const FEW_ODD: f64 = 0.05;
 const REGULAR: f64 = 0.12;
-/// In other noise, and next to pauses, beats are more similar than this.
+/// Next to other noise, and next to pauses, beats must be more similar than this.
 const OTHER_LIKE: f64 = 0.8;
 const QUIET_LIKE: f64 = 0.9;
 /// Next to noise without beats, a rhythm is steady below this variation, and long enough above this coverage; next to
 /// pauses, more must be covered.
 const STEADY: f64 = 0.17;
 const LEAST_COVERED: f64 = 0.07;
-/// Beats in muscle noise are all steeper than this [heights/s]; this share must be covered, by this many intervals,
-/// which vary by less than this.
+/// Beats in muscle noise must all be steeper than this [heights/s], and this share of the span must be covered by this
+/// many intervals that vary by less than this.
 const STEEP_IN_NOISE: f64 = 42.0;
 const COVERED_IN_NOISE: f64 = 0.35;
 const INTERVALS_IN_NOISE: usize = 12;
@@ -66,9 +71,9 @@ const VARIED_IN_NOISE: f64 = 0.2;
 const LITTLE_SATURATED: f64 = 0.1;
 const MOSTLY_COVERED: f64 = 0.77;
 
-/// The probability of a rate after a second look: a doubtful one is settled where slopes of beats or the noise between
-/// them do so, and a trusted one is doubtful where there is another rhythm between its beats. Chosen on the same
-/// signals as [`Doubt::probability`].
+/// The probability of a rate after a second look: a doubtful rate is settled if the slopes of beats or the noise
+/// between them do so, and a trusted rate becomes doubtful if there is another rhythm between its beats. Chosen on the
+/// same signals as [`Doubt::probability`].
 pub(super) fn looked_at_again(
     probability: f64,
     doubt: &Doubt,
@@ -84,7 +89,7 @@ pub(super) fn looked_at_again(
     if has_other { DOUBTFUL } else { probability }
 }
 
-/// The probability of a doubtful rate where slopes or noise settle it.
+/// The probability of a doubtful rate if slopes or noise settle it; otherwise `None`.
 fn settled(doubt: &Doubt, silence: Silence, beats: &[WindowBeat]) -> Option<f64> {
     let slopes = Slopes::of(beats).filter(|_| doubt.intervals >= LEAST_INTERVALS)?;
     if doubt.echoed > OFTEN_ECHOED {
@@ -111,9 +116,9 @@ fn settled(doubt: &Doubt, silence: Silence, beats: &[WindowBeat]) -> Option<f64>
     }
 }
 
-/// The slopes of the beats of a span [heights/s], and the steepest between them as multiples of their own.
+/// The slopes of the beats of a span [heights/s], and the steepest slopes between them as multiples of the beats' own.
 struct Slopes {
-    /// The 10th, 50th and 90th percentiles.
+    /// The 10th, 50th and 90th percentiles of each.
     low: f64,
     middle: f64,
     high: f64,
@@ -147,7 +152,7 @@ impl Slopes {
         are_steep && FEW_FALSE.contains(&doubt.rate_ratio)
     }
 
-    /// Whether what lies between beats may be another rhythm: higher and as steep, or steep between broad beats.
+    /// Whether the signal between beats may be another rhythm: higher and as steep, or steep between broad beats.
     fn are_beside_others(&self, doubt: &Doubt) -> bool {
         doubt.rival > HIGHER && self.middle_between > STEEPEST_BETWEEN
             || self.middle < STEEP && self.high_between > STEEP_BETWEEN_BROAD

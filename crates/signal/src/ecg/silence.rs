@@ -1,5 +1,5 @@
-//! Stretches of a span without beats: those of a heart that pauses are as quiet as its rests, those of an electrode
-//! that is off have another noise, or none.
+//! Stretches of a span without beats: if the heart pauses, they are as quiet as the rests between beats; if an
+//! electrode is off, their noise is different, or absent.
 
 use super::windows::{LONGEST_PAUSE_SECS, LONGEST_SECS, WindowBeat};
 use crate::analysis::{Span, Track};
@@ -8,39 +8,39 @@ use crate::robust::median_in_place;
 /// A stretch without beats is longer than this, and than this many usual intervals [s].
 const LEAST_SECS: f64 = 1.5;
 const LEAST_CYCLES: f64 = 1.4;
-/// The part of it without the T wave of the beat before and the P wave of the next [s].
+/// The margins of a stretch that may contain the T wave of the beat before and the P wave of the next [s].
 const AFTER_SECS: f64 = 0.5;
 const BEFORE_SECS: f64 = 0.25;
-/// The rest in a usual interval [shares of it].
+/// The rest in a usual interval, as shares of the interval.
 const REST: (f64, f64) = (0.55, 0.8);
 const SHORTEST_CYCLES: f64 = 0.5;
 /// The time over which changes are taken [s].
 const LAG_SECS: f64 = 0.008;
-/// Outside of these multiples of the noise of rests, the noise of a stretch is another one.
+/// The noise of a stretch counts as different outside these multiples of the noise of rests.
 const SAME_NOISE: (f64, f64) = (0.4, 1.3);
 /// The longest pause of a heart that may be an interval [s].
 const LONGEST_INTERVAL_SECS: f64 = 15.0;
-/// The minimum share of its samples with which a stretch hides no beat.
+/// The minimum share of samples present with which a stretch hides no beat.
 const LEAST_COVERED: f64 = 0.98;
 
 /// The stretches of a span without beats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Silence {
-    /// There are none of which there are samples.
+    /// There are no stretches with samples.
     Nowhere,
-    /// They are as quiet as rests between beats.
+    /// The stretches are as quiet as rests between beats.
     Quiet,
-    /// They are as quiet, and in one the detector began anew: it may have missed a beat.
+    /// The stretches are as quiet, but in one of them the detector restarted and may have missed a beat.
     Long,
-    /// At least one has another noise, or none.
+    /// At least one stretch has a different noise, or none.
     Other,
-    /// There are no rests to compare them with.
+    /// There are no rests to compare the stretches with.
     Unknown,
 }
 
 /// A stretch without beats.
 struct Stretch {
-    /// The place of the beat at its end.
+    /// The index of the beat at the end of the stretch.
     place: usize,
     secs: f64,
     noise: f64,
@@ -48,9 +48,9 @@ struct Stretch {
 }
 
 impl Silence {
-    /// Judges the stretches between the beats of a span, and from its ends to them; `outside_ns` are the beats before
-    /// and after it, if there are any. A long one becomes the interval of the beat at its end if it is quiet and not
-    /// too long, and is none otherwise.
+    /// Judges the stretches between the beats of a span and its ends; `outside_ns` are the times of the beats before
+    /// and after the span, if there are any. A long stretch becomes the interval of the beat at its end if it is quiet
+    /// and not too long; if it is noisy or too long, that beat has no interval.
     pub(super) fn judge(
         track: &Track,
         beats: &mut [WindowBeat],
@@ -107,7 +107,7 @@ impl Silence {
 }
 
 impl Stretch {
-    /// The stretch before the beat at a place; `None` without samples.
+    /// The stretch before the beat at an index; `None` without samples.
     fn of(track: &Track, place: usize, span: Span) -> Option<Stretch> {
         let secs = span.secs();
         let noise = noise(track, part(span, AFTER_SECS, secs - BEFORE_SECS))?;
@@ -115,7 +115,7 @@ impl Stretch {
         Some(Stretch { place, secs, noise, is_whole })
     }
 
-    /// Decides whether it is the interval of the beat at its end.
+    /// Decides whether the stretch is the interval of the beat at its end.
     fn end(&self, beat: &mut WindowBeat, is_other: bool) {
         if is_other || self.secs > LONGEST_INTERVAL_SECS {
             beat.rr_ms = None;

@@ -1,26 +1,26 @@
 //! How steep beats are compared with the signal between them: the swing of an electrode at each step is slower than a
 //! QRS complex.
 
-/// The time over which a slope is taken [s], and how far around a beat its own is searched for.
+/// The time over which a slope is taken [s], and how far around a beat the beat's own slope is searched for.
 const LAG_SECS: f64 = 0.008;
 const OWN_SECS: f64 = 0.08;
-/// How far from the beat before, and from the beat, other slopes are searched for [s].
+/// The margins after the previous beat and before the beat, between which other slopes are searched for [s].
 const AFTER_SECS: f64 = 0.16;
 const BEFORE_SECS: f64 = 0.14;
 
 /// The slopes of a beat.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Steepness {
-    /// Its steepest slope [its heights per second].
+    /// The beat's steepest slope [heights of the beat per second].
     pub(super) own: f64,
-    /// The steepest slope since the beat before as a multiple of its own; `None` for the first beat, and where the
-    /// interval is too short for any.
+    /// The steepest slope since the beat before, as a multiple of the beat's own; `None` for the first beat, and where
+    /// the interval is too short for any.
     pub(super) between: Option<f64>,
 }
 
 impl Steepness {
-    /// The slopes of the beat at sample `beat`, of this peak-to-peak range, after the one at `before`; `None` when
-    /// these samples don't contain it.
+    /// The slopes of the beat at sample `beat` with this peak-to-peak range, after the beat at `before`; `None` if
+    /// these samples don't contain the beat.
     pub(super) fn of(
         clean: &[f64],
         rate_hz: f64,

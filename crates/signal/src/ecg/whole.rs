@@ -11,23 +11,23 @@ use super::rhythm::{self, chain};
 use super::shape::alike;
 use crate::error::SignalError;
 
-/// How late a maximum of the envelope is known to remain the highest [s].
+/// The time after which a maximum of the envelope is known to remain the highest [s].
 const LATENCY_SECS: f64 = 0.255;
 /// How long a maximum of the envelope must remain the highest to be considered with the rhythm [s]: a deflection just
-/// after a beat may be higher. A first pass considers those that do for longer [s].
+/// after a beat may be higher. The first pass requires it for longer [s].
 const SPACING_SECS: f64 = 0.05;
 const HIDING_SECS: f64 = 0.18;
 /// A beat this near to an end of the recording [s] counts if it is like at least three of the nearest ones.
 const UNKNOWN_SECS: f64 = 0.1;
 const LEAST_OTHERS: usize = 3;
 const ALIKE: f64 = 0.8;
-/// The number of passes that choose beats anew from the statistics of the last choice.
+/// The number of passes that choose the beats again, from the statistics of the last choice.
 const PASSES: usize = 3;
 /// The number of cycles before and after that define what is usual, and the range of usual cycles [s].
 const CYCLES: usize = 16;
 const CYCLE_SECS: (f64, f64) = (0.22, 2.4);
 
-/// The beats of a whole ECG at 80 to 4000 Hz, in any unit and of either polarity.
+/// Finds the beats of a whole ECG at 80 to 4000 Hz, in any unit and of either polarity.
 ///
 /// A first pass detects beats as [`BeatDetector`] does. In three further passes, the usual heights and cycle
 /// are known from both sides of each candidate, and the chain with the most probable heights and intervals is
@@ -68,7 +68,7 @@ pub fn find_beats(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, SignalError
     Ok(beats.filter(|beat| beat.sample <= signal.len() as f64 - 1.0).collect())
 }
 
-/// Whether a beat is unlike the nearest ones: at an end, a hum that begins or breaks off.
+/// Whether a beat is unlike the nearest ones, as a hum that begins or breaks off at an end of the recording is.
 fn is_unlike<'a>(
     candidates: &[Candidate],
     beat: usize,
@@ -79,7 +79,7 @@ fn is_unlike<'a>(
     is_known && alike(&candidates[beat].shape, shapes) < ALIKE
 }
 
-/// Hides the candidates that a higher one is so near to that the causal detector does not consider them.
+/// Hides candidates that are so near a higher one that the causal detector does not consider them.
 fn hide_lower(candidates: &mut [Candidate]) {
     let mut top = None;
     for place in 0..candidates.len() {
@@ -185,9 +185,9 @@ fn highest_between(candidates: &[Candidate], pair: &[usize]) -> f64 {
 
 /// Some of the candidates.
 struct Places {
-    /// Their indices, in ascending order.
+    /// The indices of these candidates, in ascending order.
     indices: Vec<usize>,
-    /// The number of them before each candidate.
+    /// The number of these candidates before each candidate.
     ranks: Vec<usize>,
 }
 
@@ -230,7 +230,7 @@ impl<'a> Around<'a> {
         &self.places.indices[self.window(place)]
     }
 
-    /// Of the surrounding values, those that are near in time.
+    /// The surrounding values that are near in time; `None` if all are.
     fn far<'b>(
         &'b self,
         place: usize,
@@ -248,7 +248,7 @@ impl<'a> Around<'a> {
         Some(window.filter(move |&index| near(indices[index])).map(|index| self.values[index]))
     }
 
-    /// `None` without values.
+    /// The median of the surrounding values; `None` without values.
     fn median(&self, place: usize) -> Option<f64> {
         self.medians.get(self.places.ranks[place]).copied()
     }
@@ -280,7 +280,7 @@ fn rolling_medians(values: &[f64], reach: usize) -> Vec<f64> {
     medians
 }
 
-/// The number of smaller values.
+/// The number of values smaller than `value`.
 fn rank(sorted: &[f64], value: f64) -> usize {
     sorted.partition_point(|each| each.total_cmp(&value).is_lt())
 }

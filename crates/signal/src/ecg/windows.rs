@@ -32,25 +32,26 @@ pub(super) const HIDING_SECS: f64 = 0.1;
 const LEAST_PROBABILITY: f64 = 0.4;
 /// The smallest signal quality at which the times of beats are exact enough for their variability.
 const LEAST_QUALITY: f64 = 0.4;
-/// The probability of the rate of beats of two rhythms: it is that of one of them where the other is seldom seen.
+/// The probability of the rate if the beats are of two rhythms: the rate is that of one of them if the other is seldom
+/// seen.
 const OF_COMPANY: f64 = 0.5;
 /// The number of values of the rate itself.
 const RATES: usize = 4;
 
-/// A beat, as spans need it.
+/// A beat, with all that is needed to analyse a span.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WindowBeat {
     pub(super) at_ns: i64,
-    /// The interval from the beat before [ms]; `None` for the first, or where one may be hidden in between.
+    /// The interval from the beat before [ms]; `None` for the first beat, or if another beat may be hidden in between.
     pub(super) rr_ms: Option<f64>,
-    /// Its morphology, if it could be examined.
+    /// The morphology of the beat, if it could be examined.
     pub(super) looks: Option<Looks>,
     /// The peak-to-peak range between this beat and the one before, where neither has waves [unit of the
     /// signal].
     pub(super) between: Option<f64>,
     /// A possible missed beat in between.
     pub(super) echo: Option<Echo>,
-    /// Its slopes, if it could be examined.
+    /// The slopes of the beat, if it could be examined.
     pub(super) steepness: Option<Steepness>,
 }
 
@@ -228,7 +229,7 @@ fn rates(beats: &[WindowBeat], span: Span) -> [Result<f64, Reason>; 4] {
     [Ok(mean), Ok(lowest), Ok(highest), deviation]
 }
 
-/// The quality as [`super::quality()`]; for spans shorter than a segment, from beats alone.
+/// The quality as of [`super::quality()`]; for spans shorter than a segment, from beats alone.
 fn quality(beats: &[WindowBeat], pieces: &[Piece], living: f64) -> f64 {
     let looks = beats.iter().filter_map(|beat| beat.looks);
     let mut heights: Vec<f64> = looks.clone().map(|looks| looks.height).collect();

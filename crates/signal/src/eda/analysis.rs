@@ -45,7 +45,7 @@ pub enum Phasic {
 /// Samples are averaged in groups down to 32 Hz or a little more; from 7 Hz on, frequencies above 3 Hz are
 /// removed (Butterworth of order 4, whose delay of 0.14 s is subtracted from the times of events). The phasic
 /// part is the output of a causal Butterworth high-pass of order 2 at 0.01 Hz, the tonic part the rest: it
-/// follows a steady drift without delay and a jump within 18 s, overshoots that by a fifth, and settles after
+/// follows a steady drift without delay and a jump within 18 s, overshoots it by a fifth, and settles after
 /// a minute and a half. From 4 Hz on, samples are delayed by 0.6 s to remove contact glitches; so a response
 /// is reported 1.1 s after its peak, and counts in windows from then on. It loses about 5 % of its amplitude.
 /// After a gap of more than a second the analysis restarts. Returns an error for a relative threshold.

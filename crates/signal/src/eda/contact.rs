@@ -14,19 +14,19 @@ const EDGE_SECS: f64 = 0.15;
 /// The smallest share of the change that lies in either edge. Around a smooth peak it is three quarters where
 /// an edge is half of the reach, as at 4 Hz, and less elsewhere.
 const SUDDEN: f64 = 0.8;
-/// The smallest share of the total variation since 0.6 s before that lies in the edge: a trough between a
+/// The smallest share of the total variation since 0.6 s before the glitch that lies in the edge: a trough between a
 /// fall and a rise is not a glitch.
 const LEAST_OF_ALL: f64 = 0.5;
-/// The smallest glitch: below this no response results [µS]; nor within this many standard deviations of
-/// noise.
+/// The amplitude of the smallest glitch: below this no response results [µS], and within this many standard deviations
+/// of noise none is detected.
 const LEAST_US: f64 = 0.04;
 const LEAST_DEVIATIONS: f64 = 5.0;
 
 /// The length of signal from which noise is estimated [s].
 const NOISE_SECS: f64 = 10.0;
 
-/// Whether each sample of a skin conductance [µS] belongs to a contact glitch of up to half a second: it lies
-/// off the line from 0.6 s before to 0.6 s after, with a jump there and one back.
+/// Whether each sample of a skin conductance [µS] belongs to a contact glitch of up to half a second: it lies off the
+/// line from 0.6 s before to 0.6 s after it, with a jump away from the line and one back.
 ///
 /// No sweat gland does that: a rise within a second takes seconds to recover. Below 4 Hz, and in the first
 /// and last 0.6 s, none is detected.
@@ -65,7 +65,7 @@ pub(super) struct SteadyContact {
 }
 
 impl SteadyContact {
-    /// Creates it for a rate of 1 to 65 Hz.
+    /// Creates the filter for a rate of 1 to 65 Hz.
     pub(super) fn new(rate_hz: f64) -> SteadyContact {
         let stretch = Stretch::at(rate_hz);
         let length = stretch.map_or(1, Stretch::length);
@@ -135,7 +135,7 @@ impl Stretch {
         around[0].midpoint(around[2 * self.reach])
     }
 
-    /// The number of values after the centre until the glitch has ended.
+    /// The number of values after the centre until the end of the glitch.
     fn end(self, around: &[f64]) -> usize {
         let Stretch { reach, edge } = self;
         let off_us = around[reach] - self.line_us(around);
@@ -171,7 +171,7 @@ fn differences(values: impl Iterator<Item = f64> + Clone) -> impl Iterator<Item 
     pairs.map(|(from, to)| (to - from).abs()).filter(|each| is_usable(*each))
 }
 
-/// The amplitude above noise; the standard deviation is estimated from differences of white noise.
+/// The smallest amplitude above noise; the standard deviation is estimated from differences of white noise.
 fn least_us(differences: &mut [f64]) -> f64 {
     let deviation = |middle: f64| SIGMA_FROM_MAD * middle / std::f64::consts::SQRT_2;
     LEAST_DEVIATIONS * median_in_place(differences).map_or(0.0, deviation)

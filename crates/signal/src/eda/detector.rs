@@ -24,7 +24,7 @@ pub struct ResponseDetector {
     threshold_us: f64,
     wait: usize,
     reach: usize,
-    /// The newest values, enough for two rises and the wait, and the same sharpened.
+    /// The newest values, enough for two rises and the wait, and these values sharpened.
     newest: Vec<f64>,
     sharp: Vec<f64>,
     sharpener: Sharpener,
@@ -132,7 +132,7 @@ impl ResponseDetector {
         }
     }
 
-    /// Onset and peak of a rise of the sharpened signal that became known.
+    /// Takes in a sharpened value; returns the onset and peak of a rise that became known.
     fn rise(&mut self, place: u64, sharp: f64) -> Option<(u64, u64)> {
         if sharp < self.lowest {
             (self.lowest, self.highest) = (sharp, None);
@@ -191,7 +191,7 @@ impl ResponseDetector {
     }
 }
 
-/// Enough for two rises, one of them known late.
+/// The number of values kept: enough for two rises, one of them known late.
 fn most_kept(reach: usize, wait: usize) -> usize {
     2 * (reach + wait + 1)
 }

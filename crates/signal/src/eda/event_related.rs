@@ -6,11 +6,11 @@ use crate::error::{SignalError, checked};
 /// The response to an event, if any.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventResponse {
-    /// Whether there was one.
+    /// Whether there was a response.
     pub responded: bool,
-    /// Its amplitude [µS]; 0 without one, so that means over events are magnitudes.
+    /// The amplitude of the response [µS]; 0 without one, so that means over events are magnitudes.
     pub amplitude_us: f64,
-    /// The time from the event to its onset [s].
+    /// The time from the event to the onset of the response [s].
     pub latency_secs: Option<f64>,
     /// The response.
     pub response: Option<Response>,
@@ -33,7 +33,7 @@ impl Default for EventWindow {
 }
 
 impl EventWindow {
-    /// For each event (a possibly fractional sample) the first response whose onset lies in its window.
+    /// Finds for each event (a possibly fractional sample) the first response whose onset lies in its window.
     ///
     /// `responses` must be in order of time. One response may belong to two events whose windows overlap. An
     /// event that is not a finite number has none. Returns an error unless 0 ≤ from ≤ to ≤ 60 s, and for a

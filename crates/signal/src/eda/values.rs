@@ -53,7 +53,9 @@ pub(super) fn of_whole(settings: &Settings) -> Vec<Value> {
     };
     let threshold = match settings.threshold {
         Threshold::Absolute(least_us) => format!("of at least {least_us} µS"),
-        Threshold::Relative(share) => format!("of at least {share} of the most prominent one"),
+        Threshold::Relative(share) => {
+            format!("at least {share} times as prominent as the most prominent one")
+        }
     };
     values(split, &threshold)
 }

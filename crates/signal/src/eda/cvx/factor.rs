@@ -5,7 +5,7 @@ use super::model::{AVERAGE, LEVEL, Model, Unknowns};
 /// An unknown expressed by those eliminated after it.
 #[derive(Clone, Copy, Default)]
 struct Row {
-    /// The reciprocal of its pivot.
+    /// The reciprocal of the unknown's pivot.
     inverse: f64,
     /// The coefficients of the two states after it.
     states: [f64; 2],

@@ -5,7 +5,7 @@ use super::model::{AVERAGE, Model, Unknowns};
 use super::{DRIVER_PENALTY, LEVEL_PENALTY};
 use crate::error::SignalError;
 
-/// Most steps; recordings take ten to twenty-five.
+/// The most steps; recordings take ten to twenty-five.
 const MOST_STEPS: usize = 100;
 /// Convergence: the duality gap relative to the cost (for a signal with a standard deviation of 1), and the
 /// residual of the equations.

@@ -13,7 +13,7 @@ use crate::gaps::is_usable;
 
 /// The rise time constant of the Bateman function [s].
 const FAST_SECS: f64 = 0.7;
-/// Its decay time constant [s].
+/// The decay time constant of the Bateman function [s].
 const SLOW_SECS: f64 = 2.0;
 /// The distance between knots of the tonic splines [s].
 const KNOT_SECS: f64 = 10.0;
@@ -26,7 +26,7 @@ const LEAST_SCALE_US: f64 = 1e-3;
 /// The fewest samples that can be separated.
 const LEAST_SAMPLES: usize = 16;
 
-/// The tonic and phasic parts of a whole recording [µS] by cvxEDA.
+/// Separates the tonic and phasic parts of a whole recording [µS] by cvxEDA.
 ///
 /// Greco et al. (2016), doi:10.1109/TBME.2015.2474131: the phasic part is a non-negative driver convolved
 /// with a Bateman function with time constants of 0.7 and 2 s; the tonic part is a cubic spline with a knot

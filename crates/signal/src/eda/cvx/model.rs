@@ -131,8 +131,8 @@ fn filtered(values: &[f64], [now, before, earlier]: [f64; 3], filtered: &mut [f6
     }
 }
 
-/// The values at a block's samples of the splines of the previous knot, its own and the next two: a triangle
-/// convolved with itself, with a peak of 1.
+/// The values of four splines at the samples of a block: those of the previous knot, of the block's own knot and of the
+/// next two. A spline is a triangle convolved with itself, with a peak of 1.
 fn splines(knot: usize) -> Vec<[f64; 4]> {
     let knots = vec![1.0; knot];
     let folded = (0..3).fold(knots, |box_spline, _| moving_sums(&box_spline, knot));
