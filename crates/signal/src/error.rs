@@ -81,12 +81,12 @@ pub enum SignalError {
     NothingFinite,
 }
 
-/// The sampling rate, if it is valid.
+/// Returns the sampling rate if it is valid.
 pub(crate) fn checked_rate_hz(rate_hz: f64) -> Result<f64, SignalError> {
     if (1e-9..=1e12).contains(&rate_hz) { Ok(rate_hz) } else { Err(SignalError::Rate { rate_hz }) }
 }
 
-/// A setting, if it is in range.
+/// Returns a setting if it is in range.
 pub(crate) fn checked(
     name: &'static str,
     value: f64,

@@ -5,7 +5,7 @@
 pub struct Estimate {
     /// The value.
     pub value: f64,
-    /// Its standard uncertainty; NaN where none can be stated.
+    /// The standard uncertainty of the value; NaN where none can be stated.
     pub sigma: f64,
 }
 

@@ -10,8 +10,8 @@ pub fn is_usable(value: f64) -> bool {
     value.abs() <= LARGEST
 }
 
-/// The signal with gaps interpolated linearly; before the first and after the last usable value, that value
-/// is repeated.
+/// Interpolates the gaps of a signal linearly; before the first and after the last usable value, that value is
+/// repeated.
 ///
 /// Returns an error when no value is [usable](is_usable).
 ///

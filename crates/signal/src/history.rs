@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-/// At least the newest `length` values, addressed by their index in the stream (from 0).
+/// A buffer of at least the newest `length` values, addressed by their index in the stream (from 0).
 ///
 /// Indices before the first value hold copies of it.
 #[derive(Clone, Debug)]
 pub(crate) struct History {
-    /// Twice `length` places, of which those from `end` on are unused.
+    /// Twice `length` values, of which those from `end` on are unused.
     values: Vec<f64>,
     end: usize,
     length: usize,

@@ -8,8 +8,8 @@ const SLOPE_SECS: f64 = 0.75;
 /// A slope below this share of the threshold is noise.
 const SHALLOW: f64 = 0.25;
 
-/// The level that the signal would have without the response: constant, or an exponential decay with the
-/// slope before its onset.
+/// The level that the signal would have without the response: constant, or an exponential decay with the slope before
+/// the onset of the response.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fall {
     level_us: f64,
@@ -22,7 +22,7 @@ impl Fall {
     pub(super) fn before(phasic: &[f64], rate_hz: f64, threshold_us: f64) -> Fall {
         let count = (SLOPE_SECS * rate_hz).round().max(1.0) as usize + 1;
         let newest = &phasic[phasic.len().saturating_sub(count)..];
-        // The fitted slope is that at the centre of the stretch; the decay is less steep at its end.
+        // The fitted slope applies at the centre of the stretch; the decay is less steep at its end.
         let half_secs = newest.len().saturating_sub(1) as f64 / 2.0 / rate_hz;
         let depth_us = slope(newest) * rate_hz * FALL_SECS * (-half_secs / FALL_SECS).exp();
         let depth_us = if depth_us < -SHALLOW * threshold_us { depth_us } else { 0.0 };

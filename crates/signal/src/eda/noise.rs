@@ -4,27 +4,27 @@ use super::{Threshold, checked_rate};
 use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, median_in_place};
 
-/// Noise is taken from means at this rate [Hz] or above, but below twice that: faster noise is removed before
+/// Noise is estimated from means at this rate [Hz] or above, but below twice that: faster noise is removed before
 /// responses are searched for.
 const MEANS_HZ: f64 = 4.0;
 /// Below this rate [Hz] the rise of a response is as sharp as noise.
 const LEAST_HZ: f64 = 3.5;
 /// The length of the stretches in which noise is estimated [s].
 const STRETCH_SECS: f64 = 10.0;
-/// The fewest differences of an estimate.
+/// The fewest differences for an estimate.
 const FEWEST: usize = 8;
 /// The weights of a fourth difference, which is nearly zero for a response.
 const DIFFERENCE: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
 /// The standard deviation of a fourth difference of white noise of unit variance: √(1 + 16 + 36 + 16 + 1).
 const SPREAD: f64 = 8.366_600_265_340_756;
-/// The threshold over the noise: no false response in five minutes from the higher one on, several a minute
-/// at the lower one.
+/// The threshold as a multiple of the noise: from the higher value on there is no false response in five minutes, at
+/// the lower one there are several a minute.
 const CLEAR: std::ops::RangeInclusive<f64> = 5.5..=9.0;
 
 /// The share of a signal [µS] in which noise does not count as responses [0..1]: 1 where the threshold is at
 /// least 9 times the noise of means over a quarter of a second, 0 where it is below 5.5 times.
 ///
-/// 1 for fewer than 3 s, and below 3.5 Hz.
+/// It is 1 for fewer than 3 s, and below 3.5 Hz.
 pub(super) fn clarity(signal: &[f64], rate_hz: f64, threshold: Threshold) -> f64 {
     let least_us = match threshold {
         Threshold::Absolute(least_us) => least_us,

@@ -9,7 +9,7 @@ const STARTED: f64 = 0.25;
 
 /// The trough before a peak (the centre of a flat one); `None` when the signal begins within the rise.
 ///
-/// The onset as NeuroKit2 defines it.
+/// This is the onset as NeuroKit2 defines it.
 pub(super) fn nearest_trough(signal: &[f64], peak: usize) -> Option<usize> {
     let mut end = peak;
     let mut begin = peak;
@@ -25,9 +25,9 @@ pub(super) fn nearest_trough(signal: &[f64], peak: usize) -> Option<usize> {
 /// The bend at which the rise to a peak begins: the sample farthest below the line from the minimum to the
 /// peak. `None` when the rise is smaller than the threshold, or begins before the signal.
 ///
-/// The minimum is searched back to where the signal was a threshold higher, so that ripples do not split the
-/// rise; the bend excludes slow drift and noise before the response. `signal` holds no more than the longest
-/// rise before the peak.
+/// The minimum is searched back to where the signal was a threshold higher, so that ripples do not split the rise; the
+/// bend excludes slow drift and noise before the response. `signal` must contain no more than the longest rise before
+/// the peak.
 pub(super) fn onset(signal: &[f64], peak: usize, rate_hz: f64, threshold_us: f64) -> Option<usize> {
     let height = *signal.get(peak)?;
     let mut lowest = peak;

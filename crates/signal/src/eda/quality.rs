@@ -8,11 +8,12 @@ use crate::gaps::is_usable;
 
 /// The plausible range of skin conductance [µS]; below it an electrode is off.
 const RANGE_US: std::ops::RangeInclusive<f64> = 0.05..=60.0;
-/// Electrodes surely touch from this level on [µS].
+/// The level from which on electrodes certainly touch the skin [µS].
 const FIRM_US: f64 = 0.2;
 /// The steepest plausible slope [µS/s].
 const STEEPEST_US_PER_SEC: f64 = 10.0;
-/// The shortest time over which slopes are taken [s]: below it the converter's last digit is steep.
+/// The shortest time over which slopes are taken [s]: over a shorter time, a step of the converter's last digit is
+/// steep.
 const SLOPE_SECS: f64 = 0.25;
 /// The temperature of the skin below a worn device [°C].
 const SKIN_C: std::ops::RangeInclusive<f64> = 30.0..=40.0;
@@ -20,20 +21,20 @@ const SKIN_C: std::ops::RangeInclusive<f64> = 30.0..=40.0;
 pub(super) const SPREAD_SECS: f64 = 5.0;
 /// A value constant for longer means a disconnected or saturated input [s].
 const FLAT_SECS: f64 = 20.0;
-/// The highest value, constant for at least this time [s] and reached at speed, is the end of the range.
+/// The highest value is the end of the range if it is constant for at least this time [s] and was reached at speed.
 const RAIL_SECS: f64 = 1.0;
-/// The fewest samples of that, and the fewest smallest steps by which it is reached: a peak is reached in single
-/// ones.
+/// The fewest samples at the end of the range, and the fewest smallest steps by which it is reached: a peak is reached
+/// in single steps.
 const RAIL_SAMPLES: usize = 4;
 const RAIL_STEPS: f64 = 3.0;
 
 /// Whether each sample of a skin conductance [µS] is valid: the rules of Kleckner et al. (2018),
 /// doi:10.1109/TBME.2017.2758643, and that the signal varies.
 ///
-/// Invalid are samples that are missing, outside 0.05 to 60 µS, with a slope over a quarter of a second above
-/// 10 µS/s, within a contact glitch, with a skin `temperature` [°C] (may be empty) outside 30 to 40 °C, or
-/// constant for 20 s (or throughout) or, at the highest value, for a second after a rise that stops at once, and
-/// all within 5 s of one of these. None is valid at a rate outside 1 to 2000 Hz.
+/// Samples are invalid if they are missing, outside 0.05 to 60 µS, with a slope over a quarter of a second above 10
+/// µS/s, within a contact glitch, with a skin `temperature` [°C] (may be empty) outside 30 to 40 °C, or constant for 20
+/// s (or throughout) or, at the highest value, for a second after a rise that stops at once, and all within 5 s of one
+/// of these. None is valid at a rate outside 1 to 2000 Hz.
 pub fn valid_samples(signal: &[f64], temperature: &[f64], rate_hz: f64) -> Vec<bool> {
     if checked_rate(rate_hz).is_err() {
         return vec![false; signal.len()];
@@ -80,7 +81,7 @@ fn refuse_steep(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
     }
 }
 
-/// Rejects what is constant for long, and the end of the range.
+/// Rejects samples that are constant for long, and those at the end of the range.
 fn refuse_constant(signal: &[f64], rate_hz: f64, valid: &mut [bool]) {
     let longest = ((FLAT_SECS * rate_hz) as usize).min(signal.len().saturating_sub(1)).max(1);
     let shortest_rail = ((RAIL_SECS * rate_hz) as usize).max(RAIL_SAMPLES);
@@ -108,7 +109,7 @@ fn smallest_step_us(signal: &[f64]) -> f64 {
     steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min)
 }
 
-/// Also rejects what is less than `reach` away from a rejected sample.
+/// Also rejects samples less than `reach` away from a rejected one.
 fn spread(valid: &mut [bool], reach: usize) {
     let run = |valid: &mut dyn Iterator<Item = &mut bool>| {
         let mut left = 0_usize;

@@ -3,16 +3,16 @@
 /// A skin conductance response (SCR): a rise caused by sweat glands that are activated at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Response {
-    /// Its onset [samples from the first one].
+    /// The onset of the response [samples from the first one].
     pub onset: f64,
-    /// Its peak [samples from the first one].
+    /// The peak of the response [samples from the first one].
     pub peak: f64,
-    /// Its amplitude, from its onset to its peak [µS].
+    /// The amplitude, from the onset to the peak [µS].
     pub amplitude_us: f64,
-    /// The rise time, from its onset to its peak [s].
+    /// The rise time, from the onset to the peak [s].
     pub rise_secs: f64,
-    /// The half recovery time: from its peak until half of the amplitude has decayed [s]; `None` when the
-    /// next response or the end comes first.
+    /// The half recovery time: from the peak until half of the amplitude has decayed [s]; `None` when the next response
+    /// or the end comes first.
     pub half_recovery_secs: Option<f64>,
 }
 
@@ -22,8 +22,8 @@ pub enum Threshold {
     /// An amplitude [µS]: 0.05 exceeds most amplifiers' noise, 0.01 suits quiet ones. Boucsein et al. (2012),
     /// doi:10.1111/j.1469-8986.2012.01384.x.
     Absolute(f64),
-    /// A share of the greatest prominence in the recording [0..1], as NeuroKit2 (0.1): counts noise where
-    /// nothing happens. Whole recordings only.
+    /// A share of the greatest prominence in the recording [0..1], as in NeuroKit2 (0.1). Counts noise as responses
+    /// where nothing happens. Whole recordings only.
     Relative(f64),
 }
 

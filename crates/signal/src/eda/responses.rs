@@ -8,7 +8,7 @@ use super::{checked_rate, checked_threshold};
 use crate::error::SignalError;
 use crate::peaks::{Peak, Rules, find_peaks};
 
-/// The skin conductance responses of the phasic part of a recording [µS].
+/// Finds the skin conductance responses in the phasic part of a recording [µS].
 ///
 /// Peaks count if their prominence reaches the threshold.
 ///
@@ -85,7 +85,7 @@ fn peaks(phasic: &[f64], least_us: f64) -> Vec<Peak> {
     find_peaks(phasic, &Rules { prominence: least_us..=f64::INFINITY, ..Rules::default() })
 }
 
-/// Onsets and peaks, of peaks with a known onset.
+/// The onsets and peaks of those peaks whose onset is known.
 fn found(
     phasic: &[f64],
     peaks: &[Peak],

@@ -1,4 +1,4 @@
-//! Shapes of rises that sweat glands do not have.
+//! Shapes of rises that sweat glands do not produce.
 
 use std::ops::Range;
 
@@ -6,12 +6,13 @@ use crate::gaps::is_usable;
 
 /// Rise and fall are compared over the rise time of a response, but at least this time [s].
 pub(super) const LEAST_RISE_SECS: f64 = 0.5;
-/// The peak lies this close to where it was detected [s]; so does the lowest point to the onset.
+/// How far the peak may be from where it was detected, and the lowest point from the onset [s].
 pub(super) const NEAR_SECS: f64 = 0.3;
-/// A fall like the rise. Of 1130 simulated responses that overlap every 1.6 to 3.5 s, 7 % have one of these shapes by
-/// chance, of 376 every 8 to 25 s none; of 800 waves of breathing 99 %, of 299 bumps 94 %, of 232 dips 81 %.
+/// The size of a fall that is like the rise, as a share of it. One of these shapes occurs by chance in 7 % of 1130
+/// simulated responses that overlap every 1.6 to 3.5 s, and in none of 376 every 8 to 25 s; it occurs in 99 % of 800
+/// waves of breathing, 94 % of 299 bumps and 81 % of 232 dips.
 const ALIKE: Range<f64> = 0.75..1.25;
-/// A fall by at most this share of the rise does not count as one, after it or before it.
+/// A fall by at most this share of the rise does not count as one, after the rise or before it.
 const NONE_AFTER: f64 = 0.35;
 const NONE_BEFORE: f64 = 0.5;
 

@@ -1,9 +1,9 @@
 //! A lead filter that separates responses superimposed on the recovery of others.
 
-/// The recovery time constant that it compensates [s]: few responses recover faster, and those would reappear
+/// The recovery time constant that the filter compensates [s]: few responses recover faster, and those would reappear
 /// as rises.
 const FALL_SECS: f64 = 1.5;
-/// The time constant that remains [s].
+/// The time constant that remains after the filter [s].
 const REMAINING_SECS: f64 = 0.5;
 /// The prominence required in the sharpened signal, relative to the threshold of the amplitude.
 pub(super) const SHARPER: f64 = 1.2;

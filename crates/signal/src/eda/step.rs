@@ -7,7 +7,7 @@ use crate::gaps::is_usable;
 
 /// A response needs longer than this for most of its rise [s].
 const QUICK_SECS: f64 = 0.25;
-/// Most of a rise.
+/// The share of a rise that counts as most of it.
 const MOST: f64 = 0.85;
 /// Filters ring for this long before a step [s].
 const RINGING_SECS: f64 = 0.5;
@@ -23,8 +23,8 @@ pub(super) fn rise(response: &Response, rate_hz: f64) -> Range<usize> {
     begin.max(0.0) as usize..end.max(0.0) as usize + 1
 }
 
-/// Whether a response is a step, or what filters make of one: 85 % of its amplitude and at least 0.2 µS within
-/// a quarter of a second.
+/// Whether a response is a step, or a step after filtering: 85 % of its amplitude and at least 0.2 µS within a quarter
+/// of a second.
 ///
 /// `around` are the samples [µS] of its [rise]. None is a step below 3.5 Hz.
 pub(super) fn is_step(around: &[f64], rate_hz: f64, amplitude_us: f64) -> bool {

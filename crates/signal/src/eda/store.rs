@@ -20,8 +20,8 @@ use crate::gaps::is_usable;
 const LEAST_QUALITY: f64 = 0.5;
 /// The highest rate of responses that is certainly possible, and the lowest that is certainly not [1/min].
 const PLAUSIBLE_PER_MIN: (f64, f64) = (25.0, 45.0);
-/// The share of responses with a shape that sweat glands do not have: up to the lower one overlapping responses have
-/// it by chance, from the higher one on most are motion, breathing or lifted electrodes.
+/// The share of responses with a shape that sweat glands do not produce: up to the lower limit, overlapping responses
+/// have such a shape by chance; from the higher limit on, most are motion, breathing or lifted electrodes.
 const SYMMETRIC: (f64, f64) = (0.25, 0.75);
 /// The shortest span that has a slope or a rate [s].
 const LEAST_SECS: f64 = 10.0;
@@ -30,7 +30,7 @@ const LEAST_SECS: f64 = 10.0;
 pub(super) struct Placed {
     response: Response,
     peak_ns: i64,
-    /// The time of half recovery.
+    /// The time of half recovery [ns].
     recovered_ns: Option<i64>,
 }
 
@@ -66,7 +66,7 @@ impl Placed {
         self.response.onset < samples.end && self.response.peak > samples.start
     }
 
-    /// Whether it is a step of the contact.
+    /// Whether the response is a step of the contact.
     pub(super) fn is_step(&self, signal: &[f64], rate_hz: f64) -> bool {
         let rise = rise(&self.response, rate_hz);
         let begin = rise.start.min(signal.len());
@@ -162,7 +162,7 @@ impl Store {
         }
     }
 
-    /// How sure it is that electrodes touch skin [0..1].
+    /// How certain it is that electrodes touch the skin [0..1].
     fn contact(&self, span: Span) -> f64 {
         let samples = self.raw.samples_in(span.with_before(SPREAD_SECS));
         let inside = self.raw.samples_in(span).len();
@@ -188,7 +188,7 @@ impl Store {
         clarity(&self.raw.values_in(span), self.raw.rate_hz(), self.threshold)
     }
 
-    /// How plausible it is that so many responses are those of sweat glands, not of steps or tremor [0..1].
+    /// How plausible it is that this many responses come from sweat glands, not from steps or tremor [0..1].
     fn plausibility(&self, span: Span) -> f64 {
         let begin = self.responses.partition_point(|placed| placed.peak_ns < span.begin_ns);
         let end = self.responses.partition_point(|placed| placed.peak_ns < span.end_ns);
@@ -197,7 +197,7 @@ impl Store {
         ((none - per_min) / (none - most)).clamp(0.0, 1.0)
     }
 
-    /// How plausible it is that the responses have the shape of those of sweat glands [0..1].
+    /// How plausible the shapes of the responses are for sweat glands [0..1].
     fn naturalness(&self, span: Span) -> f64 {
         let begin = self.responses.partition_point(|placed| placed.peak_ns < span.begin_ns);
         let inside = self.responses.range(begin..).take_while(|p| p.peak_ns < span.end_ns);
@@ -213,8 +213,8 @@ impl Store {
         }
     }
 
-    /// Whether a response has a [shape](is_symmetric) that sweat glands do not have; `None` where the span has not
-    /// all of the samples around it.
+    /// Whether a response has a [shape](is_symmetric) that sweat glands do not produce; `None` if the span lacks some
+    /// of the samples around it.
     fn is_symmetric(&self, placed: &Placed, span: Span) -> Option<bool> {
         let rise_secs = placed.response.rise_secs.max(LEAST_RISE_SECS);
         let at_ns = |secs: f64| placed.peak_ns.saturating_add((secs * 1e9) as i64);
@@ -319,7 +319,7 @@ impl Windows for Store {
         }
         let mut values = self.level(span).to_vec();
         if quality < LEAST_QUALITY {
-            // Noise and motion spare the level.
+            // Noise and motion do not affect the level.
             values.resize(COUNT, Err(Reason::Quality));
         } else {
             values.extend(self.responses(span));

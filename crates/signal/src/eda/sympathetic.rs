@@ -6,7 +6,7 @@ use crate::filter::Cascade;
 use crate::filter::butterworth::low_pass;
 use crate::spectrum::{Detrend, Rule, Taper, Welch};
 
-/// Its band [Hz].
+/// The sympathetic band [Hz].
 const BAND_HZ: (f64, f64) = (0.045, 0.25);
 /// The signal is decimated to this rate [Hz], or slightly above.
 const SLOW_HZ: f64 = 2.0;
@@ -18,9 +18,9 @@ pub(super) const SEGMENT_SECS: f64 = 64.0;
 /// Power in the sympathetic band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sympathetic {
-    /// Between 0.045 and 0.25 Hz [µS²].
+    /// The power between 0.045 and 0.25 Hz [µS²].
     pub power_us2: f64,
-    /// Its share of all power up to 0.8 Hz [0..1].
+    /// The share of this power in all power up to 0.8 Hz [0..1].
     pub share: f64,
 }
 
@@ -39,7 +39,7 @@ pub fn sympathetic(signal: &[f64], rate_hz: f64) -> Result<Sympathetic, SignalEr
     of_slow(&samples, slow.rate_hz())
 }
 
-/// As [`sympathetic`], for a signal that is already decimated.
+/// Like [`sympathetic`], for a signal that is already decimated.
 pub(super) fn of_slow(slow: &[f64], rate_hz: f64) -> Result<Sympathetic, SignalError> {
     let segment = (SEGMENT_SECS * rate_hz).floor() as usize;
     if slow.len() < segment {

@@ -21,12 +21,12 @@ pub struct Thinned {
     pub rate_hz: f64,
 }
 
-/// The signal decimated by an integer to `least_hz` [Hz] or above, but below twice that.
+/// Decimates a signal by an integer factor to `least_hz` [Hz] or above, but below twice that.
 ///
 /// A zero-phase Butterworth of order 8 at 0.4 of the new rate prevents aliasing. A signal already below twice
-/// `least_hz` is unchanged. Values that are [not usable](crate::gaps::is_usable) are bridged when it is
-/// filtered. Returns an error for a rate outside 1 to 2000 Hz, and for a signal that is too short or has no
-/// usable value.
+/// `least_hz` is unchanged. If the signal is filtered, values that are [not usable](crate::gaps::is_usable) are
+/// bridged. Returns an error for a rate outside 1 to 2000 Hz, and for a signal that is too short or has no usable
+/// value.
 pub fn thinned(signal: &[f64], rate_hz: f64, least_hz: f64) -> Result<Thinned, SignalError> {
     checked_rate(rate_hz)?;
     let every = (rate_hz / least_hz).floor().clamp(1.0, 2000.0) as usize;

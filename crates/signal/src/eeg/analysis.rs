@@ -42,10 +42,10 @@ pub struct Settings {
 /// The treatment of segments with a blink.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Blinks {
-    /// Used: people blink every four seconds, and only slow bands of frontal channels suffer.
+    /// Segments with a blink are used: people blink every four seconds, and only slow bands of frontal channels suffer.
     #[default]
     Kept,
-    /// Rejected in all channels, and missing from the coverage.
+    /// Segments with a blink are rejected in all channels, and missing from the coverage.
     LeftOut,
 }
 

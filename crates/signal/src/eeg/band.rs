@@ -24,7 +24,7 @@ impl Band {
     /// All bands, from the slowest.
     pub const ALL: [Band; 5] = [Band::Delta, Band::Theta, Band::Alpha, Band::Beta, Band::Gamma];
 
-    /// Its edges [Hz].
+    /// The edges of the band [Hz].
     pub const fn edges_hz(self) -> (f64, f64) {
         match self {
             Band::Delta => (1.0, 4.0),
@@ -43,8 +43,8 @@ pub struct Powers {
 }
 
 impl Powers {
-    /// The band powers of a [spectrum](super::spectrum), integrated by the trapezoidal rule from edge to
-    /// edge, both included.
+    /// Computes the band powers of a [spectrum](super::spectrum), integrated by the trapezoidal rule from edge to edge,
+    /// both included.
     ///
     /// Where no bin lies on an edge, the interval that crosses it belongs to neither band, as in the usual
     /// recipe with SciPy. `None` where a band has fewer than two bins.

@@ -11,11 +11,10 @@ const NOTCH_QUALITY: f64 = 30.0;
 
 /// The filter that removes drift and mains hum from an EEG at 100 to 5000 Hz.
 ///
-/// Butterworth high-pass of order 2 at 1 Hz, then a notch of quality 30 at `mains_hz` (50 or 60), unless that
-/// exceeds the Nyquist frequency. For causal use, run it as
-/// [`Cascade::settled`](crate::filter::Cascade::settled); for a whole recording use [`clean`]. At 1 Hz it
-/// passes half of the power, zero-phase a quarter: spectra are therefore taken of the raw signal. Returns an
-/// error for other rates or an invalid mains frequency.
+/// Butterworth high-pass of order 2 at 1 Hz, then a notch of quality 30 at `mains_hz` (50 or 60), unless that exceeds
+/// the Nyquist frequency. For causal use, run it as [`Cascade::settled`](crate::filter::Cascade::settled); for a whole
+/// recording use [`clean`]. At 1 Hz it passes half of the power, and with zero phase a quarter, so spectra are computed
+/// from the raw signal. Returns an error for other rates or an invalid mains frequency.
 pub fn cleaning(rate_hz: f64, mains_hz: f64) -> Result<Design, SignalError> {
     let rate_hz = checked_rate_hz(rate_hz)?;
     let high_pass = butterworth::high_pass(2, HIGH_PASS_HZ, rate_hz)?;

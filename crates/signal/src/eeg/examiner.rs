@@ -64,7 +64,7 @@ impl Examiner {
         bin as f64 * self.rate_hz / self.length() as f64
     }
 
-    /// The power density of the last segment [µV² / Hz]; NaN where too much of it was missing.
+    /// The power density of the last segment [µV² / Hz]; NaN if too much of the segment was missing.
     pub(super) fn power(&self) -> &[f64] {
         &self.power[..self.bins]
     }

@@ -11,12 +11,12 @@ struct Channel {
     index: usize,
     /// The first usable sample, subtracted as the electrodes' offset.
     first: f64,
-    /// The last usable one.
+    /// The last usable sample.
     held: f64,
 }
 
 impl Frontal {
-    /// Averages these channels.
+    /// Creates the mean of these channels.
     pub(super) fn new(channels: &[usize]) -> Frontal {
         let channel = |&index: &usize| Channel { index, first: f64::NAN, held: f64::NAN };
         Frontal { channels: channels.iter().map(channel).collect() }

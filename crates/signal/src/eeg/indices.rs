@@ -11,8 +11,8 @@ const BUMP_HZ: (f64, f64) = (7.0, 14.0);
 
 /// Mental workload: theta at Fz over alpha at Pz [1].
 ///
-/// Frontal theta rises and parietal alpha falls with task load. Holm et al. (2009), doi:10.1100/tsw.2009.83.
-/// For comparing conditions within a person; blinks raise theta at Fz. `None` without alpha at Pz.
+/// Frontal theta rises and parietal alpha falls with task load. Holm et al. (2009), doi:10.1100/tsw.2009.83. Compare
+/// conditions within a person only; blinks raise theta at Fz. `None` without alpha at Pz.
 pub fn workload(fz: &Powers, pz: &Powers) -> Option<f64> {
     ratio(fz.uv2(Band::Theta), pz.uv2(Band::Alpha))
 }
@@ -34,7 +34,7 @@ pub struct AlphaFrequency {
     pub centre_hz: f64,
 }
 
-/// The individual alpha frequency of a [spectrum](super::spectrum).
+/// Computes the individual alpha frequency of a [spectrum](super::spectrum).
 ///
 /// Σ f·P / Σ P and the maximum of P over the bins from 7 to 13 Hz, both included. Klimesch (1999),
 /// doi:10.1016/S0165-0173(98)00056-3. The peak's resolution is a bin (0.25 Hz); it is clearest with the eyes

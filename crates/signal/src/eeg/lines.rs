@@ -1,4 +1,4 @@
-//! Narrow lines in the spectrum of an EEG, which are not the brain's.
+//! Narrow lines in the spectrum of an EEG, which do not come from the brain.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -8,12 +8,12 @@ use crate::spectrum::Spectrum;
 
 /// The lowest frequency of lines [Hz]: steps and the pulse begin here.
 const LOWEST_HZ: f64 = 1.0;
-/// Where narrow peaks are the brain's: alpha and mu [Hz].
+/// The range where narrow peaks come from the brain: alpha and mu [Hz].
 const ALPHA_HZ: RangeInclusive<f64> = 7.0..=13.5;
 /// The neighbours of a line, in bins of 0.25 Hz from it; closer ones for alpha, whose peak is wider than a tone's.
 const AROUND: Range<usize> = 3..11;
 const AROUND_ALPHA: Range<usize> = 2..5;
-/// How many times a line exceeds its neighbours where it may be chance, and where the quality is zero.
+/// How many times higher than its neighbours a line may be by chance, and how many times higher it is at zero quality.
 const RATIOS: (f64, f64) = (16.0, 64.0);
 const ALPHA_RATIOS: (f64, f64) = (40.0, 160.0);
 
@@ -37,7 +37,7 @@ fn free_of_line(spectrum: &Spectrum, bin: usize) -> f64 {
     let others: Vec<f64> = sides.flatten().filter(|&bin| bin > 0).filter_map(height).collect();
     let usual = median(&others).unwrap_or(f64::NAN);
     let ratio = height(bin).unwrap_or(f64::NAN) / usual;
-    // Without power there is nothing to judge: its amplitude says that.
+    // Without power there is nothing to judge: the amplitude shows that.
     if ratio.is_nan() {
         1.0
     } else {

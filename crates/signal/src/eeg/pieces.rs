@@ -29,17 +29,16 @@ pub(super) struct Reading {
     pub(super) spectrum: Result<Spectrum, Reason>,
     /// The share of the span's segments that have data [0..1].
     pub(super) present: f64,
-    /// The share that have data and are not artefacts [0..1].
+    /// The share of the span's segments that have data and are not artefacts [0..1].
     pub(super) coverage: f64,
     /// The mean quality of all segments, times how free of [lines](free_of_lines) their mean spectrum is [0..1].
     pub(super) quality: f64,
-    /// The same regardless of lines [0..1].
+    /// The mean quality of all segments regardless of lines [0..1].
     pub(super) segments_quality: f64,
 }
 
 impl Pieces {
-    /// Creates a store for segments examined by `examiner`; those above `most_rms_uv` [µV] count as
-    /// artefacts.
+    /// Creates a store for segments examined by `examiner`; segments above `most_rms_uv` [µV] count as artefacts.
     pub(super) fn new(
         examiner: &Examiner,
         rate_hz: f64,

@@ -4,13 +4,13 @@ use super::band::ratio;
 use super::examiner::Examiner;
 use crate::error::SignalError;
 
-/// Segments of a lower [quality](Quality::combined) are artefacts: their power is not the brain's.
+/// Segments of a lower [quality](Quality::combined) are artefacts: their power does not come from the brain.
 pub const LEAST_QUALITY: f64 = 0.1;
-/// The usual amplitude of an EEG [µV], and the impossible ones.
+/// The usual range of the amplitude of an EEG [µV], and the limits beyond which it is impossible.
 const USUAL_UV: (f64, f64) = (1.0, 100.0);
 const TOO_LOW_UV: f64 = 0.1;
 const TOO_HIGH_UV: f64 = 1000.0;
-/// The mains power relative to the EEG's at which the quality is zero.
+/// The mains power relative to that of the EEG at which the quality is zero.
 const MOST_MAINS: f64 = 1e4;
 /// The power share of 30–45 Hz at which the quality is zero: white noise has a third.
 const MOST_MUSCLE: f64 = 0.5;

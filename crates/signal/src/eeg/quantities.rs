@@ -28,9 +28,9 @@ pub(super) enum Quantity {
     Channel(usize, Shape),
     /// The quality of one channel.
     Quality(usize),
-    /// Fz and Pz.
+    /// The workload from Fz and Pz.
     Workload(Option<(usize, usize)>),
-    /// Left and right.
+    /// The asymmetry of a left and a right channel.
     Asymmetry(Option<(usize, usize)>),
     BlinkRate,
     BlinkAmplitude,
@@ -56,7 +56,7 @@ impl Shape {
         Shape::Slope,
     ];
 
-    /// Its value for a spectrum.
+    /// The value for a spectrum.
     pub(super) fn of(self, spectrum: &Spectrum) -> Result<f64, Reason> {
         let powers = || Powers::of(spectrum);
         let value = match self {

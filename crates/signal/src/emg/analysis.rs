@@ -41,7 +41,7 @@ pub struct Settings {
 /// A channel: a muscle.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Channel {
-    /// Its name, as in `EMG_RMS/ch1`; empty for just `EMG_RMS`.
+    /// The name of the channel, as in `EMG_RMS/ch1`; empty for just `EMG_RMS`.
     pub name: String,
     /// The mean envelope (mean absolute value) during a maximal voluntary contraction [unit], if measured.
     pub mvc: Option<f64>,
@@ -109,7 +109,7 @@ pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send
     Ok(Box::new(Running { answers, detectors, opened_ns, taken, events: VecDeque::new() }))
 }
 
-/// An analysis of a whole recording: band-pass and envelope without delay, rest from both sides.
+/// An analysis of a whole recording: band-pass and envelope without delay, rest estimated from both sides.
 ///
 /// A channel without enough usable samples has only gaps. Errors as for [`causal`].
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
@@ -186,7 +186,7 @@ impl Lane<'_> {
     }
 }
 
-/// The store, which can be queried for any span.
+/// The store of all channels, which can be queried for any span.
 struct Answers {
     settings: Settings,
     values: Vec<Value>,
@@ -241,7 +241,7 @@ impl Causal for Running {
             let raw = channels.get(index).copied().unwrap_or(f64::NAN);
             let was_open = self.detectors[index].is_open();
             let (band, envelope, burst) = self.detectors[index].follow(raw);
-            // Rest is known since its first burst.
+            // Rest is known from the first burst of the channel on.
             let activity = match self.taken[index].activity {
                 _ if self.detectors[index].is_active() => Activity::Contraction,
                 Activity::Unknown => Activity::Unknown,

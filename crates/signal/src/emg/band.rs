@@ -34,8 +34,7 @@ pub fn envelope_filter(rate_hz: f64) -> Result<Design, SignalError> {
     butterworth::low_pass(ENVELOPE_ORDER, ENVELOPE_HZ, rate_hz)
 }
 
-/// The [band](band()) of a whole recording, without delay: mean removed, then filtered forwards and
-/// backwards.
+/// Filters a whole recording to the [band](band()), without delay: mean removed, then filtered forwards and backwards.
 ///
 /// Samples that are not [usable](is_usable) are bridged. Returns an error for a rate outside [`RATES_HZ`], a
 /// recording of fewer than 28 samples, or one without a usable number.
@@ -48,7 +47,7 @@ pub fn clean(signal: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
     Ok(clean)
 }
 
-/// The envelope of a [cleaned](clean) recording, without delay: rectified, then low-passed at 6 Hz forwards
+/// Computes the envelope of a [cleaned](clean) recording, without delay: rectified, then low-passed at 6 Hz forwards
 /// and backwards, never negative. In the unit of the signal; its mean is the mean absolute value.
 pub fn envelope(clean: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
     let mut envelope: Vec<f64> = clean.iter().map(|sample| sample.abs()).collect();
@@ -59,7 +58,7 @@ pub fn envelope(clean: &[f64], rate_hz: f64) -> Result<Vec<f64>, SignalError> {
     Ok(envelope)
 }
 
-/// The band and the envelope of a signal, sample by sample.
+/// Computes the band and the envelope of a signal, sample by sample.
 ///
 /// Independent of chunking; no sample allocates. A sample that is not usable repeats the one before; before
 /// the first usable one, both outputs are zero.
@@ -71,7 +70,7 @@ pub struct Cleaner {
 }
 
 impl Cleaner {
-    /// Creates it for a rate; an error outside [`RATES_HZ`].
+    /// Creates the filters for a rate; an error outside [`RATES_HZ`].
     pub fn new(rate_hz: f64) -> Result<Cleaner, SignalError> {
         let (band, envelope) = (band(rate_hz)?, envelope_filter(rate_hz)?);
         let usual_hz = USUAL_HZ.min(rate_hz / 4.0);

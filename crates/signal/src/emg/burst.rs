@@ -61,17 +61,17 @@ impl BurstSettings {
 /// A burst of activity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Burst {
-    /// Its onset [samples from the first one].
+    /// The onset of the burst [samples from the first one].
     pub onset: f64,
-    /// Its end [samples from the first one].
+    /// The end of the burst [samples from the first one].
     pub offset: f64,
-    /// Its mean envelope [unit of the signal].
+    /// The mean envelope [unit of the signal].
     pub mean: f64,
-    /// Its peak envelope [unit of the signal].
+    /// The peak envelope [unit of the signal].
     pub peak: f64,
 }
 
-/// Bursts of a whole recording: band-pass and envelope without delay, rest from both sides.
+/// Finds the bursts of a whole recording: band-pass and envelope without delay, rest estimated from both sides.
 ///
 /// Returns an error for a rate outside 100 Hz to 10 kHz, a recording of fewer than 28 samples, or one without
 /// a usable number.
@@ -98,7 +98,7 @@ pub(super) fn bursts_of(
 
 /// Detects bursts sample by sample.
 ///
-/// A burst is reported when it has ended and its pause has passed. Nothing is detected in the first 1.3 s;
+/// A burst is reported when it has ended and the shortest pause has passed. Nothing is detected in the first 1.3 s;
 /// rest is estimated from the past, so initial activity is mistaken for it. Positions are corrected for the
 /// [delay](Cleaner::delay_secs) of the envelope. Independent of chunking; no sample allocates.
 #[derive(Clone, Debug)]
@@ -174,7 +174,7 @@ struct Open {
     last: f64,
     peak: f64,
     sum: f64,
-    /// The sum at `last`.
+    /// The sum of the envelope up to `last`.
     sum_at_last: f64,
 }
 
@@ -218,7 +218,7 @@ impl Gate {
         }
     }
 
-    /// Closes the potential burst, and returns it if it is one.
+    /// Closes the potential burst, and returns it if it is a burst.
     fn finish(&mut self) -> Option<Burst> {
         let open = self.open.take()?;
         let offset = open.last + 1.0;

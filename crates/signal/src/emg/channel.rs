@@ -16,7 +16,7 @@ pub(super) struct Taken {
 /// Whether a muscle contracts.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub(super) enum Activity {
-    /// It has had no burst: rest and a contraction that never ends look the same.
+    /// The muscle has had no burst: rest and a contraction that never ends look the same.
     #[default]
     Unknown,
     Rest,
@@ -32,7 +32,7 @@ pub(super) struct Cell {
     pub(super) envelope: f64,
     /// The features of the frame that ends with the row.
     pub(super) features: Option<Features>,
-    /// `Contraction` if the muscle contracts in all of that frame.
+    /// `Contraction` if the muscle contracts throughout that frame.
     pub(super) activity: Activity,
 }
 

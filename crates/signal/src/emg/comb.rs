@@ -10,7 +10,7 @@ const MOST_ORDER: u32 = 4;
 /// The minimum number of bins between harmonics.
 const LEAST_BINS: f64 = 8.0;
 
-/// How much of the power of a spectrum is that of one tone, or of one tone and its harmonics less what would be at
+/// The share of a spectrum's power that belongs to one tone, or to one tone with its harmonics, less what would be at
 /// these frequencies by chance, whichever is more [0..1]; NaN without power.
 pub(super) fn tone(power: &[f64], total: f64) -> f64 {
     let (mut most, mut strongest) = (0.0, 0);
@@ -21,7 +21,7 @@ pub(super) fn tone(power: &[f64], total: f64) -> f64 {
         }
     }
     let single = most / total;
-    // Harmonics of a tone that has nearly all are noise.
+    // If one tone has nearly all the power, its harmonics are noise.
     if power.len() < LEAST_LENGTH || single > NEARLY_ALL {
         return single;
     }

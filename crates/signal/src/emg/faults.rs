@@ -37,12 +37,12 @@ pub struct Faults {
     pub mains: f64,
     /// Sum of squares of the band-passed signal [unit²].
     pub band: f64,
-    /// Sum of squares of the raw signal without its baseline of 0.5 s [unit²].
+    /// Sum of squares of the raw signal without its baseline (time constant 0.5 s) [unit²].
     pub all: f64,
     /// Sum of squares of frames [unit²].
     pub framed: f64,
-    /// The part of it that is concentrated: in the strongest frequency of each frame, with or without harmonics, or in
-    /// one instant [unit²].
+    /// The part of `framed` that is concentrated: in the strongest frequency of each frame, with or without harmonics,
+    /// or in one instant [unit²].
     pub concentrated: f64,
 }
 
@@ -55,7 +55,7 @@ impl Faults {
         }
     }
 
-    /// The sum of both.
+    /// The sum of these and other faults.
     #[must_use]
     pub fn with(self, other: &Faults) -> Faults {
         Faults {
@@ -100,9 +100,9 @@ impl Faults {
         share(self.mains, self.band)
     }
 
-    /// How much of the power is that of tones or clicks [0..1]: 0 where frames have half of their power in one
-    /// frequency and its harmonics, or in one instant, 1 where they have all. Hum of mains that are off their nominal
-    /// frequency, their harmonics, a telephone's buzz, a motor, single wrong samples.
+    /// How much of the power is that of tones or clicks [0..1]: 0 if frames have up to half of their power in one
+    /// frequency and its harmonics, or in one instant, and 1 if they have all of it there. Causes are mains hum off its
+    /// nominal frequency, its harmonics, a telephone's buzz, a motor, or single wrong samples.
     pub fn concentrated_share(&self) -> f64 {
         let part = share(self.concentrated, self.framed);
         ((part - MOST_CONCENTRATED) / (1.0 - MOST_CONCENTRATED)).max(0.0)

@@ -33,9 +33,9 @@ pub struct Features {
     /// Median frequency: half of the power lies below it, linear between bins [Hz]; NaN where nothing
     /// varies.
     pub mdf_hz: f64,
-    /// The share of the power in three successive bins of the periodogram, where it is largest, or in those at all
-    /// multiples of a frequency, less what is there by chance [0..1]: all of a tone's with or without harmonics, a
-    /// fifth of a muscle's; NaN where nothing varies.
+    /// The largest share of the power in three successive bins of the periodogram, or in the bins at all multiples of a
+    /// frequency, less what is there by chance [0..1]: 1 for a tone with or without harmonics, a fifth for a muscle;
+    /// NaN where nothing varies.
     pub tone: f64,
 }
 
@@ -64,7 +64,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Frames of `length_secs` [s], `hop_secs` [s] apart, without thresholds.
+    /// Creates frames of `length_secs` [s], `hop_secs` [s] apart, without thresholds.
     ///
     /// Returns an error for a rate outside [`RATES_HZ`], fewer than 8 or more than a million samples in a
     /// frame, or a hop of less than a sample.
@@ -95,8 +95,7 @@ impl Frames {
         self.hop
     }
 
-    /// The features of all whole frames of a signal, `None` for one with a sample that is not
-    /// [usable](is_usable).
+    /// The features of all whole frames of a signal, `None` for a frame with a sample that is not [usable](is_usable).
     pub fn of(&mut self, signal: &[f64]) -> Vec<Option<Features>> {
         let (length, hop) = (self.length, self.hop);
         signal.windows(length).step_by(hop).map(|frame| self.of_one(frame)).collect()

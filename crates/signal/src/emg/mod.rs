@@ -1,8 +1,8 @@
 //! Muscle activity from the surface electromyogram (EMG), causal and of whole recordings.
 //!
-//! The signal is band-passed from 20 Hz to 450 Hz (or 95 % of the Nyquist frequency): motion of skin and
-//! cables lies below, noise above (De Luca et al. 2010, doi:10.1016/j.jbiomech.2010.01.027). Rates from
-//! 100 Hz (a wristband has 200) to 10 kHz.
+//! The signal is band-passed from 20 Hz to 450 Hz (or 95 % of the Nyquist frequency): motion of skin and cables lies
+//! below this band, noise above it (De Luca et al. 2010, doi:10.1016/j.jbiomech.2010.01.027). Rates from 100 Hz (a
+//! wristband has 200) to 10 kHz.
 //!
 //! ```
 //! use teampulse_signal::emg::{Frames, clean, find_bursts};

@@ -8,7 +8,7 @@ use crate::robust::quantile_of_sorted;
 
 /// The averaging time of the envelope before quantiles are taken [s].
 const BLOCK_SECS: f64 = 0.1;
-/// The quantile of the envelope at rest, and the one exceeded by loud activity.
+/// The quantile of the envelope at rest, and the quantile exceeded by loud activity.
 const REST_SHARE: f64 = 0.1;
 const LOUD_SHARE: f64 = 0.95;
 /// The noise assumed for an amplifier that is silent at rest, as a share of the loud envelope: more than 40
@@ -92,7 +92,7 @@ impl Rest {
 struct Newest {
     length: usize,
     values: VecDeque<f64>,
-    /// The usable ones, ascending.
+    /// The usable values, ascending.
     ascending: Vec<f64>,
 }
 

@@ -51,7 +51,7 @@ pub(super) struct Store {
     rows: VecDeque<Row>,
     cells: VecDeque<Cell>,
     contractions: VecDeque<Contraction>,
-    /// The start of each burst [ns], and its channel.
+    /// The start of each burst [ns], and the burst's channel.
     bursts: VecDeque<(i64, usize)>,
 }
 
@@ -135,7 +135,7 @@ impl Store {
         self.bursts.iter().filter(inside).count()
     }
 
-    /// The rows that overlap a span, each with the share of it that does; the last may be incomplete.
+    /// The rows that overlap a span, each with the share of it inside the span; the last may be incomplete.
     fn parts(&self, span: Span) -> impl Iterator<Item = (usize, f64)> + '_ {
         let first = self.rows.partition_point(|row| row.last_ns < span.begin_ns);
         let period_ns = 1e9 / self.rate_hz;

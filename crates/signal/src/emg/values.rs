@@ -86,7 +86,7 @@ pub(super) fn values(settings: &Settings, band: &str) -> Vec<Value> {
     of_channel.chain(of_pair).collect()
 }
 
-/// The unit of a value of a signal in this unit; that of a number has no powers and is no factor.
+/// The unit of a value of a signal in this unit; the unit of a plain number has no powers and is left out of products.
 fn unit_of(unit: &str, signal: &str) -> String {
     match (unit, signal) {
         ("u²", "1") => "1".to_owned(),

@@ -32,7 +32,7 @@ pub fn whole(names: &[&str], recording: &Recording<'_>) -> Result<Whole, SignalE
 
 struct Estimates {
     values: Vec<Value>,
-    /// Which channels are classes.
+    /// Whether each channel is a class.
     is_class: Vec<bool>,
     frames: VecDeque<(i64, Vec<f64>)>,
 }

@@ -1,10 +1,9 @@
 use std::collections::VecDeque;
 
-/// The eyes count as closing below the first level and as open again above the second, relative to open
-/// eyes.
+/// The eyes count as closing below the first opening and as open again above the second, relative to open eyes.
 const CLOSING: f64 = 0.7;
 const OPEN: f64 = 0.8;
-/// They also count as open again above this share of their opening before: eyes that look down are already
+/// The eyes also count as open again above this share of their opening before the dip: eyes that look down are already
 /// half closed.
 const OPEN_OF_BEFORE: f64 = 0.9;
 /// The minimum depth of a dip below open eyes, in standard deviations of the noise.
@@ -28,7 +27,7 @@ const LONGEST_NANOS: i64 = 60_000_000_000;
 pub(super) struct Closure {
     /// The middle of the closure, at half depth [ns].
     pub at_ns: i64,
-    /// The index of the picture with the smallest opening [from 0].
+    /// The index of the picture with the smallest opening, from 0.
     pub frame: usize,
     /// The duration at half depth [s].
     pub secs: f64,
@@ -100,13 +99,13 @@ impl Blinks {
         }
         let half = 1.0 - 0.5 * depth;
         let (first_ns, last_ns) = (pictures.first()?.1, pictures.last()?.1);
-        // Where the line between two pictures crosses half depth.
+        // The time at which the line between two pictures crosses half depth.
         let crossing = |(_, from_ns, from): (usize, i64, f64),
                         (_, to_ns, to): (usize, i64, f64)| {
             from_ns as f64
                 + (to_ns - from_ns) as f64 * ((half - from) / (to - from)).clamp(0.0, 1.0)
         };
-        // From outside, so that a closure with a partial opening in between stays one.
+        // Searched for from outside, so that a closure with a partial opening in between stays one.
         let begins = pictures.windows(2).find(|pair| pair[0].2 > half && pair[1].2 <= half);
         let ends = pictures.windows(2).rev().find(|pair| pair[0].2 <= half && pair[1].2 > half);
         let begin_ns = begins.map_or(first_ns as f64, |pair| crossing(pair[0], pair[1]));
@@ -121,7 +120,7 @@ impl Blinks {
     }
 }
 
-/// The median opening of all but the last picture.
+/// The median opening in all pictures but the last.
 fn before(pictures: &VecDeque<(usize, i64, f64)>) -> f64 {
     let but_last = pictures.iter().take(pictures.len().saturating_sub(1));
     let mut openings: Vec<f64> = but_last.map(|(_, _, open)| *open).collect();

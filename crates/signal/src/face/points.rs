@@ -25,9 +25,9 @@ pub(super) struct Eyes {
 
 #[derive(Debug)]
 struct Eye {
-    /// The landmarks of [`OF_EYE`].
+    /// The landmarks of the eye, as in [`OF_EYE`].
     lids: Option<[Place; 6]>,
-    /// The centre, where only that is known.
+    /// The centre of the eye, if only that is known.
     centre: Option<Place>,
 }
 

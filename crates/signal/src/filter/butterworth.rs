@@ -14,19 +14,19 @@ use crate::error::{SignalError, checked, checked_rate_hz};
 /// The highest supported order.
 pub const MOST_ORDER: u32 = 24;
 
-/// A low-pass at `cutoff_hz`.
+/// Designs a low-pass at `cutoff_hz`.
 pub fn low_pass(order: u32, cutoff_hz: f64, rate_hz: f64) -> Result<Design, SignalError> {
     let corner = warped(cutoff_hz, rate_hz)?;
     digital(prototype(order)?.low_pass(corner), rate_hz)
 }
 
-/// A high-pass at `cutoff_hz`.
+/// Designs a high-pass at `cutoff_hz`.
 pub fn high_pass(order: u32, cutoff_hz: f64, rate_hz: f64) -> Result<Design, SignalError> {
     let corner = warped(cutoff_hz, rate_hz)?;
     digital(prototype(order)?.high_pass(corner), rate_hz)
 }
 
-/// A band-pass between `low_hz` and `high_hz`.
+/// Designs a band-pass between `low_hz` and `high_hz`.
 pub fn band_pass(
     order: u32,
     low_hz: f64,
@@ -37,7 +37,7 @@ pub fn band_pass(
     digital(prototype(order)?.band_pass(centre, width), rate_hz)
 }
 
-/// A band-stop between `low_hz` and `high_hz`.
+/// Designs a band-stop between `low_hz` and `high_hz`.
 pub fn band_stop(
     order: u32,
     low_hz: f64,

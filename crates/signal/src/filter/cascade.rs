@@ -56,7 +56,7 @@ impl Cascade {
         self.filter_each(samples.iter_mut());
     }
 
-    /// The same from the last sample to the first.
+    /// Filters samples in place from the last to the first.
     pub(super) fn filter_backwards(&mut self, samples: &mut [f64]) {
         self.filter_each(samples.iter_mut().rev());
     }
@@ -75,7 +75,7 @@ impl Cascade {
         }
     }
 
-    /// The same for a constant number of sections, whose states stay in registers.
+    /// Filters samples in place for a constant number of sections, whose states stay in registers.
     fn filter_in_registers<'a, const N: usize>(
         &mut self,
         samples: impl Iterator<Item = &'a mut f64>,

@@ -18,7 +18,7 @@ pub struct Design {
 }
 
 impl Design {
-    /// A filter with these sections; an error where one is unstable.
+    /// Creates a filter with these sections; an error if one is unstable.
     pub fn new(sections: Vec<Section>, rate_hz: f64) -> Result<Design, SignalError> {
         let rate_hz = checked_rate_hz(rate_hz)?;
         let is_stable = sections.iter().all(Section::is_stable);
@@ -39,7 +39,7 @@ impl Design {
         &self.sections
     }
 
-    /// The sampling rate [Hz] for which it was designed.
+    /// The sampling rate [Hz] for which the filter was designed.
     pub fn rate_hz(&self) -> f64 {
         self.rate_hz
     }

@@ -4,7 +4,7 @@ use super::{Cascade, Design};
 use crate::error::SignalError;
 use crate::gaps::bridge;
 
-/// The signal filtered forwards and then backwards: no delay, and the gain squared.
+/// Filters a signal forwards and then backwards: without delay, and with the gain squared.
 ///
 /// SciPy's `sosfiltfilt` with its defaults: the signal is extended at both ends by its odd reflection, of
 /// three times the filter's length, and both passes start settled. See Gustafsson (1996),
@@ -15,7 +15,7 @@ pub fn zero_phase(design: &Design, signal: &[f64]) -> Result<Vec<f64>, SignalErr
     apply_zero_phase(design, &mut filtered).map(|()| filtered)
 }
 
-/// [`zero_phase`] in place; after an error the signal is what it was, or bridged.
+/// [`zero_phase`] in place; after an error the signal is unchanged, or bridged.
 pub(crate) fn apply_zero_phase(design: &Design, signal: &mut [f64]) -> Result<(), SignalError> {
     let padding = padding(design);
     if signal.len() <= padding {

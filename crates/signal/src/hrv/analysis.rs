@@ -27,9 +27,9 @@ pub struct Settings {
     pub treatment: Treatment,
     /// Manual edits of single beats, in seconds since the start of the first interval; whole recordings only.
     pub edits: Vec<Edit>,
-    /// How far the sum of intervals may be from the times at which they are reported [s]: 1.5, as straps
-    /// report two or three intervals at once. Beyond it, intervals were lost. If the times are those of the
-    /// beats themselves, a value below one interval detects every lost one.
+    /// How far the sum of intervals may be from the times at which they are reported [s]: 1.5 by default, as straps
+    /// report two or three intervals at once. Beyond it, intervals were lost. If the times are those of the beats
+    /// themselves, a value below one interval detects every lost one.
     pub most_astray_secs: f64,
 }
 
@@ -44,15 +44,15 @@ impl Default for Settings {
     }
 }
 
-/// Variability of intervals [ms] as they come in, in the first channel; see [`HeartWindows`].
+/// Computes the variability of intervals [ms] as they arrive in the first channel; see [`HeartWindows`].
 ///
-/// An interval ends with a beat (event `beat`, detail `interval_ms`), and the next begins there. Host times
-/// only place the first one, and reveal lost intervals by differing from the sum of the intervals since by
-/// more than [`Settings::most_astray_secs`]. Where the sum is ahead by more, one interval is left out and the next
-/// begins at the host's time. An interval that is NaN, not positive or over a minute also leaves a hole. Sixteen or
-/// more equal intervals in a row are those of a device that repeats one: the quality of a span is less by their share,
-/// and above a tenth its variability is withheld, but not its means. The rate is ignored; there are no errors. Limits:
-/// a single lost interval that is not reported as lost remains undetected.
+/// An interval ends with a beat (event `beat`, detail `interval_ms`), and the next begins there. Host times only place
+/// the first one, and reveal lost intervals by differing from the sum of the intervals since by more than
+/// [`Settings::most_astray_secs`]. Where the sum is ahead by more, one interval is left out and the next begins at the
+/// host's time. An interval that is NaN, not positive or over a minute also leaves a hole. Sixteen or more equal
+/// intervals in a row are those of a device that repeats one: the quality of a span is reduced by their share, and if
+/// they exceed a tenth, its variability is withheld, but not its means. The rate is ignored; there are no errors.
+/// Limits: a single lost interval that is not reported as lost remains undetected.
 pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {
     let heart = HeartWindows::causal().only(&settings.domains).treated(settings.treatment);
     Ok(Box::new(Intervals {
@@ -63,10 +63,10 @@ pub fn causal(settings: &Settings, _rate_hz: f64) -> Result<Box<dyn Causal + Sen
     }))
 }
 
-/// The variability of a recording. A second channel gives the time at which each interval ended [s after the
-/// recording began], as the times of [`causal`] do. Without it, and where it is NaN, the first interval
-/// begins with the recording, each other where the last ended, and a lost one takes the length of the one
-/// before it, initially a second. The rate is ignored.
+/// Computes the variability of a recording. A second channel gives the time at which each interval ended [s after the
+/// recording began], like the times of [`causal`]. Without it, and where it is NaN, the first interval begins with the
+/// recording, each other where the last ended, and a lost interval takes the length of the interval before it,
+/// initially a second. The rate is ignored.
 pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, SignalError> {
     let intervals_ms = recording.channels.first().map_or(&[][..], Vec::as_slice);
     let beat_ns = |sample: usize| {
@@ -101,7 +101,7 @@ struct IntervalWindows {
 }
 
 impl IntervalWindows {
-    /// The values of a span, without the variability of repeated intervals; the quality is less by their share.
+    /// The values of a span, without the variability of repeated intervals; the quality is reduced by their share.
     fn judged(&self, mut measured: Measured, span: Span) -> Measured {
         let share = self.repeats.share(span);
         measured.quality *= 1.0 - share;
@@ -186,7 +186,7 @@ fn beat(sample: usize, at_ns: i64, interval_ms: f64) -> Event {
     Event { kind: "beat", sample: sample as f64, at_ns, details }
 }
 
-/// Intervals one after the other.
+/// Places intervals one after the other.
 struct Chain {
     most_astray_ns: i64,
     last_ns: Option<i64>,
@@ -195,11 +195,11 @@ struct Chain {
 
 /// The position of an interval.
 struct Placed {
-    /// The hole before it [ns].
+    /// The hole before the interval [ns].
     hole: Option<(i64, i64)>,
-    /// The beat at its start, if that is not the end of the last interval [ns].
+    /// The beat at the start of the interval, if that is not the end of the last one [ns].
     begin_ns: Option<i64>,
-    /// The beat at its end [ns].
+    /// The beat at the end of the interval [ns].
     end_ns: i64,
 }
 
@@ -209,7 +209,7 @@ impl Chain {
         Chain { most_astray_ns, last_ns: None, is_broken: false }
     }
 
-    /// Appends the next interval [ns], reported at a time; `None` where it is lost.
+    /// Appends the next interval [ns], reported at a time; `None` if the interval is lost.
     fn place(&mut self, at_ns: i64, interval_ns: Option<i64>) -> Option<Placed> {
         let Some(interval_ns) = interval_ns else {
             self.is_broken = true;
@@ -234,8 +234,8 @@ impl Chain {
         Some(placed)
     }
 
-    /// Places a beat where it was reported, since the sum of the intervals is too far ahead of that: an earlier one was
-    /// reported too late, and none was lost. `None` if the last beat was placed later than that.
+    /// Places a beat at the time of its report, because the sum of the intervals is too far ahead: an earlier interval
+    /// was reported too late, and none was lost. `None` if the last beat was placed after that time.
     fn go_back_to(&mut self, at_ns: i64, last_ns: i64) -> Option<Placed> {
         if at_ns < last_ns.saturating_add(LEAST_HOLE_NS) {
             self.is_broken = true;
@@ -246,7 +246,7 @@ impl Chain {
     }
 }
 
-/// An interval after others that were lost, or the first one.
+/// Places an interval after lost ones, or the first one.
 fn after_hole(at_ns: i64, interval_ns: i64, last_ns: Option<i64>) -> Placed {
     let earliest_ns = last_ns.map_or(i64::MIN, |ns| ns.saturating_add(LEAST_HOLE_NS));
     let begin_ns = at_ns.saturating_sub(interval_ns).max(earliest_ns);

@@ -11,7 +11,7 @@ const STEPS: usize = 2048;
 /// The number of bins computed in parallel, to hide latency.
 const LANES: usize = 8;
 
-/// The spectrum of an evenly sampled series, mean removed, by Burg's method with a model of `order`, up to
+/// Computes the spectrum of an evenly sampled series, mean removed, by Burg's method with a model of `order`, up to
 /// `highest_hz` [Hz].
 pub(super) fn burg(
     values: &[f64],

@@ -17,9 +17,9 @@ const LONGEST_BEATS: usize = 4096;
 /// Exponents of detrended fluctuation analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetrendedFluctuation {
-    /// From 4 to 16 beats: 0.5 for noise, 1 for a healthy heart at rest, 1.5 for a random walk.
+    /// The exponent from 4 to 16 beats: 0.5 for noise, 1 for a healthy heart at rest, 1.5 for a random walk.
     pub alpha1: f64,
-    /// From 16 to 64 beats; NaN with fewer than 65.
+    /// The exponent from 16 to 64 beats; NaN with fewer than 65.
     pub alpha2: f64,
 }
 

@@ -54,7 +54,7 @@ pub fn sample_entropy(intervals_ms: &[f64], tolerance_ms: f64) -> Option<f64> {
     (triples > 0).then(|| (pairs as f64 / triples as f64).ln())
 }
 
-/// Approximate entropy, m = 2: as [`sample_entropy`], but including self-matches.
+/// Approximate entropy, m = 2: like [`sample_entropy`], but including self-matches.
 ///
 /// Pincus (1991), doi:10.1073/pnas.88.6.2297; as NeuroKit2's `entropy_approximate`. Limits: biased low with
 /// few beats; prefer sample entropy. `None` as for [`entropies`].

@@ -18,7 +18,8 @@ pub struct EventSpans {
 }
 
 impl Default for EventSpans {
-    /// 2 s before and 6 s after: the deceleration of orienting and the acceleration after it lie within 6 s.
+    /// A baseline of 2 s and 6 s after the event: the deceleration of orienting and the acceleration after it lie
+    /// within 6 s.
     fn default() -> EventSpans {
         EventSpans { baseline_secs: 2.0, after_secs: 6.0 }
     }
@@ -61,7 +62,7 @@ impl EventRate {
 }
 
 impl EventSpans {
-    /// The heart rate around each event, second by second.
+    /// Computes the heart rate around each event, second by second.
     ///
     /// - *What*: how the heart responds to an event: it slows down when something is noticed, and speeds up
     ///   with effort and arousal.
@@ -70,13 +71,12 @@ impl EventSpans {
     ///   interpolation between beats; changes are differences from the span before the event.
     /// - *Unit*: 1/min.
     /// - *Limits*: at rest an interval lasts about as long as a second of the result, so neighbouring
-    ///   seconds
-    ///   share beats. Breathing alone changes the rate by 5 to 10 a minute: average over events.
+    ///   seconds share beats. Breathing alone changes the rate by 5 to 10 a minute: average over events.
     ///
-    /// `beats_secs` are in order of time; premature and missed ones should be
-    /// [corrected](crate::intervals::Correction). The reason for an event is `Gap` where an interval of the
-    /// spans is missing or implausible (below 0.24 or above 2.5 s), as at the ends of a recording, and
-    /// `Undefined` for an event that is not a finite number. Returns an error for spans out of range.
+    /// `beats_secs` must be in order of time; premature and missed beats should be
+    /// [corrected](crate::intervals::Correction). The reason for an event is `Gap` where an interval of the spans is
+    /// missing or implausible (below 0.24 or above 2.5 s), as at the ends of a recording, and `Undefined` for an event
+    /// that is not a finite number. Returns an error for spans out of range.
     ///
     /// ```
     /// use teampulse_signal::hrv::EventSpans;
@@ -121,7 +121,7 @@ fn rate_of(beats_secs: &[f64], begin_secs: f64, end_secs: f64) -> Result<f64, Re
     let mut weighted = 0.0;
     for pair in beats_secs[after.checked_sub(1).ok_or(Reason::Gap)?..].windows(2) {
         let interval_secs = pair[1] - pair[0];
-        // Also refuses NaN.
+        // This also rejects NaN.
         if !INTERVALS_SECS.contains(&interval_secs) {
             return Err(Reason::Gap);
         }

@@ -1,7 +1,7 @@
 use super::measure::Measure;
 use super::series::differences;
 
-/// How often heart rate acceleration changes sign.
+/// How often the heart's acceleration changes sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fragmentation {
     /// Share of intervals at which the direction changes [0..1].

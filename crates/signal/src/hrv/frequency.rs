@@ -81,7 +81,7 @@ pub struct FrequencyDomain {
     pub lf_peak_hz: f64,
     /// The peak frequency of HF [Hz].
     pub hf_peak_hz: f64,
-    /// From the end of the first interval to that of the last [s].
+    /// The time from the end of the first interval to that of the last [s].
     pub span_secs: f64,
 }
 

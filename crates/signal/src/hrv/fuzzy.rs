@@ -3,8 +3,8 @@ use super::series::present;
 /// The most intervals, all pairs of which are compared.
 const MOST: usize = 20_000;
 
-/// Fuzzy entropy of intervals [ms], m = 2: as [`sample_entropy`](super::sample_entropy), but with the mean
-/// of each pair and triple removed, and with a graded similarity exp(−d/r).
+/// Fuzzy entropy of intervals [ms], m = 2: like [`sample_entropy`](super::sample_entropy), but with the mean of each
+/// pair and triple removed, and with a graded similarity exp(−d/r).
 ///
 /// r is `tolerance_ms`, d the greatest difference. Chen et al. (2009), doi:10.1016/j.medengphy.2008.04.005,
 /// with n = 1; as in NeuroKit2's `entropy_fuzzy`. Window: 5 minutes; steadier than sample entropy with few

@@ -1,11 +1,11 @@
 /// A feature by name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measure {
-    /// As NeuroKit2 spells it.
+    /// The name, as NeuroKit2 spells it.
     pub name: &'static str,
-    /// Its unit; `1` for none.
+    /// The unit; `1` for none.
     pub unit: &'static str,
-    /// NaN if it is undefined.
+    /// The value; NaN if it is undefined.
     pub value: f64,
 }
 

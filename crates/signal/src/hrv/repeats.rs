@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 use crate::analysis::Span;
 
 /// This many equal intervals in a row are those of a device that repeats its last one, or counts too coarsely to
-/// distinguish them. Of hearts that vary by 3 ms, a device that counts in steps of 1 ms reports no four in a row.
+/// distinguish them. For hearts that vary by 3 ms, a device that counts in steps of 1 ms does not report four equal
+/// intervals in a row.
 const LEAST_EQUAL: usize = 16;
 
 /// Stretches of equal intervals.
@@ -42,7 +43,7 @@ impl Repeats {
         }
     }
 
-    /// The share of a span in such stretches [0..1].
+    /// The share of a span in stretches of equal intervals [0..1].
     pub(super) fn share(&self, span: Span) -> f64 {
         let inside = |&(begin_ns, end_ns): &(i64, i64)| {
             let (begin_ns, end_ns) = (begin_ns.max(span.begin_ns), end_ns.min(span.end_ns));

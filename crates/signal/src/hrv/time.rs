@@ -23,7 +23,7 @@ pub struct TimeDomain {
     pub sdsd_ms: f64,
     /// The number of successive differences over 50 ms.
     pub nn50: usize,
-    /// Their share of all differences [%]. NeuroKit2 divides by the number of intervals, which is one more.
+    /// The share of differences over 50 ms [%]. NeuroKit2 divides by the number of intervals, which is one more.
     pub pnn50_percent: f64,
     /// Share of successive differences over 20 ms [%].
     pub pnn20_percent: f64,
@@ -35,7 +35,7 @@ pub struct TimeDomain {
     pub sd_rmssd: f64,
     /// Median absolute deviation times 1.4826 [ms].
     pub mad_nn_ms: f64,
-    /// The same over the median interval.
+    /// `mad_nn_ms` over the median interval.
     pub mcv_nn: f64,
     /// Interquartile range [ms].
     pub iqr_nn_ms: f64,
@@ -49,7 +49,7 @@ pub struct TimeDomain {
     pub max_nn_ms: f64,
     /// Mean of the momentary heart rates, 60 000 over each interval [bpm].
     pub mean_hr_bpm: f64,
-    /// Their standard deviation (n − 1) [bpm].
+    /// Standard deviation of the momentary heart rates (n − 1) [bpm].
     pub std_hr_bpm: f64,
     /// Heart rate of the mean interval [bpm], lower than the mean rate: beats over time.
     pub hr_of_mean_nn_bpm: f64,

@@ -15,9 +15,9 @@ const MOST_SECS: f64 = 0.5;
 /// A candidate blink.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    /// Its peak [samples at the working rate].
+    /// The peak [samples at the working rate].
     pub(super) place: f64,
-    /// Its height, negative for a downward deflection [µV].
+    /// The height of the peak, negative for a downward deflection [µV].
     pub(super) height_uv: f64,
     pub(super) duration_secs: f64,
 }

@@ -10,13 +10,13 @@ use crate::gaps::is_usable;
 
 /// Detects blinks in a frontal EEG sample by sample.
 ///
-/// A blink is a peak of the signal below 7 Hz that exceeds the signal both 0.4 s before and 0.4 s after it by
-/// at least 30 µV and 5 times the usual variation (0.7413 · the interquartile range over the last minute of a
-/// sample's deviation from the mean of those 0.15 s before and after it), the lower side being at least a
-/// quarter of the higher. It is 0.05 to 0.5 s wide at half height and has the polarity of most, which depends
-/// on the reference electrode. Electrode steps and eye movements rise on one side only, and continuous
-/// activity raises its own threshold. After BLINKER (Kleifges et al. 2017, doi:10.3389/fnins.2017.00012),
-/// which also looks for peaks of more than 0.05 s above robust deviations.
+/// A blink is a peak of the signal below 7 Hz that exceeds the signal both 0.4 s before and 0.4 s after it by at least
+/// 30 µV and 5 times the usual variation (0.7413 · the interquartile range, over the last minute, of a sample's
+/// deviation from the mean of the samples 0.15 s before and after it); the lower side must be at least a quarter of the
+/// higher. A blink is 0.05 to 0.5 s wide at half height and has the polarity of most blinks, which depends on the
+/// reference electrode. Electrode steps and eye movements rise on one side only, and continuous activity raises its own
+/// threshold. After BLINKER (Kleifges et al. 2017, doi:10.3389/fnins.2017.00012), which also looks for peaks of more
+/// than 0.05 s above robust deviations.
 ///
 /// A blink is reported less than half a second after its peak, from the third second on. The output is
 /// bit-identical for any chunking, and no sample allocates. Samples that are not [usable

@@ -27,9 +27,9 @@ const LEAST_UV: f64 = 30.0;
 pub struct Blink {
     /// The time of closed lids [samples from the first one], fractional.
     pub sample: f64,
-    /// Its height above the signal before or after it, whichever is less, below 7 Hz [µV].
+    /// The height above the signal before or after it, whichever is less, below 7 Hz [µV].
     pub amplitude_uv: f64,
-    /// Its width at half of that height [s].
+    /// The width at half of that height [s].
     pub duration_secs: f64,
 }
 

@@ -22,7 +22,7 @@ pub(super) struct Noise {
     /// The deviations of the last minute in a ring buffer; NaN where one is missing.
     bends: Vec<f64>,
     next: usize,
-    /// Those present, partially sorted on demand.
+    /// The deviations that are present, partially sorted on demand.
     known: Vec<f64>,
     learning: usize,
     counted: usize,

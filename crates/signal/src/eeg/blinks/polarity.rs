@@ -18,8 +18,8 @@ pub(super) struct Polarity {
 }
 
 impl Polarity {
-    /// Whether a candidate has the polarity of most, itself included; candidates within `reach` [samples] are
-    /// neighbours.
+    /// Whether a candidate has the polarity of most candidates, itself included; candidates within `reach` [samples]
+    /// are neighbours.
     pub(super) fn fits(&mut self, candidate: &Candidate, reach: usize) -> bool {
         if self.is_rebound(candidate, reach) {
             return false;

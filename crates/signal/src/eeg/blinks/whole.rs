@@ -8,11 +8,11 @@ use crate::error::SignalError;
 use crate::filter::zero_phase;
 use crate::gaps::is_usable;
 
-/// The blinks of a whole frontal EEG [µV] at 100 to 5000 Hz.
+/// Finds the blinks of a whole frontal EEG [µV] at 100 to 5000 Hz.
 ///
-/// As [`BlinkDetector`](super::BlinkDetector), but with a zero-phase filter, the usual variation of half a
-/// minute before and after, and the polarity of most blinks in the recording. Returns an error for another
-/// rate, and for a signal that is too short or has no usable sample.
+/// Works like [`BlinkDetector`](super::BlinkDetector), but with a zero-phase filter, the usual variation of half a
+/// minute before and after, and the polarity of most blinks in the recording. Returns an error for another rate, and
+/// for a signal that is too short or has no usable sample.
 pub fn find_blinks(signal: &[f64], rate_hz: f64) -> Result<Vec<Blink>, SignalError> {
     let thinning = thinning(rate_hz);
     let slow = zero_phase(&low_pass(2, rate_hz)?, signal)?;

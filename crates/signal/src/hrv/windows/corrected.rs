@@ -13,9 +13,9 @@ const LONGEST_SECS: f64 = 4.0;
 #[derive(Clone, Debug)]
 pub(super) struct CorrectedBeats {
     origin_ns: i64,
-    /// The time [s since the origin], and whether an interval ends there.
+    /// The time of each beat [s since the origin], and whether an interval ends there.
     beats: Vec<(f64, bool)>,
-    /// The same before correction.
+    /// The beats before correction, likewise.
     uncorrected: Vec<(f64, bool)>,
     /// Beats as detected and edited [s].
     detected_secs: Vec<f64>,

@@ -63,11 +63,11 @@ pub struct HeartWindows {
 /// The treatment of artefacts.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Treatment {
-    /// Corrected by the method of Lipponen and Tarvainen.
+    /// Artefacts are corrected by the method of Lipponen and Tarvainen.
     #[default]
     Corrected,
-    /// Kept, and only counted: for intervals that were corrected already, or for comparison with other
-    /// programs. Then no interval counts as too short or too long.
+    /// Artefacts are kept, and only counted: for intervals that were corrected already, or for comparison with other
+    /// programs. No interval then counts as too short or too long.
     AsTheyAre,
 }
 
@@ -78,14 +78,14 @@ enum Beats {
 }
 
 impl HeartWindows {
-    /// A store for beats that come in one by one.
+    /// Creates a store for beats that arrive one by one.
     pub fn causal() -> HeartWindows {
         let beats = Beats::Causal { at_ns: VecDeque::new(), holes: Holes::default() };
         HeartWindows::of(beats, &format!("{CORRECTED} with the beats of {BEFORE_SECS} s before"))
     }
 
-    /// A store of all beats of a recording [ns], in any order, with its `holes` [ns, from and to] and
-    /// manual edits, in seconds since `begin_ns`.
+    /// Creates a store of all beats of a recording [ns], in any order, with its `holes` [ns, from and to] and manual
+    /// edits, in seconds since `begin_ns`.
     ///
     /// An edit applies to the beat within [`EDIT_WITHIN_SECS`] of its time. Beats that were added, moved or
     /// confirmed manually are not corrected.
@@ -147,7 +147,7 @@ impl HeartWindows {
         holes.mark(from_ns, to_ns);
     }
 
-    /// Drops the data that only spans that begin before a time [ns] need.
+    /// Drops the data that only spans beginning before a time [ns] need.
     pub fn forget(&mut self, before_ns: i64) {
         let Beats::Causal { at_ns, holes } = &mut self.beats else { return };
         let before_ns = Span { begin_ns: before_ns, end_ns: before_ns };
@@ -167,14 +167,14 @@ impl HeartWindows {
         begin..begin + count
     }
 
-    /// As [`measure`](Windows::measure), but only the values of one domain, those at its
-    /// [places](Self::places), to query cheap ones more often.
+    /// Like [`measure`](Windows::measure), but returns only the values of one domain, those at its
+    /// [places](Self::places), so that cheap values can be queried more often.
     pub fn measure_domain(&self, span: Span, domain: Domain) -> Measured {
         self.measure_domains(span, &[domain], None)
     }
 
-    /// As [`measure`](Windows::measure), reusing the nonlinear values of `last`, which was measured shortly
-    /// before and ends with the heart's values.
+    /// Like [`measure`](Windows::measure), reusing the nonlinear values of `last`, which was measured shortly before
+    /// and ends with the heart's values.
     pub(crate) fn measure_after(&self, span: Span, last: Option<&Measured>) -> Measured {
         let last = last.and_then(|last| {
             let begin = last.values.len().checked_sub(self.values.len())?;
@@ -183,7 +183,8 @@ impl HeartWindows {
         self.measure_domains(span, &self.domains, last)
     }
 
-    /// Replaces the values that noise in the times of beats falsifies, all but counts and means, by the reason.
+    /// Replaces the values that noise in the times of beats falsifies (all but counts and means) by
+    /// [`Reason::Quality`].
     pub(crate) fn withhold_variability(&self, values: &mut [Result<f64, Reason>]) {
         for (value, known) in self.values.iter().zip(values) {
             if known.is_ok() && !recipes::bears_noise(&value.name) {
@@ -192,7 +193,7 @@ impl HeartWindows {
         }
     }
 
-    /// As [`measure`](Windows::measure), reusing recent nonlinear values where available.
+    /// Like [`measure`](Windows::measure), reusing recent nonlinear values where available.
     fn measure_domains(
         &self,
         span: Span,
@@ -233,7 +234,7 @@ const CORRECTED: &str = "beats corrected (Lipponen & Tarvainen 2019; natural cha
 const AS_THEY_ARE: &str =
     "uncorrected intervals; artefacts (Lipponen & Tarvainen 2019) counted only";
 
-/// An edit applies to a beat within this time of the one that it names [s].
+/// An edit applies to a beat within this time of the one that the edit names [s].
 pub const EDIT_WITHIN_SECS: f64 = 0.15;
 
 impl Windows for HeartWindows {

@@ -41,10 +41,10 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// All of them, in the order of the values.
+    /// All domains, in the order of the values.
     pub const ALL: [Domain; 3] = [Domain::Time, Domain::Frequency, Domain::Nonlinear];
 
-    /// The number of its values.
+    /// The number of the domain's values.
     pub(super) fn count(self) -> usize {
         self.rows().len()
     }
@@ -78,7 +78,7 @@ pub(super) fn values(beats: &str) -> Vec<Value> {
     rows.map(value).collect()
 }
 
-/// Whether noise in the times of single beats leaves a value nearly as it is.
+/// Whether noise in the times of single beats hardly changes a value.
 pub(super) fn bears_noise(name: &str) -> bool {
     let is_count = |row: &Row| row.0 == name && matches!(row.3, Need::Nothing);
     MEANS.contains(&name) || Domain::ALL.iter().any(|domain| domain.rows().iter().any(is_count))
@@ -89,7 +89,7 @@ pub(super) fn measure(domain: Domain, cut: &Cut, kept: &Transforms) -> Vec<Resul
     let (rows, shown) = (domain.rows(), Shown::of(cut));
     let computed = match domain {
         Domain::Time => time(cut),
-        // Most spans are too short for any.
+        // Most spans are too short for any band.
         Domain::Frequency if rows.iter().all(|row| shown.lacks(row.3, f64::NAN).is_some()) => {
             vec![f64::NAN; rows.len()]
         }
@@ -103,8 +103,8 @@ pub(super) fn measure(domain: Domain, cut: &Cut, kept: &Transforms) -> Vec<Resul
     rows.iter().zip(computed).map(shown_of).collect()
 }
 
-/// The values reported shortly before, where the span has the data for them; `None` where a value was missing
-/// for a reason that no longer holds.
+/// The values reported shortly before (`last`), where the span has the data for them; `None` if a value was missing for
+/// a reason that no longer holds.
 pub(super) fn held(
     domain: Domain,
     cut: &Cut,

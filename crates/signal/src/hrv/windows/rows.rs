@@ -9,7 +9,7 @@ pub(super) enum Need {
     Intervals(usize),
     /// At least this duration [s], with intervals over most of it.
     Secs(u32),
-    /// The same, without holes too long for a spline.
+    /// At least this duration [s] as for `Secs`, without holes too long for a spline.
     Bridged(u32),
     /// Two segments.
     Segments,
