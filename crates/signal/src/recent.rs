@@ -28,7 +28,7 @@ impl Recent {
         self.median_of(|value| value)
     }
 
-    /// The median of what a function makes of the values.
+    /// The median of a function of the values.
     pub(crate) fn median_of(&self, of: impl Fn(f64) -> f64) -> Option<f64> {
         let mut values = self.values.map(of);
         median(&mut values[..self.count])

@@ -2,10 +2,10 @@
 
 use crate::estimate::Estimate;
 
-/// Ratio of standard deviation to median absolute deviation of a normal distribution, 1/Φ⁻¹(3/4).
+/// The ratio of standard deviation to median absolute deviation of a normal distribution, 1/Φ⁻¹(3/4).
 pub const SIGMA_FROM_MAD: f64 = 1.482_602_218_505_602;
 
-/// Standard error of a median relative to that of a mean, for normal values: √(π/2).
+/// The standard error of a median relative to that of a mean, for normal values: √(π/2).
 const MEDIAN_OVER_MEAN: f64 = 1.253_314_137_315_500_3;
 
 /// Median of the finite values, the mean of the middle two for an even count.

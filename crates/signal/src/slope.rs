@@ -3,15 +3,15 @@
 use crate::estimate::Estimate;
 use crate::robust::median_in_place;
 
-/// The most points used; of more, an even selection is taken.
+/// The most points used; if there are more, an even selection is taken.
 pub const MOST_POINTS: usize = 200;
 
 /// A straight line: a slope with its uncertainty, through a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegressionLine {
-    /// Change per unit of x.
+    /// The change per unit of x.
     pub slope: Estimate,
-    /// Value at x = 0.
+    /// The value at x = 0.
     pub intercept: f64,
 }
 
@@ -22,13 +22,13 @@ impl RegressionLine {
     }
 }
 
-/// The Theil–Sen line: the median of the slopes between all pairs of points.
+/// Fits the Theil–Sen line: the median of the slopes between all pairs of points.
 ///
-/// It tolerates up to 29 % outliers. The uncertainty is half the width of the 68 % interval from Kendall's
-/// rank statistic, which assumes independent errors; those of a coarsely quantised gauge are not, see
-/// [`trend`](crate::trend::trend). Sen (1968), doi:10.1080/01621459.1968.10480934. Points that are not finite
-/// are left out; of more than [`MOST_POINTS`], an even selection is taken. `None` when fewer than two points
-/// differ in x.
+/// It tolerates up to 29 % outliers. The uncertainty is half the width of the 68 % interval from Kendall's rank
+/// statistic, which assumes independent errors; the errors of a coarsely quantised gauge are not independent, see
+/// [`trend`](crate::trend::trend). Sen (1968), doi:10.1080/01621459.1968.10480934. Points that are not finite are left
+/// out; if there are more than [`MOST_POINTS`], an even selection is taken. `None` when fewer than two points differ in
+/// x.
 pub fn theil_sen(x: &[f64], y: &[f64]) -> Option<RegressionLine> {
     let points = evenly(&finite_points(x, y));
     let mut slopes = pair_slopes(&points);
@@ -40,7 +40,7 @@ pub fn theil_sen(x: &[f64], y: &[f64]) -> Option<RegressionLine> {
     intercept.is_finite().then_some(RegressionLine { slope, intercept })
 }
 
-/// The least-squares line: it minimises the sum of squared vertical distances.
+/// Fits the least-squares line, which minimises the sum of squared vertical distances.
 ///
 /// Uses all points, including those of long noisy series, which [`theil_sen`] would thin out; a single
 /// outlier can change it. The uncertainty is the standard error of the slope, √(Σe² / (n − 2) / Σ(x −

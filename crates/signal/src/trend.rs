@@ -2,15 +2,15 @@
 
 use crate::slope::{RegressionLine, theil_sen};
 
-/// A gauge is coarse when fewer than one in this many readings differs from the last.
+/// A gauge is coarse if fewer than one in this many readings differs from the previous one.
 const READINGS_PER_CHANGE: usize = 3;
 
-/// The trend of a gauge whose smallest step so far is `step` (0 for continuous readings).
+/// Computes the trend of a gauge whose smallest step so far is `step` (0 for continuous readings).
 ///
-/// Fine readings get a [Theil–Sen line](theil_sen). With coarse steps the median slope would be zero, so the
-/// line is fitted to the moments at which the reading changes, where the true value lies midway; with fewer
-/// than two of them, through both ends. The uncertainty is widened by [`quantisation_sigma`]. Expects
-/// ascending `x`. `None` as for [`theil_sen`].
+/// Fine readings get a [Theil–Sen line](theil_sen). With coarse steps the median slope would be zero, so the line is
+/// fitted to the moments at which the reading changes, where the true value lies midway; with fewer than two such
+/// moments, it is drawn through both ends. The uncertainty is widened by [`quantisation_sigma`]. Expects ascending `x`.
+/// `None` as for [`theil_sen`].
 pub fn trend(x: &[f64], y: &[f64], step: f64) -> Option<RegressionLine> {
     let (x, y) = finite(x, y);
     let span = x.last()? - x.first()?;
@@ -33,7 +33,7 @@ pub fn smallest_step(values: &[f64]) -> Option<f64> {
 
 /// The standard uncertainty of a slope over `span`, from values quantised by `step`.
 ///
-/// Each end has a uniform error of ± half a step, their difference one of step · √(1/6).
+/// Each end has a uniform error of ± half a step, and their difference a standard error of step · √(1/6).
 pub fn quantisation_sigma(step: f64, span: f64) -> f64 {
     step / 6f64.sqrt() / span
 }
@@ -43,7 +43,7 @@ fn finite(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
     points.filter(|(x, y)| x.is_finite() && y.is_finite()).unzip()
 }
 
-/// The changes of the reading: midway between the two readings, in both coordinates.
+/// The changes of the reading, each midway between two readings in both coordinates.
 fn changes(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let pairs = x.windows(2).zip(y.windows(2));
     let changed = pairs.filter(|(_, y)| y[0].total_cmp(&y[1]).is_ne());

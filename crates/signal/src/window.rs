@@ -4,10 +4,9 @@ use std::collections::VecDeque;
 
 /// The points of the newest `length_ns` of a stream, in order of their own times.
 ///
-/// Bounded: the window is divided into a fixed number of slots, aligned to time zero, each of which holds one
-/// point. Its content therefore depends on the points alone, not on the order or the batches of their
-/// arrival. Points later than the end are held until time reaches them; those more than one length ahead are
-/// rejected.
+/// The memory is bounded: the window is divided into a fixed number of slots, aligned to time zero, each of which holds
+/// one point. Its content therefore depends on the points alone, not on the order or the batches of their arrival.
+/// Points later than the end are held until time reaches them; those more than one length ahead are rejected.
 #[derive(Clone, Debug)]
 pub struct Window<T> {
     length_ns: i64,
@@ -43,7 +42,7 @@ impl<T> Window<T> {
         });
     }
 
-    /// Moves the end of the window to `end_ns` and drops what precedes its start.
+    /// Moves the end of the window to `end_ns` and drops the points before its start.
     pub fn advance(&mut self, end_ns: i64) {
         self.end_ns = Some(end_ns);
         let begin_ns = end_ns.saturating_sub(self.length_ns);

@@ -217,7 +217,7 @@ impl FaultDetector {
 /// The phases of the mains frequencies, shared by all channels.
 #[derive(Clone, Debug)]
 pub(super) struct Phases {
-    /// Cosine and sine of each frequency now, and its rotation per sample.
+    /// The current cosine and sine of each frequency, and its rotation per sample.
     now: [[f64; 2]; 2],
     steps: [[f64; 2]; 2],
     /// The number of samples until the phasors are renormalised.

@@ -171,7 +171,7 @@ fn from_circle(root: Complex64) -> f64 {
     (1.0 - root.norm()).abs()
 }
 
-/// (1 − r z⁻¹)(1 − s z⁻¹) after its leading 1.
+/// The coefficients of (1 − r z⁻¹)(1 − s z⁻¹) after the leading 1.
 fn monic(r: Complex64, s: Complex64) -> [f64; 2] {
     [-(r + s).re, (r * s).re]
 }

@@ -14,7 +14,7 @@ const ALPHA: f64 = 5.2;
 const C1: f64 = 0.13;
 /// Offset of the decision border of ectopic beats.
 const C2: f64 = 0.17;
-/// The largest deviation of an interval from the usual, in thresholds.
+/// The largest deviation of an interval from the usual one, in thresholds.
 const MOST_OFF: f64 = 3.0;
 
 /// The kind of an artefact.
@@ -42,14 +42,14 @@ pub struct Artefact {
 /// The artefacts among beats.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Artefacts {
-    /// In the order of beats.
+    /// The artefacts, in the order of beats.
     pub found: Vec<Artefact>,
     /// The number of beats examined.
     pub beats: usize,
 }
 
 impl Artefacts {
-    /// Which beats of `times_secs` [s, ascending] are artefacts.
+    /// Finds the artefacts among beats at `times_secs` [s, ascending].
     ///
     /// Lipponen & Tarvainen (2019), doi:10.1080/03091902.2019.1640306: differences between successive
     /// intervals above 5.2 quartile deviations of the 91 surrounding ones, differences from the median of
@@ -61,16 +61,16 @@ impl Artefacts {
         Artefacts::of(differences_with_mean_first(times_secs))
     }
 
-    /// As [`among`](Self::among), from intervals [s], one per beat.
+    /// Like [`among`](Self::among), from intervals [s], one per beat.
     fn of(rr: Vec<f64>) -> Artefacts {
         let beats = rr.len();
         let found = if beats < 4 { Vec::new() } else { Series::of(rr).classified() };
         Artefacts { found, beats }
     }
 
-    /// The artefacts among intervals [s], one per beat, that are not natural variability.
+    /// Finds the artefacts among intervals [s], one per beat, that are not natural variability.
     ///
-    /// Adjacent artefacts all count if one does: they are signs of the same error.
+    /// If one of several adjacent artefacts counts, all do: they are signs of the same error.
     pub(super) fn unnatural(rr: Vec<f64>) -> Artefacts {
         let beats = rr.len();
         if beats < 4 {
@@ -93,7 +93,7 @@ impl Artefacts {
         self.found.len()
     }
 
-    /// Their share of all beats [%]; 0 without beats.
+    /// The share of artefacts among all beats [%]; 0 without beats.
     pub fn percent(&self) -> f64 {
         100.0 * self.found.len() as f64 / self.beats.max(1) as f64
     }
@@ -105,17 +105,17 @@ pub(super) struct Series {
     rr: Vec<f64>,
     /// Differences between successive intervals, over their threshold.
     change: Vec<f64>,
-    /// Computed only where a change stands out, which most windows lack.
+    /// The intervals relative to the usual one, computed only if a change stands out, which is rare.
     level: OnceCell<Level>,
 }
 
-/// Intervals relative to those around.
+/// Intervals relative to the surrounding ones.
 struct Level {
-    /// Median of the intervals around [s].
+    /// Median of the surrounding intervals [s].
     usual: Vec<f64>,
-    /// Threshold of differences from it [s].
+    /// Threshold of differences from that median [s].
     threshold: Vec<f64>,
-    /// Differences from it, over the threshold.
+    /// Differences from that median, over the threshold.
     off: Vec<f64>,
 }
 
@@ -132,7 +132,7 @@ impl Level {
     }
 }
 
-/// With a threshold of zero the result is NaN, which compares as false.
+/// The quotient of a value and its threshold. With a threshold of zero it is NaN, which compares as false.
 fn over(value: f64, threshold: f64) -> f64 {
     if threshold > 0.0 { value / threshold } else { f64::NAN }
 }
@@ -173,13 +173,13 @@ impl Series {
         found
     }
 
-    /// The relative deviation of an interval from the usual; for beats beyond the end, that of the last one.
+    /// The relative deviation of an interval from the usual one; for beats beyond the end, that of the last interval.
     pub(super) fn off_usual(&self, beat: usize) -> f64 {
         let beat = beat.min(self.rr.len() - 1);
         self.rr[beat] / self.level().usual[beat] - 1.0
     }
 
-    /// The change over its threshold, `by` beats away; mirrored at both ends.
+    /// The change over its threshold `by` beats away, mirrored at both ends.
     pub(super) fn change_at(&self, beat: usize, by: isize) -> f64 {
         let last = self.change.len() as isize - 1;
         let mirrored = (beat as isize + by).abs();
@@ -187,7 +187,7 @@ impl Series {
         self.change[mirrored as usize]
     }
 
-    /// Equations 1 and 2.
+    /// Whether a beat is ectopic: equations 1 and 2.
     fn is_ectopic(&self, beat: usize) -> bool {
         let (change, before, after) =
             (self.change[beat], self.change_at(beat, -1), self.change_at(beat, 1));
@@ -195,7 +195,7 @@ impl Series {
             || (change < -1.0 && lesser(before, after) > -C1 * change + C2)
     }
 
-    /// Equations 3 to 7.
+    /// Whether an interval is long or short, and of which kind: equations 3 to 7.
     fn long_or_short(&self, beat: usize) -> Option<Kind> {
         let (change, next, second) =
             (self.change[beat], self.change_at(beat, 1), self.change_at(beat, 2));
@@ -213,22 +213,22 @@ impl Series {
     }
 }
 
-/// NaN when either is: `f64::max` would hide it.
+/// The greater of two numbers; NaN if either is, which `f64::max` would hide.
 fn greater(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// NaN when either is: `f64::min` would hide it.
+/// The lesser of two numbers; NaN if either is, which `f64::min` would hide.
 fn lesser(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) }
 }
 
-/// Median of the intervals around each [s].
+/// The median of the intervals around each one [s].
 pub(super) fn usual(rr: &[f64]) -> Vec<f64> {
     around_each(rr, MEDIAN_BEATS, |sorted| quantile_of_sorted(sorted, 0.5))
 }
 
-/// The differences, as many as values: the first is the mean of the others.
+/// The differences between values, as many as there are values: the first is the mean of the others.
 pub(super) fn differences_with_mean_first(values: &[f64]) -> Vec<f64> {
     let mut all: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     if !values.is_empty() {

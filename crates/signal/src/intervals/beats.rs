@@ -3,11 +3,11 @@
 pub struct Beats {
     times_secs: Vec<f64>,
     decided: Vec<bool>,
-    /// Whether the interval that ends there is missing for an unknown reason.
+    /// Whether the interval that ends at each beat is missing for an unknown reason.
     broken: Vec<bool>,
 }
 
-/// One of them, for the correction.
+/// One beat, for the correction.
 #[derive(Clone, Copy)]
 pub(super) struct Beat {
     pub(super) at_secs: f64,
@@ -32,7 +32,7 @@ pub enum Edit {
     Move {
         /// When it was detected [s].
         from_secs: f64,
-        /// Its true time [s].
+        /// The true time of the beat [s].
         to_secs: f64,
     },
     /// The detected beat nearest to a time is correct, however odd it looks.
@@ -73,7 +73,7 @@ impl Beats {
         (beats, left_out)
     }
 
-    /// From beats that are in order.
+    /// Creates the series from beats that are in order.
     pub(super) fn ordered(beats: &[Beat]) -> Beats {
         Beats {
             times_secs: beats.iter().map(|each| each.at_secs).collect(),

@@ -2,36 +2,36 @@ use super::MOST_PERCENT;
 use super::artefacts::{Artefact, Artefacts, Kind, differences_with_mean_first, usual};
 use super::beats::{Beat, Beats};
 
-/// The most passes; each must find fewer artefacts than the last, so there are seldom more than three.
+/// The most passes; each must find fewer artefacts than the one before, so there are seldom more than three.
 const MOST_PASSES: usize = 20;
 
-/// The share of the worst deviation that may remain when beats are moved.
+/// The largest share of the worst deviation that may remain when beats are moved.
 const MOST_LACKING: f64 = 0.5;
 
 /// The number of detection passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Passes {
-    /// Until a pass finds as many as the last, the default of NeuroKit2: a large artefact hides small ones.
+    /// Passes are repeated until one finds as many artefacts as the pass before, as by default in NeuroKit2: a large
+    /// artefact hides small ones.
     #[default]
     UntilSteady,
-    /// Once, as in the paper.
+    /// There is one pass, as in the paper.
     Once,
 }
 
 /// Corrects beats by the artefacts among them, as described by Lipponen and Tarvainen (2019).
 ///
-/// An extra beat is removed; a missed one is inserted in the middle of its long interval. Ectopic, long and
-/// short ones are spread evenly between the correct beats on both sides, so that the total time is
-/// preserved. If that time does not fit the usual intervals, because one interval is too long or too short
-/// and its neighbours compensate for less than half of it, moving beats would turn one wrong interval into
-/// two. Then the beats stay and the interval is NaN, for features to leave out or to bridge.
+/// An extra beat is removed; a missed one is inserted in the middle of its long interval. Beats of ectopic, long and
+/// short intervals are spread evenly between the correct beats on both sides, so that the total time is preserved. If
+/// that time does not fit the usual intervals, because one interval is too long or too short and its neighbours
+/// compensate for less than half of it, moving beats would turn one wrong interval into two. Then the beats stay and
+/// the interval is NaN, for features to leave out or to bridge.
 ///
-/// Natural variability is spared: changes within 1.5 of the paper's thresholds, which are 3.3 standard
-/// deviations of normal ones; within two if the interval is within 10 % of the median of 11; and an
-/// interval up to 50 % over that median, if an adjacent interval exceeds it by at least 40 % as much. On
-/// five minutes of beats that experts labelled normal, the correction reduces RMSSD by 0 % in the median,
-/// and by less than 3 % in nine of ten (24 records of MIT-BIH; without sparing, 4 and 14 %), and with
-/// injected artefacts its error is half as large.
+/// Natural variability is spared: changes within 1.5 of the paper's thresholds, which are 3.3 standard deviations of
+/// normal changes; within two thresholds if the interval is within 10 % of the median of 11; and an interval up to 50 %
+/// over that median, if an adjacent interval exceeds the median by at least 40 % as much. On five minutes of beats that
+/// experts labelled normal, the correction reduces RMSSD by 0 % in the median, and by less than 3 % in nine of ten (24
+/// records of MIT-BIH; without sparing, 4 and 14 %), and with injected artefacts its error is half as large.
 ///
 /// Differences from other implementations: the paper interpolates intervals of the last kinds, which shifts
 /// all later beats relative to other signals. NeuroKit2 moves each beat to the middle between its
@@ -59,7 +59,7 @@ pub struct Correction {
 pub struct Corrected {
     /// The corrected beats.
     pub beats: Beats,
-    /// The artefacts of each pass; indices are those before the pass.
+    /// The artefacts of each pass; indices refer to the beats before the pass.
     pub passes: Vec<Artefacts>,
     /// The corrections with their times [s], pass by pass.
     pub corrections: Vec<(f64, Kind)>,
@@ -80,7 +80,7 @@ impl Corrected {
         100.0 * total as f64 / self.detected.max(1) as f64
     }
 
-    /// Whether so many beats were corrected that a person should check them.
+    /// Whether so many beats were corrected that a person should check the series.
     pub fn is_doubtful(&self) -> bool {
         self.percent() > MOST_PERCENT
     }
@@ -115,7 +115,7 @@ impl Correction {
     }
 }
 
-/// The artefacts that were not edited manually.
+/// The artefacts among beats that were not edited manually.
 fn undecided(beats: &Beats) -> Artefacts {
     let beats: Vec<Beat> = beats.iter().collect();
     let mut artefacts = Artefacts::unnatural(intervals_secs(&beats));
@@ -177,7 +177,7 @@ fn applied(beats: &Beats, artefacts: &[Artefact]) -> Beats {
     Beats::ordered(&beats)
 }
 
-/// Corrects the artefacts between two correct beats, given each interval's deviation from the usual [s].
+/// Corrects the artefacts between two correct beats, given each interval's deviation from the usual one [s].
 ///
 /// Where the deviations cancel out, the beats are spread evenly. Otherwise moving beats would make two wrong
 /// intervals of one, so the worst intervals are rejected.

@@ -3,7 +3,7 @@ use std::ops::RangeInclusive;
 /// The plausible intervals of a heart [ms]: 200 to 30 beats a minute.
 pub const PLAUSIBLE_MS: RangeInclusive<f64> = 300.0..=2000.0;
 
-/// The intervals [ms], with those outside the range replaced by NaN.
+/// Replaces intervals [ms] outside the range by NaN.
 ///
 /// A missing interval keeps its place, so that no difference is taken across it.
 ///

@@ -1,4 +1,4 @@
-/// Calls `of` with the sorted `width` values around each value, fewer at the ends.
+/// Calls `of` with the sorted `width` values around each value, or fewer at the ends.
 pub(super) fn around_each(values: &[f64], width: usize, of: impl Fn(&[f64]) -> f64) -> Vec<f64> {
     let half = width / 2;
     let mut sorted: Vec<f64> = Vec::with_capacity(width + 1);

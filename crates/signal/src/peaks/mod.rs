@@ -22,32 +22,32 @@ use std::ops::RangeInclusive;
 /// Bounds are inclusive, as SciPy's; a NaN fails them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rules {
-    /// Value at the peak.
+    /// The value at the peak.
     pub height: RangeInclusive<f64>,
     /// The smallest distance between peaks [samples]; of two closer ones the lower is dropped.
     pub distance: usize,
-    /// Height above the higher of the two valleys that separate it from higher ground.
+    /// The height of a peak above the higher of the two valleys that separate it from higher ground.
     pub prominence: RangeInclusive<f64>,
-    /// Width [samples] at [`relative_height`](Rules::relative_height).
+    /// The width [samples] at [`relative_height`](Rules::relative_height).
     pub width: RangeInclusive<f64>,
-    /// The share of the prominence below the peak at which its width is measured [0..1], usually half.
+    /// The share of the prominence below the peak at which the width is measured [0..1], usually half.
     pub relative_height: f64,
 }
 
 /// A peak, in the terms of SciPy's `find_peaks`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// Its index; the middle of a plateau, rounded down.
+    /// The index of the peak; the middle of a plateau, rounded down.
     pub index: usize,
     /// The value at the peak.
     pub height: f64,
-    /// Height above the higher of its two bases.
+    /// The height above the higher of the two bases.
     pub prominence: f64,
-    /// The minimum between it and higher ground to the left, or the start.
+    /// The index of the minimum between the peak and higher ground to the left, or the start.
     pub left_base: usize,
-    /// The minimum between it and higher ground to the right, or the end.
+    /// The index of the minimum between the peak and higher ground to the right, or the end.
     pub right_base: usize,
-    /// Width at the relative height [samples].
+    /// The width at the relative height [samples].
     pub width: f64,
     /// The left crossing of that height, fractional.
     pub left_crossing: f64,
@@ -63,12 +63,12 @@ impl Default for Rules {
     }
 }
 
-/// The local maxima of `signal` that meet the `rules`, in order.
+/// Finds the local maxima of `signal` that meet the `rules`, in order.
 ///
-/// As `scipy.signal.find_peaks`: height is tested first, then distance, prominence and width; of two equally
-/// high peaks that are too close, the later is kept. A maximum exceeds both neighbours; the first and the
-/// last sample are never one, nor is a neighbour of a NaN, which acts like higher ground. Not causal: a
-/// prominence depends on the whole signal.
+/// Works like `scipy.signal.find_peaks`: height is tested first, then distance, prominence and width; of two equally
+/// high peaks that are too close, the later is kept. A maximum exceeds both neighbours; the first and the last sample
+/// are never one, nor is a neighbour of a NaN, which acts like higher ground. Not causal: a prominence depends on the
+/// whole signal.
 pub fn find_peaks(signal: &[f64], rules: &Rules) -> Vec<Peak> {
     let mut indices = maxima::local_maxima(signal);
     indices.retain(|&index| rules.height.contains(&signal[index]));

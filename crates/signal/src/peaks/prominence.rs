@@ -2,7 +2,7 @@
 
 use super::Peak;
 
-/// Lowest sample of a stretch of the signal.
+/// The lowest sample of a stretch of the signal.
 #[derive(Clone, Copy)]
 struct Lowest {
     index: usize,

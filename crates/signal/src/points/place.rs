@@ -18,7 +18,7 @@ impl Place {
         Some(Place { x: channel("_x")?, y: channel("_y")?, score: channel("_score") })
     }
 
-    /// Its position [px]; NaN where it is not detected.
+    /// The position of the point [px]; NaN where it is not detected.
     pub fn at(self, channels: &[f64]) -> [f64; 2] {
         let number = |place: usize| channels.get(place).copied().unwrap_or(f64::NAN);
         let is_there = self.score.is_none_or(|score| number(score) >= LEAST_SCORE);

@@ -1,11 +1,10 @@
-//! The PPG behind the common analysis interface: pulses as events; pulse rate, pulse shape, breathing,
-//! quality and pulse rate variability for any span ([`HeartWindows`](crate::hrv::HeartWindows) of good pulses
-//! only, so that motion is not mistaken for variability). A pulse's [time](Pulse::time) there is midway between
-//! its peak and the middle of its rise; where noise may have made the variability, only means and counts of
-//! intervals are reported.
+//! The PPG behind the common analysis interface: pulses as events; pulse rate, pulse shape, breathing, quality and
+//! pulse rate variability for any span ([`HeartWindows`](crate::hrv::HeartWindows) of good pulses only, so that motion
+//! is not mistaken for variability). A pulse's [time](Pulse::time) there is midway between its peak and the middle of
+//! its rise; if the variability may be due to noise, only means and counts of intervals are reported.
 //!
-//! Quality, and which pulses are good, are judged including the minute before the span. Where more than half
-//! of the span is flagged, no pulse values are reported.
+//! Quality, and which pulses are good, are judged including the minute before the span. If more than half of the span
+//! is flagged, no pulse values are reported.
 //!
 //! A span queried right after its end lacks the pulses of the last 0.4 s or so.
 
@@ -122,7 +121,7 @@ impl Causal for CausalPpg {
         self.windows.forget(before_ns);
     }
 
-    /// In other seconds than an ECG of the same person.
+    /// The second 1, so that an ECG of the same person is not analysed in the same second.
     fn turn_secs(&self) -> i64 {
         1
     }
@@ -142,7 +141,7 @@ fn event(windows: &mut PpgWindows, pulse: Pulse, group: usize) -> Event {
     Event { kind: "pulse", sample: pulse.sample, at_ns, details }
 }
 
-/// From samples to means of groups of them.
+/// Converts samples to means of groups of samples.
 struct Intake {
     signal: Grouping,
     motion: Grouping,

@@ -15,15 +15,15 @@ const LONGEST_SECS: f64 = 1.0;
 /// A candidate pulse.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    /// The maximum of the band-passed signal [samples].
+    /// The position of the maximum of the band-passed signal [samples].
     pub(super) place: i64,
     /// The value of that maximum, positive.
     pub(super) height: f64,
-    /// Whether its block was as long as a systolic peak.
+    /// Whether the block was as long as a systolic peak.
     pub(super) is_broad: bool,
 }
 
-/// Finds blocks in a band-passed signal that comes in sample by sample.
+/// Finds blocks in a band-passed signal that arrives sample by sample.
 #[derive(Clone, Debug)]
 pub(super) struct Blocks {
     band: History,
@@ -93,8 +93,8 @@ impl Blocks {
         if self.is_reported || place - begin < 2 * self.peak_half {
             return None;
         }
-        // The following samples are known: a maximum not exceeded before the signal falls below its mean
-        // again is that of the block.
+        // The following samples are known: a maximum that is not exceeded before the signal falls below its mean again
+        // is the maximum of the block.
         let begin = begin.max(place - self.longest);
         let rest = self.band.at(place + 1..newest + 1).iter().take_while(|&&value| value > 0.0);
         let end = place + 1 + rest.count() as i64;

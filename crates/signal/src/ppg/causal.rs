@@ -22,10 +22,10 @@ const KEPT_SECS: f64 = 2.5;
 
 /// Detects pulses in a PPG sample by sample.
 ///
-/// A pulse is reported about 0.4 s of data time after its peak, which half the averaging window of a beat
-/// (0.33 s) requires. Those of the first second wait for its end. The width is NaN when the pulse takes
-/// longer to fall to half of its height. The output is bit-identical for any chunking, and no sample
-/// allocates. Samples that are not [usable numbers](crate::gaps::is_usable) are bridged.
+/// A pulse is reported about 0.4 s of data time after its peak, which half the averaging window of a beat (0.33 s)
+/// requires. Pulses in the first second are reported after its end. The width is NaN when the pulse takes longer to
+/// fall to half of its height. The output is bit-identical for any chunking, and no sample allocates. Samples that are
+/// not [usable numbers](crate::gaps::is_usable) are bridged.
 #[derive(Clone, Debug)]
 pub struct PulseDetector {
     grouping: Grouping,

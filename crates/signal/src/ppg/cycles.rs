@@ -11,23 +11,23 @@ use crate::robust::median_in_place;
 const PLACES: usize = 24;
 /// The fewest cycles for a mean.
 const LEAST_CYCLES: usize = 5;
-/// Bends of intervals alternate where more than this share has the opposite sign of the one before.
+/// [Bends](bends) of intervals alternate if more than this share has the opposite sign of the one before.
 const ALTERNATING: f64 = 0.8;
 
 /// The mean cycle, and its variation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cycles {
-    /// Second and third harmonic over the first: present in a pulse, zero in a sine.
+    /// The second and third harmonic over the first: present in a pulse, zero in a sine.
     pub(super) harmonics: f64,
-    /// The time of the mean cycle's second crest [s after the first], and its prominence [shares of the
-    /// range]; 0 without one.
+    /// The time of the mean cycle's second crest [s after the first], and the prominence of that crest as a share of
+    /// the range; 0 without one.
     pub(super) crest_secs: f64,
     pub(super) crest_height: f64,
     /// The share of power not explained by the mean cycle, scaled to each cycle.
     pub(super) rest: f64,
-    /// The alternation of intervals between long and short [shares of the mean].
+    /// The alternation of intervals between long and short, as a share of the mean.
     pub(super) alternation: f64,
-    /// The mean deviation of intervals from their mean [shares of it].
+    /// The mean deviation of intervals from their mean, as a share of it.
     pub(super) variation: f64,
     /// The total duration [s].
     pub(super) secs: f64,
@@ -140,14 +140,14 @@ fn rest(cycles: &[[f64; PLACES]], mean: &[f64; PLACES]) -> f64 {
     left / all
 }
 
-/// The mean deviation of intervals from their mean [shares of it].
+/// The mean deviation of intervals from their mean, as a share of it.
 fn variation(intervals: &[f64]) -> f64 {
     let mean = mean_size(intervals);
     let deviations: Vec<f64> = intervals.iter().map(|interval| interval - mean).collect();
     mean_size(&deviations) / mean
 }
 
-/// The amplitude of the alternating component of intervals [shares of the mean]; 0 if they do not alternate.
+/// The amplitude of the alternating component of intervals, as a share of the mean; 0 if they do not alternate.
 fn alternation(intervals: &[f64]) -> f64 {
     let bends = bends(intervals);
     if alternate(&bends) > ALTERNATING { mean_size(&bends) / mean_size(intervals) } else { 0.0 }

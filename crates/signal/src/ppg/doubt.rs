@@ -3,88 +3,89 @@
 use super::cycles::Cycles;
 use super::train::Train;
 
-/// The probability that a rate is correct within 10 % without and with evidence against it. There are four levels, so
-/// that each is the share that was right among the windows of simulated signals that have it
-/// (`bench/signal/measure_unkind choosing`).
+/// The probability that a rate is correct within 10 %, without and with evidence against it. There are four levels;
+/// each is the share of right rates among the windows of simulated signals at that level (`bench/signal/measure_unkind
+/// choosing`).
 const SURE: f64 = 0.98;
 const DOUBTFUL: f64 = 0.79;
 const UNLIKELY: f64 = 0.265;
 const WRONG: f64 = 0.05;
 
-/// The largest flagged share of a span of which the rest is reported.
+/// The largest flagged share of a span whose remainder is reported.
 pub(super) const MOST_FLAGGED: f64 = 0.5;
 /// Fewer pulses than this in a span as long as this [s] do not make a rhythm; in a shorter one they are merely too few.
 const LEAST_COUNT: usize = 5;
 const LONG_SECS: f64 = 10.0;
-/// With too few good cycles for a mean, pulses are noise where more than this share of intervals is odd; or fewer, in a
-/// span that is flagged above that share.
+/// With too few good cycles for a mean, pulses are noise if more than this share of intervals is odd, or a smaller
+/// share in a span of which more than the last of these shares is flagged.
 const NOISE_ODD: f64 = 0.345;
 const FLAGGED_NOISE_ODD: f64 = 0.11;
 const NOISE_FLAGGED: f64 = 0.91;
 
-/// A sine is not a pulse but aliased mains, and so is what has nearly no fundamental. A near-sine is hardly a pulse.
+/// A sine is not a pulse but aliased mains, and so is a wave with nearly no fundamental. A near-sine is hardly a pulse.
 const SINE: f64 = 0.03;
 const HARDLY_A_PULSE: f64 = 0.09;
 const NO_FUNDAMENTAL: f64 = 10.0;
-/// Where the harmonics are larger than this multiple of the fundamental, each cycle may hold two pulses.
+/// If the harmonics are larger than this multiple of the fundamental, each cycle may hold two pulses.
 const TWO_PULSES: f64 = 2.0;
 
-/// The latest diastolic wave [s]; a later crest is a missed weak pulse. So may be one this late, where pulses were
-/// lost.
+/// The latest diastolic wave [s]; a later crest is a missed weak pulse. If pulses were lost, a crest this late may be
+/// one, too.
 const LATEST_CREST_SECS: f64 = 0.46;
 const CREST_HEIGHT: f64 = 0.08;
 const LATE_CREST_SECS: f64 = 0.32;
-/// Nearly as late, a crest as high as this in the middle of a cycle may be one of alternating pulses.
+/// A crest that is nearly as late and as high as this, in the middle of a cycle, may be one of alternating pulses.
 const HALF: std::ops::Range<f64> = 0.46..0.54;
 const HALF_CREST_SECS: f64 = 0.44;
 const HALF_CREST_HEIGHT: f64 = 0.25;
 
-/// Footsteps are broader than pulses [shares of a cycle]. A broad wave may be theirs if the mean cycle leaves more than
-/// this residual, or amplitudes are jagged or alternate.
+/// Footsteps are broader than pulses, as a share of a cycle. A broad wave may be that of footsteps if the mean cycle
+/// leaves more than this residual, or if amplitudes are jagged or alternate.
 const BROAD: f64 = 0.39;
 const MOST_REST: f64 = 0.005;
 const JAGGED: f64 = 0.05;
-/// A large residual may be a second rhythm beside narrower pulses, too.
+/// A large residual may also be a second rhythm beside narrower pulses.
 const LARGE_REST: f64 = 0.05;
 const NEARLY_BROAD: f64 = 0.32;
 
-/// Pulses as fast as this [s] are perhaps every diastolic wave as well; intervals, amplitudes or forms then alternate.
+/// Among pulses as fast as this [s], every second one may be a diastolic wave; intervals, amplitudes or forms then
+/// alternate.
 const FAST_SECS: f64 = 0.47;
 const FAST_ALTERNATION: f64 = 0.011;
 const FAST_ALTERNATE: f64 = 0.8;
 const FAST_JAGGED: f64 = 0.06;
-/// Pulses as slow as this [s] may be every second one of a bigeminy: they rise in a smaller share of a cycle, and the
-/// signal is more skewed. Or the baseline wanders; this leaves a residual.
+/// Pulses as slow as this [s] may be every second pulse of a bigeminy: they rise in a smaller share of a cycle, and the
+/// signal is more skewed. Or the baseline wanders, which leaves a residual.
 const SLOW_SECS: f64 = 1.12;
 const FAST_RISE: f64 = 0.13;
 const SKEWED: f64 = 0.9;
 const WANDER_REST: f64 = 0.04;
-/// Few hearts are as slow as this [s], and wander often is.
+/// Few hearts are as slow as this [s], but baseline wander often is.
 const VERY_SLOW_SECS: f64 = 1.9;
 
-/// Amplitudes alternate strictly above this share; with odd intervals, or good cycles in less than this share of the
-/// span, the lower pulses of a bigeminy are flagged.
+/// Amplitudes alternate strictly above this share. If intervals are then odd, or good cycles cover less than this share
+/// of the span, the lower pulses of a bigeminy are flagged.
 const STRICTLY_ALTERNATE: f64 = 0.95;
 const ALTERNATE_COVERED: f64 = 0.6;
 
-/// Intervals that alternate more are a bigeminy. Others that vary more than this are hardly a heart's.
+/// Intervals that alternate more than this are a bigeminy. Others that vary more than this hardly come from a heart.
 const MOST_ALTERNATION: f64 = 0.04;
 const MOST_VARIATION: f64 = 0.07;
-/// More intervals than this are odd, while good cycles cover less than this share of the span.
+/// The rate is doubtful if more intervals than this are odd while good cycles cover less than this share of the span.
 const MOST_ODD: f64 = 0.2;
 const LEAST_COVERED: f64 = 0.75;
-/// Above this share of odd intervals, or with more variation, there is no rhythm of which pulses could be missed.
+/// Above this share of odd intervals, or with more variation, there is no rhythm in which pulses could be missing.
 const NO_RHYTHM_ODD: f64 = 0.35;
 const NO_RHYTHM_VARIATION: f64 = 0.25;
 /// Above this residual, a late, high crest may be the second pulse of a pair.
 const PAIR_REST: f64 = 0.15;
 const PAIR_CREST_SECS: f64 = 0.33;
 const PAIR_CREST_HEIGHT: f64 = 0.15;
-/// The usual interval of good cycles differs from that of all by more than this share: pulses between them are flagged,
-/// or false.
+/// The rate is doubtful if the usual interval of good cycles differs from that of all by more than this share: pulses
+/// between them are flagged, or false.
 const MOST_OFF: f64 = 0.05;
 
-/// What is known of the pulses of a span.
+/// What is known about the pulses of a span.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Doubt {
     pub(super) train: Train,
@@ -155,14 +156,14 @@ impl Doubt {
         .contains(&true)
     }
 
-    /// Whether the waves may be those of another rhythm, with the pulse between them.
+    /// Whether the waves may come from another rhythm, with the pulse between them.
     fn is_second_rhythm(&self, cycles: &Cycles) -> bool {
         let Train { jagged, alternate, .. } = self.train;
         let is_mixed = cycles.rest > MOST_REST || jagged > JAGGED || alternate > STRICTLY_ALTERNATE;
         self.width(cycles) > BROAD && is_mixed
     }
 
-    /// Whether diastolic waves may be counted.
+    /// Whether diastolic waves may have been counted as pulses.
     fn is_doubled(&self, cycles: &Cycles) -> bool {
         let Train { jagged, alternate, .. } = self.train;
         let is_alternating = cycles.alternation > FAST_ALTERNATION
@@ -187,13 +188,13 @@ impl Doubt {
         cycles.usual_secs > SLOW_SECS && alternate > STRICTLY_ALTERNATE && jagged > JAGGED
     }
 
-    /// Whether the lower ones of alternating pulses may be flagged.
+    /// Whether the lower of alternating pulses may be flagged.
     fn is_missing_low(&self, cycles: &Cycles) -> bool {
         let is_part = cycles.secs < ALTERNATE_COVERED * self.secs;
         self.train.alternate > STRICTLY_ALTERNATE && (is_part || self.train.odd > MOST_ODD)
     }
 
-    /// The width of pulses at half of their amplitude [shares of a cycle].
+    /// The width of pulses at half of their amplitude, as a share of a cycle.
     fn width(&self, cycles: &Cycles) -> f64 {
         self.train.width_secs / cycles.usual_secs
     }

@@ -3,8 +3,8 @@
 use super::blocks::Candidate;
 use crate::recent::Recent;
 
-/// The shortest interval between pulses [s]: 255 a minute where the usual cycle [s] is short or unknown,
-/// otherwise 220.
+/// The shortest interval between pulses [s]: at most 255 pulses a minute if the usual cycle is shorter than
+/// `SHORT_CYCLE_SECS`, otherwise 220.
 pub(super) const REFRACTORY_SECS: f64 = 0.235;
 const USUAL_REFRACTORY_SECS: f64 = 0.27;
 const SHORT_CYCLE_SECS: f64 = 0.33;
@@ -14,8 +14,8 @@ pub(super) fn refractory_secs(cycle_secs: f64) -> f64 {
     if cycle_secs < SHORT_CYCLE_SECS { REFRACTORY_SECS } else { USUAL_REFRACTORY_SECS }
 }
 
-/// The diastolic wave follows the systolic peak within this time [s] and share of a cycle, is lower than this
-/// share of it, and narrow.
+/// The diastolic wave follows the systolic peak within this time [s] and share of a cycle, is lower than this share of
+/// the peak, and narrow.
 const DIASTOLIC_SECS: f64 = 0.55;
 const DIASTOLIC_CYCLES: f64 = 0.7;
 const DIASTOLIC_SHARE: f64 = 0.5;
@@ -43,18 +43,18 @@ pub(super) fn is_noise(height: f64, usual: f64) -> bool {
     height < LEAST_SHARE * usual
 }
 
-/// A diastolic wave follows the systolic peak within this time at any rate [s], and precedes the next pulse
-/// by more than this factor of it; it is lower than this share of it.
+/// A diastolic wave follows the systolic peak within this time at any rate [s], which is shorter than the time to the
+/// next pulse by this factor, and is lower than this share of the peak.
 const SECOND_WAVE_SECS: f64 = 0.47;
 const SECOND_WAVE_EARLIER: f64 = 1.1;
 const SECOND_WAVE_SHARE: f64 = 0.93;
 
-/// Recognises alternating high and low candidates, each low one soon after a high one: pulses with strong
+/// Recognises alternating high and low candidates, each low candidate soon after a high one: pulses with strong
 /// diastolic waves.
 #[derive(Clone, Debug)]
 pub(super) struct Turns {
     rate_hz: f64,
-    /// Position and height of the newest candidates, oldest first.
+    /// The positions and heights of the newest candidates, oldest first.
     newest: [(i64, f64); 5],
     count: usize,
 }

@@ -15,19 +15,19 @@ const BEFORE_SECS: f64 = 1.0;
 pub(super) struct Shaped {
     /// The index of the pulse.
     pub(super) number: usize,
-    /// The time of its peak [ns].
+    /// The time of the peak [ns].
     pub(super) at_ns: i64,
     pub(super) pulse: Pulse,
-    /// The peak's height minus its amplitude.
+    /// The height of the peak minus the pulse's amplitude.
     pub(super) baseline: f64,
-    /// The largest step between samples of its rise.
+    /// The largest step between samples of the rise.
     pub(super) rise_step: f64,
-    /// … and up to the onset of the next pulse, where known.
+    /// The largest step between samples up to the onset of the next pulse, if known.
     pub(super) cycle_step: Option<f64>,
 }
 
 impl Shaped {
-    /// A pulse that has been measured in a signal.
+    /// The shape of a pulse that was measured in a signal.
     pub(super) fn of(signal: &Part<'_>, number: usize, at_ns: i64, pulse: Pulse) -> Shaped {
         let peak = pulse.sample.round().max(0.0) as usize;
         let top = signal.values(peak..peak.saturating_add(1)).first().copied().unwrap_or(f64::NAN);
@@ -48,7 +48,7 @@ struct Found {
     number: usize,
     at_ns: i64,
     sample: f64,
-    /// The peak before it.
+    /// The sample of the previous peak.
     floor: usize,
 }
 
@@ -57,7 +57,7 @@ impl Found {
         self.sample.round().max(0.0) as usize
     }
 
-    /// `None` outside the part of the signal that is held.
+    /// Measures the pulse; `None` outside the part of the signal that is held.
     fn shaped(&self, signal: &Smoothed) -> Option<Shaped> {
         let rate_hz = signal.rate_hz();
         // The start is independent of the part held, so that rounding is, too.
@@ -72,7 +72,7 @@ impl Found {
         Some(Shaped::of(&around, self.number, self.at_ns, pulse))
     }
 
-    /// Whether samples still to come cannot change its shape.
+    /// Whether no later sample can change the shape of the pulse.
     fn is_settled(&self, signal: &Smoothed) -> bool {
         let reach = (LONGEST_FALL_SECS * signal.rate_hz()).ceil() as usize + 1;
         self.peak() + reach < signal.held().end

@@ -13,7 +13,7 @@ use crate::robust::median_in_place;
 pub const LEAST_QUALITY: f64 = 0.8;
 /// The longest time between two pulses [s]: 30 a minute.
 const LONGEST_SECS: f64 = 2.0;
-/// The longest cycle without a following pulse, in usual cycles.
+/// The longest cycle without a following pulse, as a multiple of the usual one.
 const LONGEST_CYCLES: f64 = 1.5;
 /// The shortest cycle, as a share of the usual one.
 const SHORTEST_CYCLES: f64 = 0.5;
@@ -21,7 +21,7 @@ const SHORTEST_CYCLES: f64 = 0.5;
 const AMPLITUDES: std::ops::RangeInclusive<f64> = 0.3..=3.0;
 /// The steepest plausible slope, relative to usual pulses.
 const STEEPEST: f64 = 2.0;
-/// The number of cycles on either side whose median limits the quality of one.
+/// The number of cycles on either side whose median limits the quality of a cycle.
 const NEIGHBOURS: usize = 2;
 /// The fewest pulses for a judgement.
 const LEAST_PULSES: usize = 3;
@@ -29,13 +29,13 @@ const LEAST_PULSES: usize = 3;
 /// One cycle of the pulse, from its onset to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cycle {
-    /// Onset of the pulse [samples].
+    /// The onset of the pulse [samples].
     pub begin: f64,
-    /// Onset of the next one [samples], or 1.5 usual cycles later if that comes first.
+    /// The onset of the next pulse [samples], or 1.5 usual cycles later if that comes first.
     pub end: f64,
-    /// Its quality [0..1].
+    /// The quality of the cycle [0..1].
     pub quality: f64,
-    /// Whether another pulse follows at its end.
+    /// Whether another pulse follows at the end of the cycle.
     pub is_followed: bool,
 }
 
@@ -53,18 +53,18 @@ pub struct Cycle {
 ///   it stays at the highest or lowest value of the signal for more than 0.08 s (saturation). The usual values
 ///   are medians.
 ///
-/// The quality of a cycle is limited to the median over it and the two cycles before and after it, where that
-/// median is flagged. Where there is no cycle, the quality is 0. Limits: when more than half of the pulses are
-/// motion, motion is taken for usual; motion as regular as a pulse (the steps of a runner) looks like one.
-/// Extrasystoles lower the quality.
+/// The quality of a cycle is limited to the median over it and the two cycles before and after it, if that median is
+/// flagged. Where there is no cycle, the quality is 0. Limits: when more than half of the pulses are motion, motion is
+/// taken for usual; motion as regular as a pulse (the steps of a runner) looks like one. Extrasystoles lower the
+/// quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quality {
     cycles: Vec<Cycle>,
 }
 
 impl Quality {
-    /// The quality of a signal at 20 to 2000 Hz, given its pulses in order. With fewer than three pulses, all
-    /// of it is poor. `None` for another rate, and without a usable sample.
+    /// Assesses the quality of a signal at 20 to 2000 Hz, given its pulses in order. With fewer than three pulses, all
+    /// of the signal is poor. `None` for another rate, and without a usable sample.
     pub fn of(signal: &[f64], rate_hz: f64, pulses: &[Pulse]) -> Option<Quality> {
         checked_ppg_rate_hz(rate_hz).ok()?;
         let smoothed = Smoothed::of(signal, rate_hz);

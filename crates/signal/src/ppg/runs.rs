@@ -28,7 +28,7 @@ impl Run {
     }
 }
 
-/// The runs of a signal as it comes in: those that are missing or may be too long.
+/// The runs of a signal as it arrives: missing samples, and runs that may be too long.
 #[derive(Clone, Debug)]
 pub(super) struct Runs {
     longest_flat: usize,
@@ -72,14 +72,14 @@ impl Runs {
         !is_usable(run.value) || run.samples.len() > self.longest_saturated
     }
 
-    /// Drops what is before a sample.
+    /// Drops the runs before a sample.
     pub(super) fn forget(&mut self, before: usize) {
         while self.kept.front().is_some_and(|run| run.samples.end <= before) {
             self.kept.pop_front();
         }
     }
 
-    /// Which of these samples are alive, given their values and the runs.
+    /// Finds which of these samples are alive, given their values and the runs.
     pub(super) fn living(
         &self,
         samples: Range<usize>,
@@ -142,7 +142,7 @@ impl Living {
     }
 }
 
-/// The numbers of samples in which ranges overlap others.
+/// The number of samples by which each range overlaps another one.
 fn overlaps(parts: &[Range<usize>], samples: &Range<usize>) -> impl Iterator<Item = usize> {
     let first = parts.partition_point(|part| part.end <= samples.start);
     let near = parts[first..].iter().take_while(|part| part.start < samples.end);

@@ -22,7 +22,7 @@ pub(super) struct Wave<'a> {
 }
 
 impl Wave<'_> {
-    /// The pulse at the maximum of the band-passed signal around an index, not extending back beyond `floor`;
+    /// Measures the pulse at the maximum of the band-passed signal around an index, not extending back beyond `floor`;
     /// `None` outside the signal.
     pub(super) fn pulse_near(&self, place: usize, floor: usize) -> Option<Pulse> {
         let reach = self.samples(SEARCH_SECS);
@@ -33,11 +33,11 @@ impl Wave<'_> {
         self.pulse_at(highest.unwrap_or(place), floor)
     }
 
-    /// The pulse with its peak within half a sample of a position.
+    /// Measures the pulse with its peak within half a sample of a position.
     pub(super) fn pulse_at(&self, peak: usize, floor: usize) -> Option<Pulse> {
         let (sample, top) = self.vertex(peak)?;
         let (foot, bottom) = self.foot(peak, floor);
-        // Between samples the peak of a needle may come before the foot of its rise.
+        // Between samples, the peak of a very narrow wave may come before the foot of its rise.
         let onset = self.tangent(foot, peak, bottom).min(sample);
         let amplitude = top - bottom;
         let half = bottom + amplitude / 2.0;
@@ -59,7 +59,7 @@ impl Wave<'_> {
         middle > left && middle >= right
     }
 
-    /// Position and height of the vertex of the parabola through a peak.
+    /// The position and height of the vertex of the parabola through a peak.
     fn vertex(&self, peak: usize) -> Option<(f64, f64)> {
         let middle = *self.smoothed.get(peak)?;
         let step = self.samples(PARABOLA_SECS);
@@ -73,7 +73,7 @@ impl Wave<'_> {
         Some(if fits { vertex } else { (peak as f64, middle) })
     }
 
-    /// Index and value of the minimum before the rise to a peak.
+    /// The index and value of the minimum before the rise to a peak.
     fn foot(&self, peak: usize, floor: usize) -> (usize, f64) {
         let begin = peak.saturating_sub(self.samples(LONGEST_RISE_SECS)).max(floor).min(peak);
         let before = &self.smoothed[begin..=peak];

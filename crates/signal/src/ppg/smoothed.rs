@@ -75,7 +75,7 @@ impl Smoothed {
         }
     }
 
-    /// Drops what is before a sample, sooner or later.
+    /// Drops the values before a sample, now or later.
     pub(super) fn forget(&mut self, before: usize) {
         let unneeded = before.saturating_sub(self.first).min(self.values.len());
         if 2 * unneeded > self.values.len() {
@@ -105,13 +105,13 @@ impl Smoothed {
 /// A part of the signal.
 #[derive(Clone, Copy)]
 pub(super) struct Part<'a> {
-    /// The index of its first sample.
+    /// The index of the part's first sample.
     pub(super) begin: usize,
     pub(super) values: &'a [f64],
 }
 
 impl<'a> Part<'a> {
-    /// The values of samples, as far as they lie in it.
+    /// The values of samples, as far as they lie in the part.
     pub(super) fn values(&self, samples: Range<usize>) -> &'a [f64] {
         let place = |sample: usize| sample.saturating_sub(self.begin).min(self.values.len());
         &self.values[place(samples.start)..place(samples.end.max(samples.start))]

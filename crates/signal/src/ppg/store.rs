@@ -18,7 +18,7 @@ use crate::respiration::derived::BreathingWindows;
 
 /// The smallest probability of the rate for which it is reported.
 const LEAST_PROBABILITY: f64 = 0.4;
-/// The delay in which pulses are not known yet [s].
+/// The time before the end in which pulses are not known yet [s].
 const UNKNOWN_SECS: f64 = 0.5;
 
 /// The samples at the working rate and their pulses, as far as they do not depend on windows.
@@ -30,7 +30,7 @@ pub(super) struct PpgWindows {
     pulses: Pulses,
     /// The sensor's motion and its limit, where known.
     motion: Option<(Track, f64)>,
-    /// Without heartbeats, which depend on the quality in each span.
+    /// The heart windows, without heartbeats, which depend on the quality in each span.
     heart: HeartWindows,
     breathing: BreathingWindows,
     values: Vec<Value>,

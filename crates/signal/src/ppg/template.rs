@@ -6,11 +6,11 @@ use super::smoothed::Part;
 /// The part of a cycle compared, before and after the peak.
 const BEFORE_CYCLES: f64 = 0.4;
 const AFTER_CYCLES: f64 = 0.6;
-/// The smallest share of it that must be present.
+/// The smallest share of the compared part that must be present.
 const LEAST_SHARE: f64 = 0.6;
-/// The number of pulses in the template; of more, every second, third, … is used.
+/// The number of pulses in the template; if there are more, every second, third, … is used.
 const ENOUGH: usize = 64;
-/// Residuals below this are rounding [share of the squares].
+/// Residuals below this share of the squares are rounding errors.
 const ROUNDING: f64 = 1e-12;
 
 /// The median pulse of a signal.
@@ -50,8 +50,8 @@ impl Template {
         Template { before, squares: bare.iter().map(|each| each * each).sum(), bare, values }
     }
 
-    /// The correlation of the pulse with its peak at a sample with the template, both detrended; 0 when too
-    /// little of it is present.
+    /// The correlation between the template and the pulse that peaks at a sample, both detrended; 0 if too little of
+    /// the pulse is present.
     pub(super) fn likeness(&self, signal: &Part<'_>, peak: f64) -> f64 {
         let begin = (peak.round() as i64).saturating_sub(self.before as i64);
         let place = |at: i64| at.max(0) as usize;
@@ -67,7 +67,7 @@ impl Template {
         correlation(part, &self.values[inside..inside + part.len()])
     }
 
-    /// In one pass: the pulse's line is orthogonal to the detrended template.
+    /// Computed in one pass, as the pulse's line is orthogonal to the detrended template.
     fn likeness_of_whole(&self, part: &[f64]) -> f64 {
         let Some(&level) = part.first() else { return 0.0 };
         let count = part.len() as f64;

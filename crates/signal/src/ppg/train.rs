@@ -6,8 +6,8 @@ use crate::robust::median_in_place;
 /// An interval is odd when it deviates from the median by more than this share.
 const ODD: f64 = 0.25;
 
-/// Durations are in turn where they deviate by more than this share, and more than this share of deviations has the
-/// opposite sign of the one before.
+/// Values are large and small in turn if they deviate by more than this share, and more than this share of deviations
+/// has the opposite sign of the one before.
 const TURN: f64 = 0.08;
 const MOSTLY: f64 = 0.8;
 
@@ -20,14 +20,14 @@ pub(super) struct Train {
     pub(super) usual_secs: f64,
     /// The share of intervals that are odd.
     pub(super) odd: f64,
-    /// Half the mean deviation of amplitudes from the mean of their neighbours [shares of the mean].
+    /// Half the mean deviation of amplitudes from the mean of their neighbours, as a share of the mean.
     pub(super) jagged: f64,
     /// The share of these deviations with the opposite sign of the one before: 1 where amplitudes alternate.
     pub(super) alternate: f64,
     /// The median rise [s], and the median width at half of the amplitude [s]; NaN if unknown.
     pub(super) rise_secs: f64,
     pub(super) width_secs: f64,
-    /// Whether pulses are narrow and broad in turn: every second one is of another kind.
+    /// Whether pulses are narrow and broad in turn, so that every second one is of a different kind.
     pub(super) is_of_two_kinds: bool,
 }
 

@@ -13,8 +13,8 @@ use crate::robust::median;
 const LEAST_COUNT: usize = 3;
 /// A higher perfusion index [%] means that the device removed the DC component.
 const MOST_PERFUSION_PERCENT: f64 = 20.0;
-/// The change of rises over that of intervals (RMSSD of each) above which intervals may be noise: below it one RMSSD in
-/// fifty was off by more than a fifth, above it one in three (`bench/signal/measure_variability choosing 200`).
+/// The RMSSD of rises over that of intervals above which intervals may be noise: below it, one RMSSD in fifty was off
+/// by more than a fifth, above it one in three (`bench/signal/measure_variability choosing 200`).
 const MOST_BLUR: f64 = 0.75;
 
 /// A span and the minute before it; indices count from the first sample of the signal.
@@ -61,15 +61,16 @@ impl View {
             .map(|(one, other)| (self.time_ns(one), self.time_ns(other)))
     }
 
-    /// The time of a pulse in pulse rate variability [ns]: noise shifts it less than either of its parts.
+    /// The time of a pulse in pulse rate variability [ns]: noise shifts it less than the peak or the middle of the
+    /// rise.
     fn time_ns(&self, index: usize) -> i64 {
         let Shaped { at_ns, pulse, .. } = &self.pulses[index];
         let before_secs = (pulse.sample - pulse.time()) / self.rate_hz;
         at_ns.saturating_sub((before_secs * 1e9).round() as i64)
     }
 
-    /// Whether noise rather than the heart may make the differences of successive intervals: the times from the middle
-    /// of a rise to its peak change nearly as much as the intervals.
+    /// Whether the differences of successive intervals may come from noise rather than the heart: the times from the
+    /// middle of a rise to its peak change nearly as much as the intervals.
     pub(super) fn is_blurred(&self) -> bool {
         let good = self.good_inside();
         let (mut of_rises, mut of_times) = (0.0, 0.0);
@@ -180,7 +181,7 @@ impl View {
         if percent <= MOST_PERFUSION_PERCENT { Ok(percent) } else { Err(Reason::Missing) }
     }
 
-    /// Elgendi (2016), doi:10.3390/bioengineering3040021.
+    /// The skewness of the signal: Elgendi (2016), doi:10.3390/bioengineering3040021.
     pub(super) fn skewness(&self) -> Result<f64, Reason> {
         let pieces: Vec<f64> = self.pieces.iter().map(|piece| piece.skewness).collect();
         let nothing = if pieces.is_empty() { Reason::Short } else { Reason::Undefined };

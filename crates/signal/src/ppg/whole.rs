@@ -11,11 +11,11 @@ use crate::error::SignalError;
 use crate::gaps::bridged;
 use crate::recent::{MEMORY, median};
 
-/// The pulses of a whole PPG at 20 to 2000 Hz, in any unit, with pulses upwards.
+/// Finds the pulses of a whole PPG at 20 to 2000 Hz, in any unit, with pulses upwards.
 ///
 /// Candidates are detected in the [clean](clean()) signal. A first pass judges them as
-/// [`PulseDetector`](super::PulseDetector) does; in a second one, usual values are known from both sides of
-/// each, and of two that are too close the higher is kept. Samples that are not [usable
+/// [`PulseDetector`](super::PulseDetector) does; in the second pass, usual values are known from both sides of each
+/// candidate, and of two candidates that are too close the higher is kept. Samples that are not [usable
 /// numbers](crate::gaps::is_usable) are bridged; a recording without pulses returns none.
 ///
 /// Returns an error for another rate.
@@ -86,7 +86,7 @@ fn second_pass(candidates: &[Candidate], rate_hz: f64) -> Vec<Candidate> {
     chosen
 }
 
-/// The median of the remembered number of values around a position.
+/// The median of the `MEMORY` values around a position.
 fn median_around(points: &[(i64, f64)], place: i64) -> Option<f64> {
     let middle = points.partition_point(|point| point.0 < place);
     let near = middle.saturating_sub(MEMORY)..(middle + MEMORY).min(points.len());

@@ -18,7 +18,7 @@ pub(super) struct Grouping {
 }
 
 impl Grouping {
-    /// Returns an error for a rate outside 20 to 2000 Hz.
+    /// Creates the grouping; returns an error for a rate outside 20 to 2000 Hz.
     pub(super) fn new(rate_hz: f64) -> Result<Grouping, SignalError> {
         let group = (checked_ppg_rate_hz(rate_hz)? / WORKING_RATE_HZ).floor().max(1.0);
         let rate_hz = rate_hz / group;
@@ -61,7 +61,7 @@ pub(super) struct Bridge {
 }
 
 impl Bridge {
-    /// `None` until the first usable value.
+    /// Takes in a value; returns the bridged value, or `None` until the first usable one.
     pub(super) fn push(&mut self, value: f64) -> Option<f64> {
         if !is_usable(value) {
             self.is_gap = true;

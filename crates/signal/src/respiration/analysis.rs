@@ -17,7 +17,7 @@ use crate::spectrum::Transforms;
 
 /// The smallest quality for which values are reported.
 pub const LEAST_QUALITY: f64 = 0.3;
-/// The longest breath that may reach into a window [s].
+/// The longest breath that may extend into a window [s].
 const KEPT_SECS: f64 = 30.0;
 
 /// Settings of the breathing analysis.
@@ -32,9 +32,9 @@ pub struct Settings {
 /// The direction of the signal during inhalation.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Inhalation {
-    /// Upwards: belts, impedance.
+    /// The signal rises, as with belts and impedance.
     Rises,
-    /// Downwards: thermistors in the nose, which inhaled air cools.
+    /// The signal falls, as with thermistors in the nose, which inhaled air cools.
     Falls,
 }
 
@@ -273,7 +273,7 @@ fn variability_values(found: Option<Variability>) -> [f64; VARIABILITY.len()] {
     ]
 }
 
-/// The values that the heart in the signal does not change: rates, and centres of durations.
+/// The values that the heartbeat in the signal does not change: rates, and centres of durations.
 const RATE: &str = "RSP_Rate";
 const CENTRES: [&str; 2] = ["RRV_MeanBB", "RRV_MedianBB"];
 /// The value that needs no breaths.

@@ -9,18 +9,18 @@ pub(super) const LONGEST_SECS: f64 = 20.0;
 /// A breath, from one onset of inhalation to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breath {
-    /// Onset of inhalation, a trough [samples from the first one], fractional.
+    /// The onset of inhalation, a trough [samples from the first one], fractional.
     pub begin: f64,
-    /// Onset of exhalation, the peak [samples].
+    /// The onset of exhalation, the peak [samples].
     pub peak: f64,
-    /// Onset of the next inhalation [samples].
+    /// The onset of the next inhalation [samples].
     pub end: f64,
-    /// Height of the peak above the preceding trough [unit of the signal].
+    /// The height of the peak above the preceding trough [unit of the signal].
     pub amplitude: f64,
 }
 
 impl Breath {
-    /// Its duration [samples].
+    /// The duration of the breath [samples].
     pub fn duration(&self) -> f64 {
         self.end - self.begin
     }
@@ -35,12 +35,12 @@ impl Breath {
         self.end - self.peak
     }
 
-    /// Its overlap with a range of samples.
+    /// The overlap of the breath with a range of samples.
     pub(super) fn overlap(&self, samples: &std::ops::Range<f64>) -> f64 {
         (self.end.min(samples.end) - self.begin.max(samples.start)).max(0.0)
     }
 
-    /// Whether its points are in order.
+    /// Whether the points of the breath are in order.
     fn is_in_order(&self) -> bool {
         self.begin < self.peak && self.peak < self.end && self.amplitude > 0.0
     }
@@ -50,7 +50,7 @@ impl Breath {
         Breath { begin: self.begin + by, peak: self.peak + by, end: self.end + by, ..self }
     }
 
-    /// Whether it lies entirely in a range of samples.
+    /// Whether the breath lies entirely in a range of samples.
     pub(super) fn is_within(&self, samples: &std::ops::Range<f64>) -> bool {
         self.begin >= samples.start && self.end <= samples.end
     }
@@ -66,13 +66,13 @@ pub(super) struct Assembly {
 }
 
 impl Assembly {
-    /// For turning points of a signal at `rate_hz`.
+    /// Creates the assembly for turning points of a signal at `rate_hz`.
     pub(super) fn new(rate_hz: f64) -> Assembly {
         Assembly { longest: LONGEST_SECS * rate_hz, before: None, begin: None, peak: None }
     }
 
-    /// Takes in the next turning point, and returns the breath that ended with the one before: the end of a
-    /// pause shows in the `signal`, which starts at index `first`, between the two.
+    /// Takes in the next turning point, and returns the breath that ended with the previous one. The end of a pause is
+    /// found between the two in the `signal`, which starts at index `first`.
     pub(super) fn push(&mut self, turn: Turn, first: usize, signal: &[f64]) -> Option<Breath> {
         let before = self.before.replace(turn)?;
         let place = |turn: &Turn| (turn.place.round().max(0.0) as usize).saturating_sub(first);

@@ -13,19 +13,18 @@ use crate::filter::{Cascade, butterworth};
 pub(super) const SMOOTH_HZ: f64 = 1.0;
 /// The longest gap within a breath [s].
 pub(super) const LONGEST_GAP_SECS: f64 = 1.0;
-/// The frequency at which the filter's delay is compensated [Hz]; it is 5 ms less at 0.1 Hz, and 15 ms more
-/// at 0.5 Hz.
+/// The frequency at which the filter's delay is compensated [Hz]; the delay is 5 ms less at 0.1 Hz, and 15 ms more at
+/// 0.5 Hz.
 const USUAL_HZ: f64 = 0.25;
 
 /// Detects breaths in a signal sample by sample.
 ///
-/// A breath is reported after the next inhalation, as only then is it known when that began: when the
-/// signal, filtered causally between 0.05 and 1 Hz, has fallen by a quarter of its usual range (10th to
-/// 90th percentile of the last 30 s; at least a third of what was usual in the last 5 minutes) below the
-/// peak. That is about 0.2 s plus a fifth of a breath after that peak: about 2.5 s after the end of a
-/// breath of 4 s. Nothing is reported in the first 5 s. Times and heights are those of the signal below
-/// 1 Hz, with its delay removed. A shallow breath right after a deep one may be missed: the causal
-/// high-pass makes it shallower still.
+/// A breath is reported after the next inhalation, because only then is it known when the inhalation began: when the
+/// signal, filtered causally between 0.05 and 1 Hz, has fallen by a quarter of its usual range (10th to 90th percentile
+/// of the last 30 s; at least a third of what was usual in the last 5 minutes) below the peak. This is about 0.2 s plus
+/// a fifth of a breath after that peak, or about 2.5 s after the end of a breath of 4 s. Nothing is reported in the
+/// first 5 s. Times and heights are those of the signal below 1 Hz, with its delay removed. A shallow breath right
+/// after a deep one may be missed: the causal high-pass makes it shallower still.
 ///
 /// The output is bit-identical for any chunking, and no sample allocates. Samples that are not [usable
 /// numbers](crate::gaps::is_usable) are bridged up to 1 s; a longer gap separates breaths.
@@ -37,12 +36,12 @@ pub struct BreathDetector {
     band: Cascade,
     low: Cascade,
     lows: History,
-    /// The delay of the latter [samples at the working rate].
+    /// The delay of the placement filter [samples at the working rate].
     late: f64,
     scale: Scale,
     turns: Turns,
     assembly: Assembly,
-    /// The previous turning point, on the signal of placement.
+    /// The previous turning point, in the signal used for placement.
     before: Option<Turn>,
     place: usize,
     missing: usize,

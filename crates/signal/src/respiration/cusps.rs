@@ -1,19 +1,19 @@
-//! Breaths that a belt counts twice: where it is stretched in both directions, its signal is folded.
+//! Breaths that a belt counts twice: if the belt is stretched in both directions, its signal is folded.
 
 use super::Breath;
 use crate::robust::median;
 
-/// How far from a turning point slopes are taken, and over which part of a breath [shares of it].
+/// How far from a turning point slopes are taken, and over which part, as shares of a breath.
 const AWAY: f64 = 0.06;
 const OVER: f64 = 0.06;
 /// The number of steps of a breath at which its steepest slope is searched for.
 const STEPS: usize = 40;
 
-/// How much sharper troughs are than peaks: the slope on both sides of a turning point as a share of the steepest of
-/// the breath, that of the median trough less that of the median peak [−1..1].
+/// How much sharper troughs are than peaks [−1..1]: the sharpness of the median trough minus that of the median peak.
+/// Sharpness is the slope on both sides of a turning point as a share of the steepest slope of the breath.
 ///
-/// Chests turn slowly: 0.3 for a sine less as much, and no more where a pause precedes the breath, which is flat on one
-/// side. A signal that is folded, such as the distance from a middle, is steepest where it is folded.
+/// Chests turn slowly: for a sine both sharpnesses are 0.3, and a trough is no sharper after a pause, which is flat on
+/// one side. A folded signal, such as the distance from a middle, is steepest where it is folded.
 pub(super) fn sharpness(means: &[f64], breaths: &[&Breath]) -> f64 {
     let at = |place: f64| {
         let before = place.max(0.0).floor();

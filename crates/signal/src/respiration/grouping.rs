@@ -36,12 +36,12 @@ impl Grouping {
         place as f64 * self.group as f64 - 0.5
     }
 
-    /// The sample of an index at the working rate.
+    /// Converts an index at the working rate to a sample.
     pub(super) fn sample(&self, place: f64) -> f64 {
         place * self.group as f64 + (self.group as f64 - 1.0) / 2.0
     }
 
-    /// The index at the working rate of a sample.
+    /// Converts a sample to an index at the working rate.
     pub(super) fn place(&self, sample: f64) -> f64 {
         (sample - (self.group as f64 - 1.0) / 2.0) / self.group as f64
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// At least the newest `length` values, by their index in the stream (from 0).
+/// A buffer of at least the newest `length` values, addressed by their index in the stream (from 0).
 #[derive(Clone, Debug)]
 pub(super) struct History {
     values: Vec<f64>,

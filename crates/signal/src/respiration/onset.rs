@@ -1,16 +1,16 @@
 //! The onset of a rise after a turning point.
 
-/// For a sinusoidal rise, the time before a tenth of its height as a share of that from a tenth to nine
+/// For a sinusoidal rise, the time from its start to a tenth of its height, as a share of the time from a tenth to nine
 /// tenths.
 const FOOT_SHARE: f64 = 0.347_1;
-/// A tenth and nine tenths of the height.
+/// The two heights through which the sine is extrapolated: a tenth and nine tenths.
 const LOW: f64 = 0.1;
 const HIGH: f64 = 0.9;
 
 /// The (fractional) start of the rise from the first to the last value; never before the first.
 ///
-/// On a preceding pause the extreme value may lie anywhere; the start is extrapolated as that of a sine
-/// through a tenth and nine tenths of the height.
+/// During a preceding pause, the extreme value may be anywhere; the start is extrapolated as that of a sine through a
+/// tenth and nine tenths of the height.
 pub(super) fn onset(way: &[f64]) -> f64 {
     let (Some(first), Some(last)) = (way.first(), way.last()) else { return 0.0 };
     let share = |value: f64| (value - first) / (last - first);

@@ -9,8 +9,8 @@ use super::Breath;
 pub struct Pattern {
     /// The number of breaths entirely in the window.
     pub breaths: usize,
-    /// Breaths per minute [1/min]: fractional breaths over the time that they cover. For whole breaths 60
-    /// over their mean duration.
+    /// Breaths per minute [1/min]: fractional breaths over the time that they cover. For whole breaths, this is 60 over
+    /// their mean duration.
     pub rate_mean_per_min: f64,
     /// Standard deviation of the breaths' rates, 60 over each duration (n − 1) [1/min].
     pub rate_sd_per_min: f64,
@@ -22,7 +22,7 @@ pub struct Pattern {
     pub inhalation_secs: f64,
     /// Mean time of exhalation, including the pause after it [s].
     pub exhalation_secs: f64,
-    /// Their ratio (I/E).
+    /// The ratio of inhalation to exhalation (I/E).
     pub inhalation_to_exhalation: f64,
     /// Mean of amplitude over duration [unit of the signal/s]: respiratory volume per time, as Birn
     /// et al. (2006), doi:10.1016/j.neuroimage.2006.02.048, define it.
@@ -30,7 +30,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// The pattern of ascending breaths within a range of samples of a signal at `rate_hz`.
+    /// Computes the pattern of ascending breaths within a range of samples of a signal at `rate_hz`.
     ///
     /// The rate includes the partial breaths at both ends; the rest uses breaths entirely in the range and is
     /// NaN without one (standard deviations: two). Window: 30 s by convention, at least two breaths. `None`

@@ -6,34 +6,34 @@ use super::Pattern;
 use super::spectral::Spectral;
 use super::variability::Variability;
 
-/// The frequencies of the heart [Hz], and its usual one.
+/// The frequencies of the heart [Hz], and the usual one.
 pub(super) const HEART_HZ: (f64, f64) = (0.8, 2.5);
 const USUAL_HZ: f64 = 1.1;
 /// Harmonics of faster breaths are as fast as the heart [1/min].
 const FASTEST_PER_MIN: f64 = 24.0;
-/// What the low-pass of the detection at 1 Hz leaves of the heart.
+/// The share of the pulsation that the detection's low-pass at 1 Hz leaves.
 const LEFT: f64 = 0.4;
-/// The longest way by which the heart can shift a turning point [s].
+/// The longest time by which the heart can shift a turning point [s].
 const LONGEST_SHIFT_SECS: f64 = 0.25;
-/// The largest height of the pulsation at which those of breaths and their phases are reported [share of a breath].
+/// The largest height of the pulsation at which the heights and phases of breaths are reported, as a share of a breath.
 const LARGEST_HEIGHT: f64 = 0.06;
-/// The largest share of the variance of durations that may be the heart's.
+/// The largest share of the variance of durations that may be due to the heart.
 const LARGEST_SHARE: f64 = 1.0 / 3.0;
-/// A smaller spread of durations is not an error that matters [ms]: the steadiest breathing has as much.
+/// A spread of durations below this does not matter [ms]: the steadiest breathing has as much.
 const LEAST_SPREAD_MS: f64 = 50.0;
 
-/// What the heart does to breaths.
+/// The effect of the heart on breaths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pulsation {
-    /// Its amplitude, as a share of the height of breaths.
+    /// The amplitude of the pulsation, as a share of the height of breaths.
     height: f64,
-    /// The standard deviation of turning points [s].
+    /// The standard deviation by which the pulsation shifts turning points [s].
     shift_secs: f64,
 }
 
 impl Pulsation {
-    /// The pulsation beside a pattern: of sines with the power of the heart's band and of the breathing, and of a
-    /// turning point where a raised cosine of the inhalation has the slope of the pulsation.
+    /// Estimates the pulsation beside a pattern: its amplitude from the power in the heart's band and in the breathing
+    /// band, and its shift of turning points from the slope of a raised cosine of the inhalation.
     pub(super) fn of(spectral: &Spectral, pattern: &Pattern) -> Pulsation {
         let is_slow = pattern.rate_mean_per_min <= FASTEST_PER_MIN;
         let height = if is_slow { spectral.heart_to_breath.sqrt() / 2.0 } else { 0.0 };
@@ -42,12 +42,13 @@ impl Pulsation {
         Pulsation { height, shift_secs: shift_secs.min(LONGEST_SHIFT_SECS) }
     }
 
-    /// Whether heights and phases of breaths are mostly their own.
+    /// Whether heights and phases of breaths are mostly unaffected by the pulsation.
     pub(super) fn leaves_phases(self) -> bool {
         self.height.is_nan() || self.height <= LARGEST_HEIGHT
     }
 
-    /// Whether the variability of durations is mostly the breaths' own: each is between two turning points.
+    /// Whether the variability of durations is mostly unaffected by the pulsation, which shifts both turning points of
+    /// a breath.
     pub(super) fn leaves(self, variability: &Variability) -> bool {
         let of_heart = 2.0 * (1000.0 * self.shift_secs).powi(2);
         let most = (LARGEST_SHARE * variability.sdbb_ms.powi(2)).max(LEAST_SPREAD_MS.powi(2));

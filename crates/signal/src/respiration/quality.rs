@@ -24,10 +24,10 @@ const NO_RHYTHM: f64 = 0.5;
 /// The recurrence of breaths with and without a clear rhythm.
 const RECURRING: f64 = 0.85;
 const NOT_RECURRING: f64 = 0.45;
-/// The share of uncounted rises up to which the rate is not in doubt, and the share from which the true rate may be
-/// another one: a rate is right within a tenth, and several breaths may hide in one rise.
+/// The share of uncounted rises up to which the rate is not in doubt, and the share from which on the true rate may be
+/// a different one: a rate is right within a tenth, and several breaths may hide in one rise.
 const UNCOUNTED: (f64, f64) = (0.03, 0.15);
-/// How much sharper than peaks troughs may be without doubt, and how much sharper they are in a folded signal.
+/// How much sharper than peaks troughs may be without raising doubt, and how much sharper they are in a folded signal.
 const FOLDED: (f64, f64) = (0.45, 0.6);
 /// The highest quality without a rhythm.
 const MOST_WITHOUT_RHYTHM: f64 = 0.29;
@@ -52,18 +52,17 @@ const SHAPE_LENGTH: usize = 32;
 ///     which may be steps, from 0.03 to 0.1, and from 0.003 to 0.01 for a line with most of the slower power), and a
 ///     faster line that is not a harmonic from 0.15 to 0.45;
 ///   - it falls from 1 to 0 as the rate of the strongest line differs from the counted rate by 15 to 40 %;
-///   - it falls from 1 to 0 as 3 to 15 % of all rises are smaller ones between the counted breaths, such as shallow
-///     breaths after deep ones, or speech;
-///   - it falls from 1 to 0 as troughs are sharper than peaks by 0.45 to 0.6: a belt that is stretched in both
+///   - it falls from 1 to 0 as smaller rises between the counted breaths increase from 3 to 15 % of all rises, such as
+///     shallow breaths after deep ones, or speech;
+///   - it falls from 1 to 0 as troughs become sharper than peaks, by 0.45 to 0.6: a belt that is stretched in both
 ///     directions shows two rises per breath;
 /// - the covered share is the share of time in breaths with an amplitude between a quarter and four times
 ///   the median, without motion and sensor dropouts;
 /// - the living share is the share of samples that are usable, not flat (constant for more than 3 s) and
 ///   not saturated (at the minimum or maximum for more than 0.3 s).
 ///
-/// `breaths` are those of the signal. Fewer than two give 0. `None` without a signal or for a rate outside
-/// 5 to 2000 Hz. Use it to compare windows of one person and sensor: speech lowers it, although it is not a
-/// fault.
+/// `breaths` are the breaths of the signal. Fewer than two give 0. `None` without a signal or for a rate outside 5 to
+/// 2000 Hz. Use it to compare windows of one person and sensor: speech lowers it, although it is not a fault.
 pub fn quality(signal: &[f64], rate_hz: f64, breaths: &[Breath]) -> Option<f64> {
     band::band(rate_hz).ok().filter(|_| !signal.is_empty())?;
     let grouping = Grouping::new(rate_hz);

@@ -11,22 +11,22 @@ const HARMONIC_WIDTH: f64 = 0.1;
 const HARMONICS: [f64; 3] = [2.0, 3.0, 4.0];
 /// Drift lies below this frequency [Hz].
 const LEAST_HZ: f64 = 0.08;
-/// Steps, pedals and the heart are faster than this, and few breaths at rest [1/min].
+/// Steps, pedalling and the heart are faster than this, but few breaths at rest are [1/min].
 const FAST_PER_MIN: f64 = 24.0;
 /// The power of a slower rhythm, relative to the counted one, below which it is not a rival, and from which it may be
-/// the breathing: blood pressure waves and sway during slow breathing …
+/// the breathing: blood pressure waves and sway are slower rhythms, too.
 const SLOWER: (f64, f64) = (0.3, 0.8);
-/// … and the breath beneath motion that is counted.
+/// The limits for a slower rhythm if a fast one was counted, which may be motion over the breathing.
 const SLOWER_THAN_FAST: (f64, f64) = (0.03, 0.1);
-/// … if it is a clear line, with more than this share of all slower power.
+/// The limits in that case for a clear line, which has more than this share of all slower power.
 const CLEAR_SLOWER_THAN_FAST: (f64, f64) = (0.003, 0.01);
 const CLEAR_SHARE: f64 = 0.7;
-/// The same of a faster rhythm.
+/// The limits for the power of a faster rhythm.
 const FASTER: (f64, f64) = (0.15, 0.45);
-/// The same of the relative difference between the counted rate and that of the highest line.
+/// The limits for the relative difference between the counted rate and that of the highest line.
 const DIFFERENT: (f64, f64) = (0.15, 0.4);
 
-/// How far the counted rate is the only one in a spectrum [0..1].
+/// How certain it is that the counted rate is the only one in a spectrum [0..1].
 pub(super) fn alone(spectral: &Spectral, rate_per_min: f64) -> f64 {
     let hz = rate_per_min / 60.0;
     let own: f64 = power(spectral, |at| (at - hz).abs() <= (OWN_WIDTH * hz).max(LINE_HZ));
@@ -58,12 +58,12 @@ fn is_harmonic(at_hz: f64, hz: f64) -> bool {
     HARMONICS.into_iter().any(is_near)
 }
 
-/// The power of the breathing band at some frequencies.
+/// The power of the breathing band at the frequencies selected by `has`.
 fn power(spectral: &Spectral, has: impl Fn(f64) -> bool) -> f64 {
     spectral.powers.iter().filter(|(hz, _)| has(*hz)).map(|(_, power)| power).sum()
 }
 
-/// The power of the highest line among some frequencies.
+/// The power of the highest line among the frequencies selected by `may`.
 fn highest_line(spectral: &Spectral, may: impl Fn(f64) -> bool) -> f64 {
     let is_top =
         |three: &&[(f64, f64)]| may(three[1].0) && three[1].1 >= three[0].1.max(three[2].1);

@@ -7,9 +7,9 @@ use super::pattern::{mean, sample_sd};
 /// An interval between heartbeats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RrInterval {
-    /// Time of the beat that ends it [s].
+    /// The time of the beat that ends the interval [s].
     pub end_secs: f64,
-    /// Its length [ms]; NaN unless it lies between normal neighbouring beats.
+    /// The length of the interval [ms]; NaN unless it lies between normal neighbouring beats.
     pub rr_ms: f64,
 }
 
@@ -29,15 +29,15 @@ impl RrInterval {
 /// Respiratory sinus arrhythmia from peak to trough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PeakToTrough {
-    /// Mean of the breaths [ms]: `RSA_P2T_Mean`.
+    /// Mean over breaths [ms]: `RSA_P2T_Mean`.
     pub mean_ms: f64,
-    /// Its natural logarithm [ln ms]: `RSA_P2T_Mean_log`; NaN for 0.
+    /// The natural logarithm of the mean [ln ms]: `RSA_P2T_Mean_log`; NaN for 0.
     pub mean_log: f64,
     /// Standard deviation over breaths (n − 1) [ms]: `RSA_P2T_SD`; NaN for one.
     pub sd_ms: f64,
-    /// The number of breaths in which it was measured.
+    /// The number of breaths in which the arrhythmia was measured.
     pub breaths: usize,
-    /// The number of these in which it was negative, and counts as zero.
+    /// The number of these breaths in which it was negative, and counts as zero.
     pub without: usize,
     /// The number of breaths in which one phase has no interval: `RSA_P2T_NoRSA`.
     pub unreported: usize,
@@ -46,7 +46,7 @@ pub struct PeakToTrough {
 /// How far an interval may extend beyond its phase of the breath [s].
 const BEYOND_SECS: f64 = 0.75;
 
-/// Peak-to-trough respiratory sinus arrhythmia from ascending intervals between beats and the breaths of a
+/// Computes the peak-to-trough respiratory sinus arrhythmia from ascending intervals between beats and the breaths of a
 /// signal at `rate_hz` that begins at 0 s.
 ///
 /// *What*: for each breath, the longest interval of exhalation minus the shortest of inhalation, over

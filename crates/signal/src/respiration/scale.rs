@@ -6,18 +6,18 @@ use crate::sliding::{SlidingExtremes, SlidingQuantiles};
 
 /// The threshold of a turning point, as a share of the usual range.
 const TURN_SHARE: f64 = 0.25;
-/// The time over which the range, that of the middle 80 %, is taken [s].
+/// The time over which the range of the middle 80 % is taken [s].
 const RANGE_SECS: f64 = 30.0;
 const RANGE_SHARES: (f64, f64) = (0.1, 0.9);
-/// The time after which it is known [s].
+/// The time after which the range is known [s].
 const LEARNING_SECS: f64 = 5.0;
-/// The rate at which it is updated [Hz].
+/// The rate at which the range is updated [Hz].
 const STEPS_HZ: f64 = 5.0;
-/// The longer time over which the usual range is taken [s] …
+/// The longer time over which the usual range is taken [s].
 const USUAL_SECS: f64 = 300.0;
-/// … and the smallest share of it that the range may shrink to: a pause is not breathing.
+/// The smallest share of the usual range that the range may shrink to: a pause is not breathing.
 const LEAST_SHARE: f64 = 1.0 / 3.0;
-/// A smaller range is rounding [share of the largest sample].
+/// A range below this share of the largest sample is a rounding error.
 const LEAST_RANGE: f64 = 1e-9;
 
 /// The usual range of the newest samples.
@@ -69,7 +69,7 @@ impl Scale {
     }
 }
 
-/// The threshold of turning points at each sample of a whole signal, from the range of the time around it.
+/// The threshold of turning points at each sample of a whole signal, from the range in the time around it.
 pub(super) fn thresholds(
     raw: &[f64],
     filtered: &[f64],

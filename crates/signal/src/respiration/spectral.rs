@@ -8,20 +8,20 @@ use crate::spectrum::{Detrend, Rule, Spectrum, Transforms, Welch};
 
 /// The band of breathing [Hz]: 3 to 60 a minute.
 const BREATHING_HZ: (f64, f64) = (0.05, 1.0);
-/// Segments of the spectrum [s].
+/// The length of the segments of the spectrum [s].
 const SEGMENT_SECS: f64 = 30.0;
 /// The shortest signal whose spectrum separates breaths from drift [s].
 const SHORTEST_SECS: f64 = 10.0;
 
-/// The breathing rate at the peak of the spectrum [1/min].
+/// Computes the breathing rate at the peak of the spectrum [1/min].
 ///
-/// A check on the rate of [breaths](super::Breath), not a replacement: it returns the most frequent rate, and
-/// where breaths are irregular that of the most regular part. *Formula*: Welch's spectrum of the signal at 25
-/// to 50 Hz (averaged samples), segments of 30 s (the whole of a shorter signal), 50 % overlap, Hann,
-/// linearly detrended, zero-padded to a power of two; multiplied by frequency, against drift; the vertex of
-/// the parabola through its highest bin between 0.05 and 1 Hz. *Window*: at least 10 s. *Limits*: two rates
-/// are resolved if 4 a minute apart; sharp breaths of uneven height may have a higher harmonic. `None` for a
-/// signal that is too short or constant, and for a rate outside 5 to 2000 Hz.
+/// It checks the rate of [breaths](super::Breath) but does not replace it: it returns the most frequent rate or, if
+/// breaths are irregular, that of the most regular part. *Formula*: Welch's spectrum of the signal at 25 to 50 Hz
+/// (averaged samples), segments of 30 s (the whole of a shorter signal), 50 % overlap, Hann, linearly detrended,
+/// zero-padded to a power of two; multiplied by frequency, against drift; the vertex of the parabola through its
+/// highest bin between 0.05 and 1 Hz. *Window*: at least 10 s. *Limits*: two rates are resolved if 4 a minute apart;
+/// sharp breaths of uneven height may have a higher harmonic. `None` for a signal that is too short or constant, and
+/// for a rate outside 5 to 2000 Hz.
 pub fn spectral_rate_per_min(signal: &[f64], rate_hz: f64) -> Option<f64> {
     band::band(rate_hz).ok()?;
     let grouping = Grouping::new(rate_hz);
@@ -32,13 +32,13 @@ pub fn spectral_rate_per_min(signal: &[f64], rate_hz: f64) -> Option<f64> {
 
 /// The relative half-width of a rhythm.
 const RHYTHM_WIDTH: f64 = 0.35;
-/// A smaller spread is rounding [share of the largest value].
+/// A spread below this share of the largest value is a rounding error.
 const LEAST_SPREAD: f64 = 1e-9;
 
 /// The summary of a spectrum.
 #[derive(Clone, Debug)]
 pub(super) struct Spectral {
-    /// The peak within the breathing band [1/min].
+    /// The rate at the peak within the breathing band [1/min].
     pub(super) rate_per_min: f64,
     /// The share of the breathing band in all power above drift [0..1].
     pub(super) breathing_share: f64,
@@ -49,7 +49,7 @@ pub(super) struct Spectral {
 }
 
 impl Spectral {
-    /// The summary for group means; `kept` caches FFT plans.
+    /// Summarises the spectrum of group means; `kept` caches FFT plans.
     pub(super) fn of(means: &[f64], rate_hz: f64, kept: &Transforms) -> Option<Spectral> {
         if (means.len() as f64) < SHORTEST_SECS * rate_hz {
             return None;
@@ -78,7 +78,7 @@ impl Spectral {
         Some(Spectral { rate_per_min, breathing_share, heart_to_breath, powers: powers.collect() })
     }
 
-    /// The share of the breathing band around a rate [1/min] and its second harmonic [0..1].
+    /// The share of the breathing band's power around a rate [1/min] and its second harmonic [0..1].
     pub(super) fn rhythm_share(&self, rate_per_min: f64) -> f64 {
         let hz = rate_per_min / 60.0;
         let all: f64 = self.powers.iter().map(|(_, power)| power).sum();

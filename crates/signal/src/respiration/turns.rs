@@ -17,7 +17,8 @@ pub(super) struct Turn {
 
 /// Detects extremes from which a signal has returned by a threshold, alternating troughs and peaks.
 ///
-/// The first one counts only if the signal has also come to it by the threshold: otherwise it is where the data begin.
+/// The first extreme counts only if the signal has also approached it by the threshold; otherwise it is only where the
+/// data start.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Turns {
     highest: Option<Extreme>,
@@ -33,7 +34,7 @@ struct Extreme {
     height: f64,
     before: Option<f64>,
     after: Option<f64>,
-    /// Its distance from the opposite extreme before it.
+    /// The distance of the extreme from the opposite one before it.
     approach: f64,
 }
 
@@ -83,9 +84,9 @@ fn update(extreme: &mut Option<Extreme>, here: Extreme, beats: impl Fn(f64, f64)
     }
 }
 
-/// The turning point at the corresponding extreme of another `signal`, which starts at index `first`.
+/// Moves a turning point to the corresponding extreme of another `signal`, which starts at index `first`.
 ///
-/// Unchanged if that lies at an end of the signal.
+/// Returns it unchanged if that extreme lies at an end of the signal.
 pub(super) fn placed(turn: Turn, first: usize, signal: &[f64]) -> Turn {
     let sign = if turn.kind == Kind::Peak { 1.0 } else { -1.0 };
     let inner = 1..signal.len().saturating_sub(1);

@@ -5,21 +5,21 @@ use super::turns::{Kind, Turns};
 use crate::gaps::is_usable;
 use crate::robust::{SIGMA_FROM_MAD, median};
 
-/// Averages over this time hide noise from the rises between breaths [s].
+/// The time over which averages remove noise from the rises between breaths [s].
 const SMOOTH_SECS: f64 = 0.5;
-/// The smallest rise between breaths that may be a breath of its own [share of the median amplitude] …
+/// The smallest rise between breaths that may be a breath, as a share of the median amplitude.
 const LEAST_RISE: f64 = 0.08;
-/// … and how many times the noise it exceeds.
+/// The multiple of the noise that such a rise must exceed.
 const RISE_SIGMAS: f64 = 6.0;
-/// Noise is estimated from every fourth sample, as sorting all of them takes longer than the rest.
+/// Noise is estimated from every fourth sample, as sorting all of them would take longer than everything else.
 const EACH: usize = 4;
 /// The shortest inhalation [s]: the heart's rises are shorter.
 const SHORTEST_RISE_SECS: f64 = 0.55;
 
-/// The share of rises that were not counted as breaths, in all rises [0..1].
+/// The share of all rises that were not counted as breaths [0..1].
 ///
-/// They are rises of the signal between the peak of a breath and its end, by 8 % of the median amplitude and
-/// six times the noise, that take 0.55 s or longer: shallow breaths after deep ones, or speech.
+/// Uncounted are rises of the signal between the peak of a breath and its end, by 8 % of the median amplitude and six
+/// times the noise, that take 0.55 s or longer: shallow breaths after deep ones, or speech.
 pub(super) fn uncounted_share(means: &[f64], rate_hz: f64, breaths: &[&Breath]) -> f64 {
     let amplitudes: Vec<f64> = breaths.iter().map(|breath| breath.amplitude).collect();
     let Some(usual) = median(&amplitudes) else { return 0.0 };
@@ -49,7 +49,7 @@ fn rises(signal: &[f64], least: f64, shortest: f64) -> usize {
     count
 }
 
-/// Centred moving averages; where one is missing, the last one.
+/// Centred moving averages; a missing one is replaced by the last one.
 fn smoothed(means: &[f64], length: usize) -> Vec<f64> {
     let (mut sum, mut count, mut last) = (0.0, 0usize, 0.0);
     let reach = length / 2;
@@ -77,7 +77,7 @@ fn smoothed(means: &[f64], length: usize) -> Vec<f64> {
     all
 }
 
-/// The noise of averages, from what they leave out.
+/// The noise of averages, from the deviations of the unsmoothed means from them.
 fn noise(means: &[f64], smoothed: &[f64], rate_hz: f64) -> f64 {
     let left: Vec<f64> = means
         .iter()

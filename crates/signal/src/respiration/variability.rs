@@ -22,7 +22,7 @@ pub struct Variability {
     pub median_bb_ms: f64,
     /// Median absolute deviation times 1.4826 [ms].
     pub mad_bb_ms: f64,
-    /// The same over the median interval.
+    /// `mad_bb_ms` over the median interval.
     pub mcvbb: f64,
     /// Standard deviation across the line of identity of the Poincaré plot [ms]: breath-to-breath
     /// variability.
@@ -33,7 +33,7 @@ pub struct Variability {
     pub sd2_sd1: f64,
 }
 
-/// The variability of ascending breaths of a signal at `rate_hz`, from trough to trough.
+/// Computes the variability of ascending breaths of a signal at `rate_hz`, from trough to trough.
 ///
 /// The formulas of [`hrv`](crate::hrv), with breaths in place of beats, after Soni and Muniyandi (2019),
 /// Int J Yoga 12:45. Window: 5 minutes by convention; a minute has too few breaths for more than a rough

@@ -17,15 +17,14 @@ const SHORTEST_PIECE_SECS: f64 = 5.0;
 /// The search range around a turning point [s].
 const REFINE_SECS: f64 = 0.25;
 
-/// The breaths of a whole signal at 5 to 2000 Hz, in any unit; inhalation goes up.
+/// Finds the breaths of a whole signal at 5 to 2000 Hz, in any unit; inhalation goes up.
 ///
-/// Troughs and peaks are the turning points from which the signal between 0.05 and 1 Hz (zero-phase) returns
-/// by a quarter of its range (10th to 90th percentile of the 30 s around, at least a third of the recording's
-/// median), placed with subsample resolution; their heights are those of the [clean](super::clean) signal. A breath
-/// counts from one trough that the signal falls to by that much to the next one that is followed by a peak: those that
-/// begin or end with the data, or at a gap, do not. After Khodadad et al.
-/// (2018), doi:10.1088/1361-6579/aad7e6, who require a share of the usual vertical distance, but between zero
-/// crossings, which drift and pauses shift.
+/// Troughs and peaks are the turning points from which the signal between 0.05 and 1 Hz (zero-phase) returns by a
+/// quarter of its range (10th to 90th percentile of the 30 s around, at least a third of the recording's median),
+/// placed with subsample resolution; their heights are those of the [clean](super::clean) signal. A breath counts from
+/// a trough that the signal has fallen to by that much, to the next trough that is followed by a peak; breaths that
+/// begin or end with the data, or at a gap, do not count. After Khodadad et al. (2018), doi:10.1088/1361-6579/aad7e6,
+/// who require a share of the usual vertical distance, but between zero crossings, which drift and pauses shift.
 ///
 /// Gaps of up to 1 s are bridged; longer ones separate breaths. A breath of more than 20 s is rejected.
 /// Returns an error for another rate.

@@ -18,7 +18,7 @@ struct Extremes {
 }
 
 impl SlidingExtremes {
-    /// A window of `length` samples; an error unless 1 ≤ length ≤ [`MOST_SAMPLES`](super::MOST_SAMPLES).
+    /// Creates a window of `length` samples; an error unless 1 ≤ length ≤ [`MOST_SAMPLES`](super::MOST_SAMPLES).
     pub fn new(length: usize) -> Result<SlidingExtremes, SignalError> {
         Ok(SlidingExtremes { fold: Fold::new(checked_length(length)?) })
     }

@@ -5,11 +5,11 @@ pub(crate) trait Merge: Copy {
     /// The summary of no samples.
     const NOTHING: Self;
 
-    /// The summary of both.
+    /// The summary of both summaries' samples.
     fn merged(self, other: Self) -> Self;
 }
 
-/// The merged newest `length` samples, in amortised constant time.
+/// Merges the newest `length` samples, in amortised constant time.
 ///
 /// A queue of two stacks: the older samples are held as suffix summaries, the newer ones as they are. When
 /// the older ones are used up, the newer ones replace them.
@@ -53,7 +53,7 @@ impl<T: Merge> Fold<T> {
     }
 }
 
-/// A sum without the accumulated rounding of subtracting what leaves.
+/// A sum, without the accumulated rounding errors that subtracting old samples would cause.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sum(pub(crate) f64);
 

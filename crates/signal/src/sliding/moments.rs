@@ -18,12 +18,12 @@ pub struct SlidingMoments {
 struct Moments {
     count: f64,
     mean: f64,
-    /// Sum of squared deviations from the mean.
+    /// The sum of squared deviations from the mean.
     deviations: f64,
 }
 
 impl SlidingMoments {
-    /// A window of `length` samples; an error unless 1 ≤ length ≤ [`MOST_SAMPLES`](super::MOST_SAMPLES).
+    /// Creates a window of `length` samples; an error unless 1 ≤ length ≤ [`MOST_SAMPLES`](super::MOST_SAMPLES).
     pub fn new(length: usize) -> Result<SlidingMoments, SignalError> {
         Ok(SlidingMoments { fold: Fold::new(checked_length(length)?) })
     }
@@ -39,24 +39,24 @@ impl SlidingMoments {
         self.fold.merged().count as usize
     }
 
-    /// Their mean. `None` without any.
+    /// The mean of the usable samples; `None` without any.
     pub fn mean(&self) -> Option<f64> {
         let moments = self.fold.merged();
         (moments.count > 0.0).then_some(moments.mean)
     }
 
-    /// Their variance, over n − 1. `None` with fewer than two.
+    /// The variance of the usable samples, over n − 1; `None` with fewer than two.
     pub fn variance(&self) -> Option<f64> {
         let moments = self.fold.merged();
         (moments.count > 1.0).then(|| moments.deviations / (moments.count - 1.0))
     }
 
-    /// Their standard deviation, over n − 1. `None` with fewer than two.
+    /// The standard deviation of the usable samples, over n − 1; `None` with fewer than two.
     pub fn sd(&self) -> Option<f64> {
         self.variance().map(f64::sqrt)
     }
 
-    /// Their root mean square. `None` without any.
+    /// The root mean square of the usable samples; `None` without any.
     pub fn rms(&self) -> Option<f64> {
         let moments = self.fold.merged();
         let square = moments.mean * moments.mean + moments.deviations / moments.count;

@@ -14,7 +14,7 @@ pub struct SlidingQuantiles {
 }
 
 impl SlidingQuantiles {
-    /// A window of `length` samples; an error unless 1 ≤ length ≤ [`MOST_SAMPLES`](super::MOST_SAMPLES).
+    /// Creates a window of `length` samples; an error unless 1 ≤ length ≤ [`MOST_SAMPLES`](super::MOST_SAMPLES).
     pub fn new(length: usize) -> Result<SlidingQuantiles, SignalError> {
         Ok(SlidingQuantiles { tree: Tree::new(checked_length(length)?), next: 0 })
     }
@@ -33,7 +33,7 @@ impl SlidingQuantiles {
         self.tree.count()
     }
 
-    /// Their median. `None` without any.
+    /// The median of the usable samples; `None` without any.
     pub fn median(&self) -> Option<f64> {
         let upper = self.count() / 2;
         let is_odd = self.count() % 2 == 1;
@@ -41,9 +41,9 @@ impl SlidingQuantiles {
         Some(self.tree.ranked(lower)?.midpoint(self.tree.ranked(upper)?))
     }
 
-    /// The value below which a `share` of them lies, linear between two: `numpy.quantile`.
+    /// The value below which a `share` of the usable samples lies, interpolated linearly, as by `numpy.quantile`.
     ///
-    /// `None` without any, and for a share outside 0..=1.
+    /// `None` without usable samples, and for a share outside 0..=1.
     pub fn quantile(&self, share: f64) -> Option<f64> {
         if !(0.0..=1.0).contains(&share) {
             return None;

@@ -9,7 +9,7 @@ use crate::error::SignalError;
 pub struct Spectrum {
     /// The frequencies of the bins [Hz].
     pub frequencies_hz: Vec<f64>,
-    /// Power at each frequency: a density [unit² / Hz], or as the estimator's settings say.
+    /// The power at each frequency: a density [unit² / Hz], or as set by the estimator.
     pub power: Vec<f64>,
     /// The number of averaged segments.
     pub segments: usize,
@@ -18,9 +18,9 @@ pub struct Spectrum {
 /// The maximum of a band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// Its frequency [Hz].
+    /// The frequency of the maximum [Hz].
     pub frequency_hz: f64,
-    /// Its power, in the unit of the spectrum.
+    /// The power at the maximum, in the unit of the spectrum.
     pub power: f64,
 }
 
@@ -29,8 +29,8 @@ pub struct Peak {
 pub enum Rule {
     /// Trapezoids between the bins: `numpy.trapezoid`.
     Trapezoid,
-    /// Parabolas through three bins each: `scipy.integrate.simpson`, with Cartwright's correction
-    /// of the last interval where their number is even.
+    /// Parabolas through three bins each: `scipy.integrate.simpson`, with Cartwright's correction of the last interval
+    /// if the number of bins is even.
     Simpson,
     /// Each bin times the bin spacing: the sum over all bins is the power of the signal.
     Sum,
@@ -39,7 +39,7 @@ pub enum Rule {
 impl Spectrum {
     /// The power between `low_hz` and `high_hz` [unit²], from a density.
     ///
-    /// Over the bins with `low_hz` ≤ f < `high_hz`: half-open, so that adjacent bands share no bins. The
+    /// Integrates over the bins with `low_hz` ≤ f < `high_hz`: half-open, so that adjacent bands share no bins. The
     /// rules differ where a band has few bins; state which was used. `None` with fewer than two bins (one for
     /// [`Rule::Sum`]).
     pub fn band_power(&self, low_hz: f64, high_hz: f64, rule: Rule) -> Option<f64> {

@@ -3,9 +3,9 @@
 /// What is subtracted from each segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detrend {
-    /// Its mean.
+    /// The mean of the segment.
     Constant,
-    /// Its least-squares line.
+    /// The least-squares line of the segment.
     Linear,
     /// Nothing.
     Nothing,

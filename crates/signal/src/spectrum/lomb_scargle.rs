@@ -22,9 +22,9 @@ pub struct LombScargle {
 /// The treatment of the values' mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mean {
-    /// It is zero already: SciPy's default.
+    /// The mean is zero already: SciPy's default.
     Zero,
-    /// Subtracted first.
+    /// The mean is subtracted first.
     Subtracted,
     /// A constant is fitted together with each sinusoid: astropy's default.
     Floating,
@@ -35,7 +35,7 @@ pub enum Mean {
 pub enum Normalisation {
     /// Amplitude² · N / 4 [unit²]: SciPy's default.
     Power,
-    /// Share of the sum of squares explained by the sinusoid [0..1]: SciPy's `normalize=True`, astropy's
+    /// The share of the sum of squares explained by the sinusoid [0..1]: SciPy's `normalize=True`, astropy's
     /// "standard".
     Standard,
     /// [`Normalisation::Power`] times twice the mean interval of the times [unit² / Hz for times in
@@ -44,11 +44,11 @@ pub enum Normalisation {
 }
 
 impl LombScargle {
-    /// The power of `values` at `times_secs`, at each of the ascending `frequencies_hz`.
+    /// Computes the power of `values` at `times_secs`, at each of the ascending `frequencies_hz`.
     ///
-    /// Points that are not usable are left out. Returns an error when fewer than three are left, when times
-    /// do not ascend, when the lengths differ, for a frequency that is not usable, and for the normalised
-    /// power of constant values.
+    /// Points that are not usable are left out. Returns an error when fewer than three points are left, when times do
+    /// not ascend, when the lengths differ, for a frequency that is not usable, and for the normalised power of
+    /// constant values.
     pub fn of(
         self,
         times_secs: &[f64],
@@ -172,7 +172,7 @@ impl<'a> Turning<'a> {
         Turning { times_secs, step, now: Sines::default(), turns: 0 }
     }
 
-    /// At the next frequency [Hz].
+    /// Moves to the next frequency [Hz].
     fn to(&mut self, frequency_hz: f64) -> &Sines {
         match &self.step {
             Some(step) if !self.turns.is_multiple_of(TURNS) => self.now.turn(step),
@@ -234,7 +234,7 @@ impl Sums {
         Sums { cos, sin, cos_cos, cos_sin, value, value_cos, value_sin }
     }
 
-    /// Twice the mean square explained.
+    /// Twice the mean square explained by the sinusoid.
     fn amplitude_squared(self, is_floating: bool) -> f64 {
         let (cos, sin) = if is_floating { (self.cos, self.sin) } else { (0.0, 0.0) };
         let cc = self.cos_cos - cos * cos;

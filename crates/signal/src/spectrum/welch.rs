@@ -14,21 +14,21 @@ use crate::robust::median_in_place;
 /// The longest segment or transform [samples].
 const MOST_LENGTH: f64 = 16_777_216.0;
 
-/// One-sided spectrum of an even series, averaged over segments.
+/// Settings of the one-sided spectrum of an even series, averaged over segments.
 ///
-/// `scipy.signal.welch` with SciPy's options and defaults ([`Welch::new`]). Welch (1967),
-/// doi:10.1109/TAU.1967.1161901. Bins lie rate / transform length apart; to resolve two bins, a segment of
-/// about two periods of their difference is needed. Segments with a sample that is not
-/// [usable](crate::gaps::is_usable) are left out, which keeps gaps from leaking into all bins.
+/// Equals `scipy.signal.welch`, with SciPy's options and defaults ([`Welch::new`]). Welch (1967),
+/// doi:10.1109/TAU.1967.1161901. Bins lie rate / transform length apart; to resolve two bins, a segment of about two
+/// periods of their difference is needed. Segments with a sample that is not [usable](crate::gaps::is_usable) are left
+/// out, which keeps gaps from leaking into all bins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Welch {
-    /// Sampling rate [Hz].
+    /// The sampling rate [Hz].
     pub rate_hz: f64,
-    /// Length of a segment [samples]; a shorter signal is one segment.
+    /// The length of a segment [samples]; a shorter signal is one segment.
     pub segment: usize,
-    /// Overlap of successive segments [samples]; half when `None`.
+    /// The overlap of successive segments [samples]; half when `None`.
     pub overlap: Option<usize>,
-    /// Length of the zero-padded transform [samples]; that of the segment when `None`.
+    /// The length of the zero-padded transform [samples]; that of the segment when `None`.
     pub transform: Option<usize>,
     /// The window function.
     pub taper: Taper,
@@ -52,9 +52,9 @@ pub enum Scaling {
 /// The averaging of segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Average {
-    /// Their mean.
+    /// The mean of the segments.
     Mean,
-    /// Their median, corrected for bias: robust to a few segments with artefacts.
+    /// The median of the segments, corrected for bias: robust to a few segments with artefacts.
     Median,
 }
 
@@ -74,14 +74,14 @@ impl Welch {
         }
     }
 
-    /// The spectrum of `signal`; an error for inconsistent settings, or without a whole segment of usable
+    /// Computes the spectrum of `signal`; an error for inconsistent settings, or without a whole segment of usable
     /// samples.
     pub fn of(&self, signal: &[f64]) -> Result<Spectrum, SignalError> {
         let lengths = self.lengths(signal.len())?;
         self.by(&mut Transform::new(self, lengths), lengths, signal)
     }
 
-    /// As [`of`](Self::of), with cached FFT plans.
+    /// Like [`of`](Self::of), with cached FFT plans.
     pub(crate) fn of_next(
         &self,
         signal: &[f64],
@@ -171,8 +171,8 @@ impl Averaging {
     }
 }
 
-/// Mean of the median of `count` values with an exponential distribution of mean 1.
-/// Allen et al. (2012), doi:10.1103/PhysRevD.85.122006, appendix B.
+/// The mean of the median of `count` values with an exponential distribution of mean 1. Allen et al. (2012),
+/// doi:10.1103/PhysRevD.85.122006, appendix B.
 fn median_bias(count: usize) -> f64 {
     let pairs = (1..=(count - 1) / 2).map(|k| 2.0 * k as f64);
     1.0 + pairs.map(|even| 1.0 / (even + 1.0) - 1.0 / even).sum::<f64>()
@@ -215,7 +215,7 @@ impl Transform {
         }
     }
 
-    /// One-sided power: all bins but those at zero and Nyquist stand for two frequencies.
+    /// The one-sided power of a segment: all bins but those at zero and Nyquist stand for two frequencies.
     pub(crate) fn power(&mut self, segment: &[f64]) -> impl Iterator<Item = f64> {
         self.buffer.fill(0.0);
         let tapered = &mut self.buffer[..segment.len()];

@@ -15,16 +15,16 @@ pub struct BaselineChange {
     pub sd_difference: f64,
     /// Median of the phase minus that of the baseline, in the same unit.
     pub median_difference: f64,
-    /// The difference of means relative to the baseline's mean [%]; `None` where that is zero.
+    /// The difference of means relative to the baseline's mean [%]; `None` if that mean is zero.
     pub percent_change: Option<f64>,
-    /// The difference of means in standard deviations of the baseline; `None` where that is zero.
+    /// The difference of means in standard deviations of the baseline; `None` if that deviation is zero.
     pub z: Option<f64>,
-    /// The difference of medians in 1.4826 median absolute deviations of the baseline; `None` where that is
+    /// The difference of medians in 1.4826 median absolute deviations of the baseline; `None` if that deviation is
     /// zero.
     pub robust_z: Option<f64>,
 }
 
-/// How the values of a phase differ from those of the baseline, at least two each.
+/// Computes how the values of a phase differ from those of the baseline, at least two each.
 ///
 /// For one participant and one quantity: a description, not a test. Values are those of windows, or samples
 /// of a slow signal. Limits: a percentage is meaningless for quantities without a meaningful zero; the mean
@@ -63,22 +63,21 @@ pub fn baseline_change(phase: &[f64], baseline: &[f64]) -> Result<BaselineChange
 /// A standardised difference between a phase and the baseline, with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandardisedDifference {
-    /// Difference of means over the pooled standard deviation (Cohen's d).
+    /// The difference of means over the pooled standard deviation (Cohen's d).
     pub d: f64,
-    /// The same, corrected for bias in small samples (Hedges' g).
+    /// The difference, corrected for bias in small samples (Hedges' g).
     pub g: f64,
     /// The effective number of independent values of the phase.
     pub effective_phase: f64,
     /// The effective number of independent values of the baseline.
     pub effective_baseline: f64,
-    /// Standard error of g.
+    /// The standard error of g.
     pub standard_error: f64,
-    /// Confidence interval of g.
+    /// The confidence interval of g.
     pub interval: Interval,
 }
 
-/// The standardised difference between the windows of a phase and those of the baseline, at least three
-/// each.
+/// Computes the standardised difference between the windows of a phase and those of the baseline, at least three each.
 ///
 /// Windows follow each other without overlap (30 s), in order of time. Neighbours are correlated, so each
 /// series counts as [`effective_count`] values. d = (x̄₁ − x̄₂)/s with the pooled s, as in
@@ -112,7 +111,7 @@ pub fn standardised_difference(
     })
 }
 
-/// The effective number of independent values of a series in order of time, n·(1 − r)/(1 + r).
+/// Computes the effective number of independent values of a series in order of time, n·(1 − r)/(1 + r).
 ///
 /// r is the autocorrelation at lag 1, as `statsmodels.tsa.stattools.acf`; where it is negative, the result is
 /// n. At least 2. Bayley & Hammersley (1946), doi:10.2307/2983560, for a first-order autoregressive series.

@@ -13,9 +13,9 @@ pub struct Bootstrap {
     /// The number of resamples; 2000 are few for the ends of an interval, 10 000 are enough, a million is
     /// the maximum.
     pub resamples: usize,
-    /// Confidence of the intervals, 0.95 for 95 %.
+    /// The confidence of the intervals, 0.95 for 95 %.
     pub level: f64,
-    /// The seed; the same one draws the same resamples on every machine.
+    /// The seed; the same seed draws the same resamples on every machine.
     pub seed: u64,
 }
 
@@ -30,7 +30,7 @@ impl Default for Bootstrap {
 pub struct BootstrapInterval {
     /// The statistic of the original values.
     pub value: f64,
-    /// Standard deviation of the statistic over the resamples.
+    /// The standard deviation of the statistic over the resamples.
     pub standard_error: f64,
     /// The percentile interval.
     pub percentile: Interval,
@@ -39,12 +39,12 @@ pub struct BootstrapInterval {
     pub bias_corrected: Option<Interval>,
 }
 
-/// Confidence intervals of any statistic of independent values, by resampling them with replacement.
+/// Computes confidence intervals of any statistic of independent values, by resampling them with replacement.
 ///
-/// In the unit of the statistic. Percentile and `BCa` intervals: Efron (1987),
-/// doi:10.1080/01621459.1987.10478410; as `scipy.stats.bootstrap` with the same draws. For paired values
-/// pass the differences. Draws come from `SplitMix64` (Steele et al. 2014, doi:10.1145/2660193.2660195),
-/// since the draws for a seed must never change. Limits: below about ten values, intervals are too narrow.
+/// In the unit of the statistic. Percentile and `BCa` intervals: Efron (1987), doi:10.1080/01621459.1987.10478410; as
+/// with `scipy.stats.bootstrap` and the same draws. For paired values pass the differences. Draws come from
+/// `SplitMix64` (Steele et al. 2014, doi:10.1145/2660193.2660195), since the draws for a seed must never change.
+/// Limits: below about ten values, intervals are too narrow.
 ///
 /// ```
 /// use teampulse_signal::{robust::median, statistics::{Bootstrap, bootstrap}};
@@ -97,7 +97,7 @@ fn draws(values: &[f64], statistic: &impl Fn(&[f64]) -> f64, settings: &Bootstra
     (0..settings.resamples).map(|_| draw()).collect()
 }
 
-/// The quantiles that `BCa` takes instead of `tail` and 1 − `tail`.
+/// The quantiles that `BCa` uses instead of `tail` and 1 − `tail`.
 fn corrected_shares(
     values: &[f64],
     statistic: &impl Fn(&[f64]) -> f64,

@@ -1,11 +1,11 @@
 /// How a value is compared with the baseline of the same participant.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Comparison {
-    /// Minus its baseline mean, in its own unit.
+    /// The value minus the baseline mean, in the value's own unit.
     Difference,
-    /// Minus its baseline mean, in baseline standard deviations.
+    /// The value minus the baseline mean, in baseline standard deviations.
     Z,
-    /// Minus its baseline median, in 1.4826 baseline median absolute deviations.
+    /// The value minus the baseline median, in 1.4826 baseline median absolute deviations.
     RobustZ,
 }
 

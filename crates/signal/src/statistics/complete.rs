@@ -16,7 +16,7 @@ impl CompleteRows {
     }
 }
 
-/// The participants (rows) that have a finite value in every condition (column).
+/// Selects the participants (rows) that have a finite value in every condition (column).
 ///
 /// Report `left_out` with every result: dropping participants is a choice.
 ///

@@ -11,12 +11,12 @@ pub struct Correlation {
     pub r: f64,
     /// The two-sided p-value [0..1].
     pub p: f64,
-    /// Number of pairs.
+    /// The number of pairs.
     pub n: usize,
 }
 
 impl Correlation {
-    /// Confidence interval by Fisher's transform, tanh(artanh r ± z/√(n − 3)).
+    /// The confidence interval by Fisher's transform, tanh(artanh r ± z/√(n − 3)).
     ///
     /// Fisher (1921), doi:10.2307/2331838; as SciPy's for Pearson's r. From −1 to 1 with fewer than four
     /// pairs. Limits: only approximate for ranks.
@@ -45,7 +45,7 @@ pub fn pearson(first: &[f64], second: &[f64]) -> Result<Correlation, StatisticsE
     Ok(Correlation { r, p, n: first.len() })
 }
 
-/// Spearman's correlation of ranks: [`pearson`]'s of the average ranks, with p computed in the same way.
+/// Spearman's correlation of ranks: [`pearson`] of the average ranks, with p computed in the same way.
 ///
 /// Spearman (1904), doi:10.2307/1412159; as `scipy.stats.spearmanr`. Limits: below about ten pairs, p is
 /// approximate.
@@ -60,9 +60,9 @@ fn unit(values: &[f64]) -> Result<Vec<f64>, StatisticsError> {
     let about: Vec<f64> = values.iter().map(|each| each - mean).collect();
     let largest = about.iter().fold(0.0, |most: f64, each| most.max(each.abs()));
     finite_or(&[mean, largest], StatisticsError::OutOfRange)?;
-    // Scaled first: squares of tiny or huge numbers vanish or overflow.
+    // The values are scaled first, because squares of tiny or huge numbers vanish or overflow.
     let length = largest * about.iter().map(|each| (each / largest).powi(2)).sum::<f64>().sqrt();
-    // The rounding error of equal values is not spread.
+    // The rounding error of equal values is not a spread.
     if largest <= mean.abs() * 1e-13 || length == 0.0 {
         return Err(StatisticsError::NoSpread);
     }

@@ -9,9 +9,9 @@ pub enum Alternative {
     /// A difference in either direction.
     #[default]
     TwoSided,
-    /// The first is smaller than the second.
+    /// The first condition is smaller than the second.
     Less,
-    /// The first is greater than the second.
+    /// The first condition is greater than the second.
     Greater,
 }
 

@@ -3,7 +3,7 @@ use thiserror::Error;
 /// Why a statistic could not be computed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StatisticsError {
-    /// Too few values.
+    /// There are too few values.
     #[error("compute a result from {got} values: at least {need} are needed")]
     TooFew {
         /// The number of values given.
@@ -11,7 +11,7 @@ pub enum StatisticsError {
         /// The number of values needed.
         need: usize,
     },
-    /// Too many values for an exact result.
+    /// There are too many values for an exact result.
     #[error("compute an exact result from {got} values: at most {most} are supported")]
     TooMany {
         /// The number of values given.
@@ -22,9 +22,9 @@ pub enum StatisticsError {
     /// Paired columns differ in length.
     #[error("pair {first} values with {other}")]
     UnequalLengths {
-        /// Length of the first column.
+        /// The length of the first column.
         first: usize,
-        /// Length of one that differs.
+        /// The length of a column that differs.
         other: usize,
     },
     /// A value is NaN or infinite.
@@ -48,7 +48,7 @@ pub enum StatisticsError {
     },
 }
 
-/// The columns, checked to be finite, of equal length, and at least as many and as long as needed.
+/// Returns the columns, checked to be finite, of equal length, and at least as many and as long as needed.
 pub(super) fn checked<'a, 'b>(
     columns: &'a [&'b [f64]],
     least_columns: usize,
@@ -80,12 +80,12 @@ pub(super) fn differences(
     Ok(differences)
 }
 
-/// The error when one of the results is not finite.
+/// Returns the error if one of the results is not finite.
 pub(super) fn finite_or(results: &[f64], error: StatisticsError) -> Result<(), StatisticsError> {
     if results.iter().all(|each| each.is_finite()) { Ok(()) } else { Err(error) }
 }
 
-/// A confidence level, checked to be between 0 and 1.
+/// Returns a confidence level, checked to be between 0 and 1.
 pub(super) fn checked_level(level: f64) -> Result<f64, StatisticsError> {
     let expected = "more than 0 and less than 1";
     let error = StatisticsError::Setting { name: "level", value: level, expected };

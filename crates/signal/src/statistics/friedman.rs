@@ -13,7 +13,7 @@ pub struct Friedman {
     pub p: f64,
     /// Kendall's W, the agreement of participants on the order of conditions [0..1].
     pub kendall_w: f64,
-    /// Mean rank of each condition.
+    /// The mean rank of each condition.
     pub mean_ranks: Vec<f64>,
 }
 
@@ -44,13 +44,13 @@ pub fn friedman(conditions: &[&[f64]]) -> Result<Friedman, StatisticsError> {
     })
 }
 
-/// One row per participant.
+/// Transposes columns to one row per participant.
 pub(super) fn rows(columns: &[&[f64]]) -> Vec<Vec<f64>> {
     let count = columns.first().map_or(0, |column| column.len());
     (0..count).map(|row| columns.iter().map(|column| column[row]).collect()).collect()
 }
 
-/// Sum of each condition's ranks over the participants.
+/// The sum of each condition's ranks over the participants.
 pub(super) fn rank_sums(rows: &[Vec<f64>]) -> Vec<f64> {
     let mut sums = vec![0.0; rows.first().map_or(0, Vec::len)];
     for row in rows {

@@ -5,13 +5,13 @@ use crate::moments::{mean, sample_sd};
 /// An interval that contains the true value with a stated confidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Its lower end.
+    /// The lower end of the interval.
     pub low: f64,
-    /// Its upper end.
+    /// The upper end of the interval.
     pub high: f64,
 }
 
-/// Confidence interval of a mean, x̄ ± t(1 − α/2, n − 1) · s/√n, in the unit of the values.
+/// Computes the confidence interval of a mean, x̄ ± t(1 − α/2, n − 1) · s/√n, in the unit of the values.
 ///
 /// `level` is the confidence (0.95). For paired values pass the differences. Student (1908),
 /// doi:10.2307/2331554; as `scipy.stats.ttest_1samp(...).confidence_interval`. Limits: needs at least two

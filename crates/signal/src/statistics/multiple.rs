@@ -1,22 +1,22 @@
 /// The correction of a family of p-values for multiple comparisons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Correction {
-    /// Step-down, controls the probability of any false finding: never weaker than Bonferroni. Holm (1979),
-    /// <https://www.jstor.org/stable/4615733>.
+    /// The step-down correction that controls the probability of any false finding; never weaker than Bonferroni. Holm
+    /// (1979), <https://www.jstor.org/stable/4615733>.
     #[default]
     Holm,
-    /// Multiplied by their number, controls the probability of any false finding. Dunn (1961),
+    /// The p-values multiplied by their number, which controls the probability of any false finding. Dunn (1961),
     /// doi:10.1080/01621459.1961.10482090.
     Bonferroni,
-    /// Step-up, controls the share of false findings. Benjamini & Hochberg (1995),
+    /// The step-up correction that controls the share of false findings. Benjamini & Hochberg (1995),
     /// doi:10.1111/j.2517-6161.1995.tb02031.x.
     BenjaminiHochberg,
 }
 
-/// The p-values of one family, corrected for their number, in the order given [0..1].
+/// Corrects the p-values of one family for their number, in the order given [0..1].
 ///
-/// As `statsmodels.stats.multitest.multipletests`. A missing p-value (NaN, or outside 0..1) stays NaN and
-/// does not count, as in pingouin. Name the family with the result.
+/// Equals `statsmodels.stats.multitest.multipletests`. A missing p-value (NaN, or outside 0..1) stays NaN and does not
+/// count, as in pingouin. Name the family with the result.
 ///
 /// ```
 /// use teampulse_signal::statistics::{Correction, corrected};

@@ -11,8 +11,8 @@ const MOST_EXACT: usize = 2000;
 /// The computation of the p-value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum PageMethod {
-    /// As SciPy chooses: exact with up to eight conditions and 12 participants (20 with three
-    /// conditions), else normal.
+    /// The method that SciPy chooses: exact with up to eight conditions and 12 participants (20 with three conditions),
+    /// else normal.
     #[default]
     Auto,
     /// Exact, from all orders of the ranks, for up to eight conditions; conservative with ties.
@@ -24,7 +24,7 @@ pub enum PageMethod {
 /// The result of Page's test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Page {
-    /// Page's L, Σ place · rank sum.
+    /// Page's L: the sum of position times rank sum over the conditions.
     pub l: f64,
     /// The one-sided p-value [0..1].
     pub p: f64,

@@ -13,13 +13,13 @@ pub struct Pair<T> {
     pub second: usize,
     /// The test of first − second.
     pub test: T,
-    /// Its p-value, corrected for the number of pairs [0..1].
+    /// The p-value of the test, corrected for the number of pairs [0..1].
     pub p_corrected: f64,
 }
 
 /// Wilcoxon's test of each pair of conditions (columns, one row per participant), in the order of columns.
 ///
-/// As `pingouin.pairwise_tests(parametric=False)` with the same correction.
+/// Equals `pingouin.pairwise_tests(parametric=False)` with the same correction.
 pub fn pairwise_wilcoxon(
     conditions: &[&[f64]],
     test: &Wilcoxon,
@@ -30,7 +30,7 @@ pub fn pairwise_wilcoxon(
 
 /// The two-sided paired t-test of each pair of conditions (columns, one row per participant).
 ///
-/// As `pingouin.pairwise_tests` with the same correction.
+/// Equals `pingouin.pairwise_tests` with the same correction.
 pub fn pairwise_t(
     conditions: &[&[f64]],
     correction: Correction,

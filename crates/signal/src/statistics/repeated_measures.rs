@@ -18,9 +18,9 @@ pub struct RepeatedMeasures {
     pub greenhouse_geisser: f64,
     /// The p-value with both degrees of freedom multiplied by ε [0..1].
     pub p_greenhouse_geisser: f64,
-    /// Share of the conditions in the variance within participants [0..1].
+    /// The share of the conditions in the variance within participants [0..1].
     pub partial_eta_squared: f64,
-    /// Share of the conditions in the total variance [0..1]. Bakeman (2005), doi:10.3758/BF03192707.
+    /// The share of the conditions in the total variance [0..1]. Bakeman (2005), doi:10.3758/BF03192707.
     pub generalised_eta_squared: f64,
     /// Mauchly's test of sphericity; `None` for two conditions, and with fewer participants than
     /// conditions.
@@ -36,7 +36,7 @@ pub struct Mauchly {
     pub p: f64,
 }
 
-/// Analysis of variance of two or more conditions (columns, one row per participant).
+/// Analyses the variance of two or more conditions (columns, one row per participant).
 ///
 /// F = (C/(k − 1)) / (E/((k − 1)(n − 1))), with C the sum of squares of the conditions and E the residual
 /// sum of squares. Corrections: Greenhouse & Geisser (1959), doi:10.1007/BF02289823; sphericity: Mauchly
@@ -108,7 +108,7 @@ fn trace(matrix: &[Vec<f64>]) -> f64 {
     matrix.iter().enumerate().map(|(k, row)| row[k]).sum()
 }
 
-/// With the second-order term of Anderson (2003) as in R and pingouin.
+/// Mauchly's test with the second-order term of Anderson (2003) as in R and pingouin.
 fn mauchly(covariance: Vec<Vec<f64>>, df: f64) -> Option<Mauchly> {
     let d = covariance.len() as f64;
     if d < 2.0 || df < d {

@@ -14,18 +14,17 @@ const EXACT_WITH_TIES: usize = 13;
 /// The treatment of zero differences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Zeros {
-    /// Left out. Wilcoxon (1945), doi:10.2307/3001968.
+    /// Zeros are left out. Wilcoxon (1945), doi:10.2307/3001968.
     #[default]
     LeftOut,
-    /// Ranked, but part of neither sum. Pratt (1959), doi:10.1080/01621459.1959.10501526.
+    /// Zeros are ranked, but are part of neither sum. Pratt (1959), doi:10.1080/01621459.1959.10501526.
     Ranked,
 }
 
 /// The computation of the p-value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum WilcoxonMethod {
-    /// As SciPy chooses: exact up to 50 pairs without ties and zeros and up to 13 with them, else
-    /// normal.
+    /// The method that SciPy chooses: exact up to 50 pairs without ties and zeros and up to 13 with them, else normal.
     #[default]
     Auto,
     /// Exact, from all assignments of signs to the ranks, ties included; up to 500 pairs.
@@ -50,9 +49,9 @@ pub struct Wilcoxon {
 /// The result of Wilcoxon's signed rank test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignedRank {
-    /// Sum of the ranks of positive differences.
+    /// The sum of the ranks of positive differences.
     pub w_plus: f64,
-    /// Sum of the ranks of negative differences. SciPy prints the smaller of the two when two-sided.
+    /// The sum of the ranks of negative differences. SciPy prints the smaller of the two when two-sided.
     pub w_minus: f64,
     /// The p-value [0..1].
     pub p: f64,
@@ -64,8 +63,7 @@ pub struct SignedRank {
     pub n_ranked: usize,
     /// The number of zero differences.
     pub n_zero: usize,
-    /// Matched-pairs rank-biserial correlation, (W₊ − W₋)/(W₊ + W₋) [−1..1]. Kerby (2014),
-    /// doi:10.2466/11.IT.3.1.
+    /// The matched-pairs rank-biserial correlation, (W₊ − W₋)/(W₊ + W₋) [−1..1]. Kerby (2014), doi:10.2466/11.IT.3.1.
     pub rank_biserial: f64,
 }
 

@@ -1,8 +1,8 @@
 //! The values of windows of skin temperature.
 //!
-//! There are no events. Causal and whole analysis agree, as nothing is filtered. All values except the share
-//! off the body use readings on the body; quality is their share of all usable ones, and half of that if none is as
-//! warm as 28 °C: then they may be those of a room. Cold hands are rarer than thermometers that were never put on; the
+//! There are no events. Causal and whole analysis agree, as nothing is filtered. All values except the share off the
+//! body use readings on the body; quality is the share of these among all usable readings, halved if none is as warm as
+//! 28 °C, since they may then be those of a room. Cold hands are rarer than thermometers that were never put on; the
 //! values are still reported, for readers who know which it was.
 
 use super::on_body::{Limits, OnBody};
@@ -17,7 +17,7 @@ use crate::trend::{smallest_step, trend};
 const RATES_HZ: (f64, f64) = (0.001, 1000.0);
 /// The smallest share of readings on the body for which values are reported.
 const LEAST_QUALITY: f64 = 0.5;
-/// Below this, a room is as likely as skin [°C]: the share of quality that is left.
+/// Below this temperature a room is as likely as skin [°C], and this share of the quality is left.
 const WARM_C: f64 = 28.0;
 const OF_COOL: f64 = 0.5;
 /// The shortest trend [s].
@@ -70,7 +70,7 @@ pub fn whole(settings: &Settings, recording: &Recording<'_>) -> Result<Whole, Si
 struct Running {
     on_body: OnBody,
     readings: Track,
-    /// NaN off the body.
+    /// The readings on the body; NaN off it.
     skin: Track,
 }
 

@@ -5,9 +5,9 @@ use crate::gaps::is_usable;
 
 /// The change of a span against a baseline: the difference of the means of usable readings [°C].
 ///
-/// Its uncertainty is that of two means, √(s₁²/n₁ + s₂²/n₂), for independent readings; skin temperature
-/// drifts, so it is a lower bound. `None` when either has no usable reading; the uncertainty of a single
-/// reading counts as zero.
+/// The uncertainty is that of a difference of two means, √(s₁²/n₁ + s₂²/n₂), for independent readings; skin temperature
+/// drifts, so it is a lower bound. `None` when either has no usable reading; the uncertainty of a single reading counts
+/// as zero.
 pub fn change_c(span_c: &[f64], baseline_c: &[f64]) -> Option<Estimate> {
     let (span, baseline) = (mean_c(span_c)?, mean_c(baseline_c)?);
     let sigma = span.sigma.hypot(baseline.sigma);

@@ -5,18 +5,18 @@ use crate::gaps::is_usable;
 
 /// The settling time of the sensor after a jump [s].
 const SETTLING_SECS: f64 = 5.0;
-/// A fall by this much [°C] within [`FALL_SECS`] is that of a sensor that was taken off: skin in cold air loses a
-/// degree or two in a minute.
+/// A fall by this much [°C] within [`FALL_SECS`] means that the sensor was taken off: skin in cold air loses a degree
+/// or two in a minute.
 const FALL_C: f64 = 0.5;
-/// See [`FALL_C`] [s].
+/// The time within which a fall by [`FALL_C`] counts [s].
 const FALL_SECS: f64 = 10.0;
-/// The number of earlier readings that are compared with, evenly over that time.
+/// The number of earlier readings used for comparison, spread evenly over that time.
 const EARLIER: usize = 10;
 /// The share of the fall that must be made up before the sensor counts as worn again.
 const BACK: f64 = 0.5;
-/// A sensor that stops falling at least this warm is still worn [°C]: hardly a room is as warm.
+/// A sensor that stops falling at least this warm is still worn [°C]: hardly any room is as warm.
 const WARM_C: f64 = 30.0;
-/// It falls by no more than this within [`FALL_SECS`] then [°C].
+/// A sensor has stopped falling if it falls by no more than this within [`FALL_SECS`] [°C].
 const STILL_C: f64 = 0.1;
 
 /// The plausible range of skin temperature and of its change.
@@ -38,8 +38,8 @@ impl Default for Limits {
     }
 }
 
-/// Judges readings one by one: on the body are those within the [`Limits`] and not within 5 s after a jump,
-/// nor after a fall by 0.5 °C within 10 s until half of it is made up, or it ends above 30 °C.
+/// Judges readings one by one: a reading is on the body if it is within the [`Limits`], not within 5 s after a jump,
+/// and not after a fall by 0.5 °C within 10 s, until half of the fall is made up or it ends above 30 °C.
 ///
 /// A band that lies on a table in a warm room may be mistaken for worn.
 #[derive(Clone, Debug)]
@@ -91,7 +91,7 @@ impl OnBody {
         is_skin && at_ns >= self.settled_ns && self.cooling.is_none()
     }
 
-    /// Follows falls that no skin has.
+    /// Follows falls that are too fast for skin.
     fn cool(&mut self, at_ns: i64, reading_c: f64) {
         let is_recent =
             |&&(then_ns, _): &&(i64, f64)| at_ns.saturating_sub(then_ns) as f64 <= FALL_SECS * 1e9;
@@ -110,7 +110,7 @@ impl OnBody {
         }
         let apart_ns = (FALL_SECS / EARLIER as f64 * 1e9) as i64;
         let is_due = at_ns.saturating_sub(self.earlier[EARLIER - 1].0) >= apart_ns;
-        // The top of a jump is not where a fall begins.
+        // A fall does not begin at the top of a jump.
         if is_due && at_ns >= self.settled_ns {
             self.earlier.rotate_left(1);
             self.earlier[EARLIER - 1] = (at_ns, reading_c);

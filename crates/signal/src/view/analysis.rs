@@ -1,6 +1,6 @@
 //! Values of camera images in windows: pulse, presence and movement.
 //!
-//! There are no events. Causal and whole analysis agree: nothing is filtered across time but within 1.6 s.
+//! There are no events. Causal and whole analysis agree: filtering over time is limited to 1.6 s.
 
 use super::pulse_wave::PulseWave;
 use super::spectra::Spectra;
@@ -9,7 +9,7 @@ use super::values::{VALUES, measure};
 use super::{CHANNELS, Frame};
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
 
-/// A causal analysis of frames whose numbers have these names, including [`CHANNELS`]; missing ones are
+/// A causal analysis of frames whose numbers have these names, including [`CHANNELS`]; the missing channels are
 /// unknown.
 pub fn causal(names: &[String]) -> Box<dyn Causal + Send> {
     Box::new(Seen::new(names))

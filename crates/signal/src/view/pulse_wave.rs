@@ -11,14 +11,14 @@ const STEP_NS: f64 = 1e9 / WAVE_HZ;
 const WINDOW: usize = 48;
 /// The longest time between two frames that is bridged [ns]: below 12 frames a second there is no wave.
 const PAUSE_NS: i64 = 250_000_000;
-/// A larger change of colour between two frames means a different face or different light [share].
+/// A larger change of colour between two frames, as a share, means a different face or different light.
 const JUMP: f64 = 0.2;
 
 /// A sample of the wave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct WaveSample {
     pub at_ns: i64,
-    /// The pulse [share of the colour].
+    /// The pulse, as a share of the colour.
     pub pulse: f64,
     /// The brightness of the view [0..1].
     pub brightness: f64,

@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 
 use super::pulse_wave::{WAVE_HZ, WaveSample};
 
-/// The length of the segment of a spectrum [samples]: 15 s.
+/// The length of the segment for one spectrum [samples]: 15 s.
 pub(super) const LENGTH: usize = 450;
 /// The hop between spectra [samples]: 2.5 s.
 const HOP: usize = 75;
-/// The range of pulses [Hz]: 42 to 210 a minute; above it, their second harmonic.
+/// The range of pulses [Hz]: 42 to 210 a minute; above it, up to `MOST_HZ`, is their second harmonic.
 pub(super) const PULSES_HZ: (f64, f64) = (0.7, 3.5);
 const MOST_HZ: f64 = 7.2;
 /// The step of frequencies [Hz].
@@ -17,10 +17,10 @@ pub(super) const STEP_HZ: f64 = 0.02;
 /// The number of frequencies.
 pub(super) const COUNT: usize = 326;
 
-/// The spectrum of 15 s.
+/// The spectrum of a segment of 15 s.
 #[derive(Clone, Debug)]
 pub(super) struct Spectrum {
-    /// The first and the last time [ns].
+    /// The times of the first and the last sample [ns].
     pub first_ns: i64,
     pub last_ns: i64,
     /// The power of the pulse wave at each frequency from the lowest.

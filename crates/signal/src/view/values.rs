@@ -92,10 +92,10 @@ fn mean(numbers: impl Iterator<Item = f64>) -> Option<f64> {
 
 /// A pulse in spectra.
 struct Pulse {
-    /// Its rate, and half of its 95 % interval [1/min].
+    /// The pulse rate, and half of its 95 % interval [1/min].
     rate: f64,
     uncertainty: f64,
-    /// The power in its lines over that beside them.
+    /// The power in the pulse's lines over that beside them.
     ratio: f64,
     quality: f64,
 }
@@ -104,7 +104,7 @@ impl Pulse {
     fn of(spectra: &[&Spectrum]) -> Option<Pulse> {
         let mut power = vec![0.0; COUNT];
         for spectrum in spectra {
-            // Each has the same weight, regardless of head movement.
+            // Each spectrum has the same weight, regardless of head movement.
             let whole: f64 = spectrum.pulse.iter().sum();
             if whole > 0.0 {
                 power.iter_mut().zip(&spectrum.pulse).for_each(|(sum, part)| *sum += part / whole);
@@ -159,8 +159,7 @@ fn ratio(power: &[f64], hz: f64) -> f64 {
     within / beside
 }
 
-/// Whether the whole view has a rhythm at this index, far beyond what its skin causes: then the light
-/// flickers.
+/// Whether the whole view has a rhythm at this index, far beyond what the skin in it causes; if so, the light flickers.
 fn is_of_view(spectra: &[&Spectrum], place: f64) -> bool {
     let at = (place.round() as usize).min(Spectrum::of_pulses().end - 1);
     let around = at.saturating_sub((LINE_HZ / STEP_HZ) as usize * 2)..at;

@@ -53,7 +53,7 @@ pub(super) struct Speech {
     over: usize,
 }
 
-/// Fewer active frames in a row are a click.
+/// Fewer active frames in a row than this are a click.
 const LEAST_ACTIVE: usize = 3;
 
 impl Speech {
@@ -61,8 +61,7 @@ impl Speech {
         Speech { active: 0, over: usize::MAX }
     }
 
-    /// Whether the next frame is speech; `coming` states whether it and those after it, up to [`DELAY`],
-    /// are active.
+    /// Whether the next frame is speech; `coming` states whether this frame and the next [`DELAY`] frames are active.
     pub(super) fn push(&mut self, coming: impl Iterator<Item = bool>) -> bool {
         let mut ahead = [false; DELAY + 1];
         ahead.iter_mut().zip(coming).for_each(|(to, is_active)| *to = is_active);

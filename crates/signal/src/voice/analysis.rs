@@ -12,7 +12,7 @@ use super::values::{VALUES, measure};
 use crate::analysis::{Causal, Event, Measured, Recording, Span, Value, Whole, Windows};
 use crate::error::SignalError;
 
-/// A causal analysis of samples [full scale] at 8 to 96 kHz; only the first channel is used.
+/// A causal analysis of samples (1 is full scale) at 8 to 96 kHz; only the first channel is used.
 ///
 /// No sample allocates in steady state. Returns an error for another rate, or settings out of range.
 pub fn causal(settings: &Settings, rate_hz: f64) -> Result<Box<dyn Causal + Send>, SignalError> {

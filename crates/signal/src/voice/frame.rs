@@ -3,25 +3,25 @@
 /// A frame with a missing sample in its window is unknown: all its numbers are NaN, and it is not counted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// The time of its middle [ns].
+    /// The time of the middle of the frame [ns].
     pub at_ns: i64,
-    /// Its level over 20 ms [dBFS], at least −120; a full-scale sine has −3 dBFS.
+    /// The level over 20 ms [dBFS], at least −120; a full-scale sine has −3 dBFS.
     pub level_dbfs: f64,
     /// The level of the background noise [dBFS].
     pub floor_dbfs: f64,
     /// 1 in speech, otherwise 0.
     pub speech: f64,
-    /// The likelihood that it is voiced [0..1].
+    /// The likelihood that the frame is voiced [0..1].
     pub voicing: f64,
     /// The pitch [Hz]; NaN if unvoiced.
     pub pitch_hz: f64,
     /// The spectral tilt over third octaves from 100 Hz to 5 kHz [dB/octave]; NaN if unvoiced.
     pub tilt_db_per_octave: f64,
-    /// The share of its samples at full scale or beyond [0..1].
+    /// The share of samples at full scale or beyond [0..1].
     pub clipped: f64,
-    /// The number of syllable nuclei that became known with it.
+    /// The number of syllable nuclei that became known with the frame.
     pub nuclei: f64,
-    /// The glottal pulses in it.
+    /// The glottal pulses in the frame.
     pub glottal: Glottal,
 }
 
@@ -30,17 +30,17 @@ pub struct Frame {
 pub struct Glottal {
     /// The number of periods.
     pub periods: f64,
-    /// Their sum [ms].
+    /// The sum of the periods [ms].
     pub period_ms: f64,
-    /// The number of pairs of consecutive periods that differ by less than 1.3 times.
+    /// The number of pairs of consecutive periods that differ by less than a factor of 1.3.
     pub period_pairs: f64,
-    /// The sum of their differences [ms].
+    /// The sum of the differences in these pairs [ms].
     pub period_change_ms: f64,
-    /// The sum of the pulses' amplitudes [full scale].
+    /// The sum of the pulses' amplitudes (1 is full scale).
     pub amplitude: f64,
-    /// The number of pairs of consecutive amplitudes that differ by less than 1.6 times.
+    /// The number of pairs of consecutive amplitudes that differ by less than a factor of 1.6.
     pub amplitude_pairs: f64,
-    /// The sum of their differences [full scale].
+    /// The sum of the differences in these pairs (1 is full scale).
     pub amplitude_change: f64,
 }
 
@@ -81,22 +81,22 @@ impl Frame {
         }
     }
 
-    /// Whether its features are known.
+    /// Whether the features of the frame are known.
     pub fn is_known(&self) -> bool {
         self.level_dbfs.is_finite() && self.floor_dbfs.is_finite() && self.speech.is_finite()
     }
 
-    /// Whether it is speech.
+    /// Whether the frame is speech.
     pub fn is_speech(&self) -> bool {
         self.speech > 0.5
     }
 
-    /// Whether it has a pitch.
+    /// Whether the frame has a pitch.
     pub fn is_voiced(&self) -> bool {
         self.pitch_hz.is_finite()
     }
 
-    /// Its numbers, in the order of [`CHANNELS`].
+    /// The numbers of the frame, in the order of [`CHANNELS`].
     pub fn numbers(&self) -> [f64; CHANNELS.len()] {
         let Glottal { periods, period_ms, period_pairs, period_change_ms, .. } = self.glottal;
         let Glottal { amplitude, amplitude_pairs, amplitude_change, .. } = self.glottal;

@@ -62,7 +62,7 @@ struct Waiting {
 }
 
 impl Framer {
-    /// Creates it for a rate [Hz]. Returns an error for a rate or settings out of range.
+    /// Creates the framer for a rate [Hz]. Returns an error for a rate or settings out of range.
     pub fn new(settings: &Settings, rate_hz: f64) -> Result<Framer, SignalError> {
         settings.checked(rate_hz)?;
         let periodicity = Periodicity::new(rate_hz, settings.lowest_hz, settings.highest_hz);
@@ -97,8 +97,8 @@ impl Framer {
         self.periodicity.half() as f64 / self.rate_hz + DELAY as f64 / FRAMES_HZ
     }
 
-    /// Takes in the next sample [full scale], NaN if missing, and its time [ns]; returns the frame that
-    /// became known.
+    /// Takes in the next sample (1 is full scale), NaN if missing, and its time [ns]; returns the frame that became
+    /// known.
     pub fn push(&mut self, at_ns: i64, sample: f64) -> Option<Frame> {
         let is_clipped = is_usable(sample) && sample.abs() >= FULL_SCALE;
         self.clipped = (self.clipped.0 + usize::from(is_clipped), self.clipped.1 + 1);

@@ -1,15 +1,15 @@
 //! Voice features of speech: level, voice activity, pitch, speaking rate, pauses, jitter and shimmer.
 //!
-//! Samples are those of a microphone, with 1 as full scale. There is a [`Frame`] every 10 ms, which is
-//! known 0.3 s later, as it depends on what follows. Frames are a pure function of the samples: speech in
-//! blocks of any length gives the same frames as the whole recording, bit for bit. Words cannot be
-//! reconstructed from frames, as they contain no spectrum.
+//! Samples are those of a microphone, with 1 as full scale. There is a [`Frame`] every 10 ms, which is known 0.3 s
+//! later, as it depends on the sound after it. Frames are a pure function of the samples: speech in blocks of any
+//! length gives the same frames as the whole recording, bit for bit. Words cannot be reconstructed from frames, as they
+//! contain no spectrum.
 //!
 //! - Pitch: the autocorrelation of the sound over that of the window (Boersma 1993), and the best path through its
 //!   candidates, at a fixed delay.
 //! - Voice activity: the level above a tracked noise floor, or a voice; closures within speech count as
 //!   speech.
-//! - Jitter and shimmer: Praat's local ones, of glottal pulses placed by cross-correlation.
+//! - Jitter and shimmer: Praat's local jitter and shimmer, of glottal pulses placed by cross-correlation.
 //! - Syllables: peaks of level between dips, in voiced speech (de Jong & Wempe 2009, doi:10.3758/BRM.41.2.385).
 //!
 //! ```

@@ -16,7 +16,7 @@ pub(super) struct Nuclei {
     loudest: f64,
     /// The lowest level since the last nucleus [dBFS].
     dip: f64,
-    /// The maximum level since that dip, and whether it was voiced.
+    /// The maximum level since the dip, and whether it was voiced.
     peak: Option<(f64, bool)>,
 }
 

@@ -14,7 +14,7 @@ pub(super) const MOST: usize = 15;
 const PERIODS: f64 = 3.0;
 /// The minimum rate to which the autocorrelation is interpolated [Hz], so that a parabola fits its peaks.
 const FINE_HZ: f64 = 32_000.0;
-/// Lower peaks are not candidates.
+/// The lowest periodicity of a candidate.
 const LEAST: f64 = 0.2;
 /// The cost of a candidate per octave below the highest: between a period and its double, the period is
 /// chosen.

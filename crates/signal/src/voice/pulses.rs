@@ -5,7 +5,7 @@ use super::sound::Sound;
 
 /// The range in which the next pulse is searched for, in periods from the last one.
 const NEXT: (f64, f64) = (0.8, 1.25);
-/// Pulses whose surroundings have a lower correlation do not belong to one voice.
+/// Pulses whose surroundings have a lower correlation than this do not belong to one voice.
 const LEAST_LIKENESS: f64 = 0.3;
 /// Half the length of the window over which a pulse's amplitude is taken, in periods (as in Praat).
 const AROUND: f64 = 0.2;

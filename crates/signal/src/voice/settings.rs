@@ -6,7 +6,7 @@ pub const RATES_HZ: (f64, f64) = (8_000.0, 96_000.0);
 /// Settings of the voice features.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The lowest pitch [Hz], 40 to 200; the window is three of its periods.
+    /// The lowest pitch [Hz], 40 to 200; the window lasts three periods of it.
     pub lowest_hz: f64,
     /// The highest pitch [Hz], up to 1500.
     pub highest_hz: f64,

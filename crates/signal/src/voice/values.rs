@@ -21,11 +21,11 @@ const CLIPPING: f64 = 10.0;
 /// The ranges within which pitch, as a share, and level [dB] count as steady.
 const STEADY_PITCH: f64 = 0.002;
 const STEADY_DB: f64 = 3.0;
-/// Frames that are steady for this long are hardly those of a voice, and with certainty none from the longer time on,
-/// which is that of a breath.
+/// Frames that are steady for longer than this [frames] hardly come from a voice, and certainly do not from the longer
+/// time on, which is the length of a breath.
 const STEADY: usize = 20;
 const LONGEST_STEADY: usize = 600;
-/// The share of steady frames that is left to a voice: that of a machine which speaks.
+/// The weight of steady frames that may still be a voice, such as that of a speaking machine.
 const DOUBTFUL: f64 = 0.25;
 /// The lowest quality for values of the voice.
 const LEAST_QUALITY: f64 = 0.2;
@@ -138,7 +138,7 @@ fn enough(count: usize, least: usize, of: &dyn Fn() -> Result<f64, Reason>) -> R
 }
 
 /// The signal-to-noise ratio or voicing, reduced by clipping and by [tones](Steady) [0..1]; in a span without speech,
-/// the share that is not clipped.
+/// the share of samples that are not clipped.
 fn quality<'a>(frames: impl Iterator<Item = &'a Frame>) -> f64 {
     let [mut count, mut clipped, mut in_speech, mut clear] = [0.0; 4];
     let mut steady = Steady::default();
@@ -162,8 +162,8 @@ fn quality<'a>(frames: impl Iterator<Item = &'a Frame>) -> f64 {
     if in_speech == 0.0 { whole } else { whole * clear / in_speech }
 }
 
-/// Frames with the same pitch and level, and how clear they are as a voice: those of a hum or a beep are steadier
-/// than any voice.
+/// Frames with the same pitch and level, and how clear they are as a voice: the frames of a hum or a beep are steadier
+/// than those of any voice.
 #[derive(Debug, Default)]
 struct Steady {
     frames: usize,
@@ -173,7 +173,7 @@ struct Steady {
 }
 
 impl Steady {
-    /// Adds a frame in speech; returns how clear the frames before it are, if it is not as steady as they are.
+    /// Adds a frame in speech; returns how clear the frames before it are, if this frame ends their steadiness.
     fn push(&mut self, frame: &Frame, clear: f64) -> f64 {
         let with = |(least, most): (f64, f64), value: f64| (value.min(least), value.max(most));
         let pitch_hz = with(self.pitch_hz, frame.pitch_hz);

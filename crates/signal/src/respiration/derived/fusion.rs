@@ -6,24 +6,24 @@ use crate::estimate::Estimate;
 
 /// The length of the segments with one rate each [s].
 pub(super) const STRETCH_SECS: f64 = 30.0;
-/// The same [ns].
+/// The length of the segments [ns].
 pub(super) const STRETCH_NS: i64 = 30_000_000_000;
 /// The slowest and the fastest breathing, and the grid between them [Hz].
 const LOW_HZ: f64 = 4.0 / 60.0;
 const HIGH_HZ: f64 = 45.0 / 60.0;
 const STEP_HZ: f64 = 0.1 / 60.0;
-/// The highest breathing rate that beats can resolve [share of their rate]; half is the limit.
+/// The highest breathing rate that beats can resolve, as a share of their rate; the theoretical limit is half.
 const HIGHEST_SHARE: f64 = 0.47;
 /// The width of the peak of steady breathing with a Hann window.
 const PEAK_HZ: f64 = 1.5 / STRETCH_SECS;
-/// The floor of each modulation at every frequency [mean share], as it may lack the rhythm.
+/// The floor of each modulation at every frequency, as a multiple of the mean share: a modulation may lack the rhythm.
 const FLOOR: f64 = 0.1;
 /// The smallest share of the product around its peak for a segment to count.
 const LEAST_CLARITY: f64 = 0.8;
-/// … and with no greater uncertainty [1/min].
+/// The largest uncertainty of a segment that counts [1/min].
 const LARGEST_SIGMA: f64 = 2.0;
-/// The slowest breathing above half the heart rate that is taken for implausible [1/min]: at rest with a heart slow
-/// enough for that, nobody breathes faster.
+/// The slowest breathing above half the heart rate that counts as implausible [1/min]: at rest, with a heart that slow,
+/// nobody breathes faster.
 const LEAST_FOLDED_PER_MIN: f64 = 34.0;
 /// The fewest beats or intervals in a segment.
 const FEWEST_VALUES: usize = 12;
@@ -51,7 +51,7 @@ pub(super) fn rate_of_stretch(beats: &[Beat], begin_ns: i64) -> Option<Stretch> 
     let grid = Grid { low_hz: LOW_HZ, step_hz: STEP_HZ, count };
     let common = product(all.iter().map(|each| each.shares(grid)), all.len(), count);
     let peak = peak_of(&common, grid)?;
-    // Values once a beat are the same of breaths this fast.
+    // Sampled once per beat, breaths this fast look the same.
     let folded_per_min = 60.0 / beat_secs - peak.rate_per_min.value;
     let is_folded = folded_per_min < LEAST_FOLDED_PER_MIN;
     let gives =
@@ -72,7 +72,7 @@ fn peak_of(common: &[f64], grid: Grid) -> Option<Stretch> {
     Some(Stretch { rate_per_min: Estimate { value: 60.0 * grid.hz(peak), sigma }, clarity })
 }
 
-/// The product of shares with their floors; for more than two modulations normalised to the sharpness of two.
+/// The product of the shares with their floors; for more than two modulations, normalised to the sharpness of two.
 fn product(shares: impl Iterator<Item = Vec<f64>>, modulations: usize, count: usize) -> Vec<f64> {
     let mut product = vec![1.0; count];
     for shares in shares {

@@ -1,9 +1,9 @@
 //! Breathing rate derived from the beats of an ECG or the pulses of a PPG.
 //!
-//! Breathing rotates the heart's electrical axis and changes the volume of the chest (amplitudes),
-//! modulates the heart rate (intervals), and shifts blood (baseline). Each of these modulations is sampled
-//! once per beat. A rhythm that they have in common is breathing; one that only a single modulation has may
-//! have another cause: blood pressure waves at about 6 per minute also appear in intervals.
+//! Breathing rotates the heart's electrical axis and changes the volume of the chest (amplitudes), modulates the heart
+//! rate (intervals), and shifts blood (baseline). Each of these modulations is sampled once per beat. A rhythm that
+//! they have in common is breathing; a rhythm that only one modulation has may have another cause: blood pressure waves
+//! at about 6 per minute also appear in intervals.
 //!
 //! ```
 //! use std::f64::consts::TAU;
@@ -43,7 +43,7 @@ pub struct Derived {
     pub clarity: f64,
 }
 
-/// The breathing rate from the beats of an ECG within a window [s].
+/// Derives the breathing rate from the beats of an ECG within a window [s].
 ///
 /// - *What*: the common rhythm of the intervals between beats (respiratory sinus arrhythmia) and of their
 ///   amplitudes [any unit]: the height of R above S, or the strength of the QRS complex
@@ -55,12 +55,11 @@ pub struct Derived {
 ///   at the maximum of the product, and as its uncertainty the root mean square distance of the squared
 ///   product from it. A segment counts if 80 % of the product lie within 1.5 / 30 s of the peak and its
 ///   uncertainty is below 2 a minute; a window if half of its segments do, with their median.
-///   is below 2 a minute; a window when half of its stretches do, with their median.
 /// - *Window*: at least 30 s.
 /// - *Reference*: fusion of modulations after Karlen et al. (2013), doi:10.1109/TBME.2013.2246160;
 ///   segments and limits of the method: Charlton et al. (2016), doi:10.1088/0967-3334/37/4/610.
-/// - *Limits*: breaths faster than about half the heart rate look slower by as much as they are above it: a segment
-///   does not count where breaths of less than 34 a minute would look the same (22 a minute at a heart rate of 50 may
+/// - *Limits*: breaths faster than about half the heart rate look as much slower than half of it as they are faster; so
+///   a segment does not count if breathing below 34 a minute would look the same (22 a minute at a heart rate of 50 may
 ///   be 28); pauses count as breaths; a rate that changes within 30 s is represented by its most frequent value.
 ///   Without any rhythm, one in six segments of 30 s shows one by chance, and one in a hundred windows of 60 s.
 ///   Premature beats are left out, but with bigeminy the method fails.
@@ -76,12 +75,12 @@ pub fn rate_from_beats(
     rate(times_secs, [amplitudes, &[]], window_secs)
 }
 
-/// The breathing rate from the pulses of a PPG within a window [s].
+/// Derives the breathing rate from the pulses of a PPG within a window [s].
 ///
-/// As [`rate_from_beats`], with three modulations: the intervals between pulses, their `amplitudes` (foot
-/// to peak) and their `baselines` (the height of the foot, or of the middle), in any unit. `Missing`
-/// without both amplitudes and baselines. Karlen et al. (2013), doi:10.1109/TBME.2013.2246160, reject the
-/// rate if the three differ by more than 4 a minute; here the uncertainty is used instead.
+/// Works like [`rate_from_beats`], with three modulations: the intervals between pulses, their `amplitudes` (foot to
+/// peak) and their `baselines` (the height of the foot, or of the middle), in any unit. `Missing` without both
+/// amplitudes and baselines. Karlen et al. (2013), doi:10.1109/TBME.2013.2246160, reject the rate if the three differ
+/// by more than 4 a minute; here the uncertainty is used instead.
 pub fn rate_from_pulses(
     times_secs: &[f64],
     amplitudes: &[f64],
@@ -93,7 +92,7 @@ pub fn rate_from_pulses(
 
 fn rate(times_secs: &[f64], heights: [&[f64]; 2], window: Range<f64>) -> Result<Derived, Reason> {
     let length_secs = window.end - window.start;
-    // Also rejects NaN.
+    // This also rejects NaN.
     if !length_secs.is_finite() {
         return Err(Reason::Short);
     }
@@ -106,7 +105,7 @@ fn rate(times_secs: &[f64], heights: [&[f64]; 2], window: Range<f64>) -> Result<
     BreathingWindows::default().measure(beats, span)
 }
 
-/// A non-finite time lies before all others.
+/// Converts a time to nanoseconds; NaN comes before all other times.
 fn nanos(secs: f64) -> i64 {
     if secs.is_nan() { i64::MIN } else { (secs * 1e9).round() as i64 }
 }

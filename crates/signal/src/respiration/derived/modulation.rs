@@ -9,17 +9,17 @@ use crate::robust::{SIGMA_FROM_MAD, mad, median};
 
 /// The plausible intervals between neighbouring beats [s]; others span missed beats or come from false ones.
 const INTERVALS_SECS: (f64, f64) = (0.27, 2.2);
-/// The largest deviation from the median [1.4826 · MAD].
+/// The largest deviation from the median, in 1.4826 · MAD.
 const OUTLIER_SIGMAS: f64 = 4.0;
-/// A smaller spread is rounding [share of the median].
+/// A spread below this share of the median is a rounding error.
 const LEAST_SPREAD: f64 = 1e-9;
 
 /// A heartbeat or a pulse with the quantities that breathing modulates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beat {
-    /// Its time [ns].
+    /// The time of the beat [ns].
     pub(crate) at_ns: i64,
-    /// Its heights by different definitions [any unit]; NaN where unknown.
+    /// The height of the beat by different definitions [any unit]; NaN where unknown.
     pub(crate) heights: [f64; 2],
 }
 
