@@ -124,7 +124,8 @@ mod tests {
                 let secs = moments.times.sqrt();
                 let (rise, exact) = (moments.slope_per_sec(), whole.slope_per_sec);
                 let off = rise.zip(exact).map_or(0.0, |(rise, exact)| (rise - exact).abs());
-                // Each deviation is known to the last bit of the offset; the sum of as many grows by the root.
+                // Each deviation is known to the last bit of the offset; the error of their sum grows with the
+                // root of their number.
                 let rounding = 1e-9 + offset * f64::EPSILON * moments.count.sqrt();
                 prop_assert!(off * secs <= rounding, "{} {}", off, secs);
             }

@@ -21,7 +21,7 @@ const SKIN_C: std::ops::RangeInclusive<f64> = 30.0..=40.0;
 pub(super) const SPREAD_SECS: f64 = 5.0;
 /// A value constant for longer means a disconnected or saturated input [s].
 const FLAT_SECS: f64 = 20.0;
-/// The highest value is the end of the range if it is constant for at least this time [s] and was reached at speed.
+/// The highest value is the end of the range if it is constant for at least this time [s] and was reached fast.
 const RAIL_SECS: f64 = 1.0;
 /// The fewest samples at the end of the range, and the fewest smallest steps by which it is reached: a peak is reached
 /// in single steps.

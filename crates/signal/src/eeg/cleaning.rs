@@ -24,7 +24,7 @@ pub fn cleaning(rate_hz: f64, mains_hz: f64) -> Result<Design, SignalError> {
     high_pass.then(&notch(mains_hz, NOTCH_QUALITY, rate_hz)?)
 }
 
-/// A whole EEG without drift and hum: [`cleaning`] with zero phase.
+/// Removes drift and hum from a whole EEG: [`cleaning`] with zero phase.
 ///
 /// Values that are not [usable numbers](crate::gaps::is_usable) are bridged. Errors as for [`cleaning`], and
 /// for a signal that is too short or has no usable number.

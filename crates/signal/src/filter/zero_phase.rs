@@ -9,7 +9,7 @@ use crate::gaps::bridge;
 /// SciPy's `sosfiltfilt` with its defaults: the signal is extended at both ends by its odd reflection, of
 /// three times the filter's length, and both passes start settled. See Gustafsson (1996),
 /// doi:10.1109/78.492552. Values that are not usable are [bridged](crate::gaps::bridged) first. Returns an
-/// error when none is usable, or the signal is not longer than the [padding](padding). Not causal.
+/// error when none is usable, or the signal is not longer than the padding. Not causal.
 pub fn zero_phase(design: &Design, signal: &[f64]) -> Result<Vec<f64>, SignalError> {
     let mut filtered = signal.to_vec();
     apply_zero_phase(design, &mut filtered).map(|()| filtered)

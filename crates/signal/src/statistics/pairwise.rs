@@ -17,7 +17,7 @@ pub struct Pair<T> {
     pub p_corrected: f64,
 }
 
-/// Wilcoxon's test of each pair of conditions (columns, one row per participant), in the order of columns.
+/// Performs Wilcoxon's test of each pair of conditions (columns, one row per participant), in the order of columns.
 ///
 /// Equals `pingouin.pairwise_tests(parametric=False)` with the same correction.
 pub fn pairwise_wilcoxon(
@@ -28,7 +28,7 @@ pub fn pairwise_wilcoxon(
     pairs(conditions, |first, second| test.paired(first, second), |test| test.p, correction)
 }
 
-/// The two-sided paired t-test of each pair of conditions (columns, one row per participant).
+/// Performs the two-sided paired t-test of each pair of conditions (columns, one row per participant).
 ///
 /// Equals `pingouin.pairwise_tests` with the same correction.
 pub fn pairwise_t(

@@ -57,8 +57,8 @@ impl Comb {
         })
     }
 
-    /// How far a line under points may be from its usual level, the middle of the teeth, as far as the lowest delays
-    /// show [s]: their packets waited for between nothing and the height of a tooth.
+    /// How far a line under points may be from its usual level, the middle of the teeth, according to the lowest delays
+    /// [s]: the packets with these delays waited for any time from zero to the height of a tooth.
     pub fn off_level(&self, points: impl Iterator<Item = Point>, line: &Fit) -> f64 {
         if self.apart <= 0.0 {
             return 0.0;
