@@ -13,7 +13,7 @@ use crate::wearables::uses::Uses;
 #[derive(Clone, Default)]
 pub struct Claims {
     topics: Arc<Mutex<Vec<Claim>>>,
-    /// What its wearables use.
+    /// The ports, servers and stream names that the session's wearables use.
     pub(crate) uses: Uses,
 }
 
@@ -34,16 +34,16 @@ pub(crate) enum Rank {
     People,
     /// Robots' topics.
     Robots,
-    /// Topics taken by name.
+    /// Topics named in the study.
     Named,
 }
 
-/// Whether sessions of teampulse publish about themselves on a topic; a wildcard does not match those.
+/// Whether a topic carries what teampulse sessions publish about themselves; a wildcard does not match these.
 pub(crate) fn is_of_sessions(topic: &str) -> bool {
     topic == SESSION_EVENTS || topic.starts_with("/teampulse/")
 }
 
-/// A registered claim.
+/// A source's registered claim.
 #[derive(Clone)]
 pub(crate) struct Claimed {
     claims: Claims,
@@ -66,7 +66,7 @@ impl Claims {
 }
 
 impl Claimed {
-    /// Whether a topic belongs to this source: no other with precedence wants it. Within a rank the first in
+    /// Whether a topic belongs to this source: no source with precedence wants it. Within a rank, the first source in
     /// the study wins.
     pub(crate) fn is_ours(&self, endpoint: &Endpoint) -> bool {
         let claims = self.claims.topics.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! Topics that a study names and that nothing has published so far, reported once after a while.
+//! Topics that a study names but nothing publishes, reported once after a while.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -20,7 +20,7 @@ impl Expected {
         Expected(Mutex::new(topics.collect()))
     }
 
-    /// Records that a topic is published, by whichever source it is received.
+    /// Records that a topic is published, whichever source receives it.
     pub(crate) fn see(&self, topic: &str) {
         self.lock().remove(topic);
     }
@@ -33,7 +33,7 @@ impl Expected {
         std::future::pending().await
     }
 
-    /// The messages that report the topics which are still absent after a while, in the order of the topics.
+    /// Waits a while, then returns the messages about topics that are still absent, in the order of the topics.
     pub(crate) async fn absent(&self) -> Vec<String> {
         tokio::time::sleep(PATIENCE).await;
         std::mem::take(&mut *self.lock()).into_values().collect()

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use teampulse_core::stream::{Audience, Signal, Stream};
 
-/// The types of picture messages, in addition to those of `sensor_msgs` and of packages that send only videos.
+/// The types of picture messages in packages that also have other messages.
 const OF_PICTURES: [&str; 4] = [
     "sensor_msgs/msg/Image",
     "sensor_msgs/msg/CompressedImage",
@@ -39,7 +39,8 @@ impl Faces {
         }
     }
 
-    /// The same for a stream with messages of this type, which need not be pictures.
+    /// Returns the stream as [`hidden_in`](Self::hidden_in) does if messages of this type are pictures, or else
+    /// unchanged.
     #[must_use]
     pub fn hidden_in_any(self, stream: Stream, type_name: &str) -> Stream {
         let is_of_pictures = OF_PICTURES.contains(&type_name)

@@ -7,7 +7,7 @@
 //!     our own types:           publisher_split ──► decoding ──────────► Outlet::offer
 //! ```
 //!
-//! Besides that path: later information about a type or a stream (`definitions`, `describing`), the publishers of a
+//! Beside that path: later information about a type or a stream (`definitions`, `describing`), the publishers of a
 //! topic (`origins`), and losses (`losses`).
 
 mod subscribing;
@@ -51,14 +51,14 @@ use publishing::Key;
 pub(crate) use publishing::{offered, who};
 pub(crate) use updates::Updates;
 
-/// How often publishers are checked after each change: reports are made at the second check.
+/// How many times publishers are checked after each change: reports are made at the second check.
 const LOOKS: u32 = 3;
 /// Counted losses are reported at least this often.
 const REPORT_LOSSES: Duration = Duration::from_millis(500);
 
 /// Follows the topics of a bus until the session is over, and keeps their messages as received. `choose` returns the
-/// stream that a publisher's topic becomes, or `None` if it is not wanted; its shape, offers and losses are filled in
-/// here.
+/// stream that a publisher's topic becomes, or `None` if the topic is not wanted; this function fills in the stream's
+/// shape, offered QoS and losses.
 pub(crate) async fn follow(
     bus: Arc<dyn Bus>,
     outlet: &Outlet,
@@ -67,9 +67,9 @@ pub(crate) async fn follow(
     Following::new(bus, outlet, Kept::AsTheyCame).run(choose, &Updates::default()).await
 }
 
-/// The same for topics of our own types, whose messages are decoded. `choose` sets their shape; it is called again for
-/// the topics in `updates`, as descriptions may arrive at any time. A topic without a description has the channels of
-/// its first messages.
+/// Follows topics of teampulse's own types, whose messages are decoded. `choose` sets their shape; it is called again
+/// for the topics in `updates`, as descriptions may arrive at any time. A topic without a description has the channels
+/// of its first messages.
 pub(crate) async fn follow_ours(
     bus: Arc<dyn Bus>,
     outlet: &Outlet,
@@ -79,8 +79,8 @@ pub(crate) async fn follow_ours(
     Following::new(bus, outlet, Kept::Decoded).run(choose, updates).await
 }
 
-/// The same for topics of foreign types whose messages have no stamps: `read` returns the decoder of a publisher's
-/// topic. Samples are placed by their arrival here, as neither they nor the bus know when they were measured.
+/// Follows topics of foreign types whose messages have no stamps: `read` returns the decoder of a publisher's topic.
+/// Samples are timed by their arrival here, as neither the messages nor the bus know when they were measured.
 pub(crate) async fn follow_decoded(
     bus: Arc<dyn Bus>,
     outlet: &Outlet,
@@ -90,7 +90,8 @@ pub(crate) async fn follow_decoded(
     Following::new(bus, outlet, Kept::Read(read)).run(choose, &Updates::default()).await
 }
 
-/// Decodes a message into a sample, or into a part of one that is not complete yet; an error fits after "failed to".
+/// Decodes a message into a sample, or returns `None` if the sample is not complete yet; an error fits after "failed
+/// to".
 pub(crate) type Decoder = Arc<dyn Fn(&Arrival) -> Result<Option<Decoded>, String> + Send + Sync>;
 
 /// Returns the decoder of a publisher's topic.
@@ -101,7 +102,7 @@ pub(crate) type DecoderOf<'a> = dyn Fn(&Endpoint) -> Result<Decoder, String> + S
 enum Kept<'a> {
     /// Byte for byte.
     AsTheyCame,
-    /// As samples, since they are of our own types.
+    /// As samples of teampulse's own types.
     Decoded,
     /// As samples decoded from foreign types.
     Read(&'a DecoderOf<'a>),
@@ -113,9 +114,9 @@ struct Following<'a> {
     outlet: &'a Outlet,
     kept: Kept<'a>,
     followed: BTreeMap<Key, Followed>,
-    /// Problems that were reported: each once.
+    /// Problems that have been reported; each is reported once.
     reported: BTreeSet<String>,
-    /// The topics that are published from several places, and whether that was reported.
+    /// The topics that are published from several places, and whether that has been reported.
     several: BTreeMap<Key, bool>,
     places: Places,
     definitions: JoinSet<(Type, Result<Schema, BusError>)>,
@@ -149,7 +150,7 @@ impl<'a> Following<'a> {
         let mut graph = self.bus.graph();
         let mut incidents = self.bus.incidents();
         let mut report_losses = tokio::time::interval(REPORT_LOSSES);
-        // There may be thousands of topics: only those are gone through that have changed.
+        // There may be thousands of topics, so only those that changed are visited.
         let (mut seen, mut looks) = (Arc::<Graph>::default(), 0);
         loop {
             let before = std::mem::replace(&mut seen, Arc::clone(&graph.borrow_and_update()));

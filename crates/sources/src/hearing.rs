@@ -1,4 +1,4 @@
-//! Converts blocks of sound to the recorded data.
+//! Converts blocks of sound to the data that are recorded.
 
 use std::sync::Arc;
 
@@ -11,24 +11,24 @@ use teampulse_signal::voice::{CHANNELS, Framer, RATES_HZ, Settings};
 
 /// The period of frames [ns].
 pub(crate) const FRAME_NANOS: i64 = 10_000_000;
-/// The most sound that may be missing before the analysis of a voice restarts [s].
+/// After a gap longer than this, the analysis of a voice restarts [s].
 const LOST_SECS: f64 = 2.0;
-/// How far a stamp may differ from the received samples before sound counts as missing, in blocks.
+/// How far a stamp may be from the time expected from the received samples before sound counts as missing [blocks].
 const LATE_BLOCKS: f64 = 1.5;
-/// The most sound that waits until its format is known.
+/// The largest amount of sound that waits until its format is known [bytes].
 const WAITING_BYTES: usize = 1 << 20;
 
-/// What is offered from a microphone.
+/// What is kept of a microphone's sound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kept {
-    /// Frames of a voice, from which no word can be reconstructed.
+    /// Frames of a voice, from which no words can be reconstructed.
     Frames,
     /// The sound itself.
     Sound,
 }
 
 impl Kept {
-    /// The channels of its stream.
+    /// The channels of the microphone's stream.
     pub fn channels(self) -> Vec<Channel> {
         match self {
             Kept::Frames => {
@@ -38,12 +38,12 @@ impl Kept {
         }
     }
 
-    /// The stream of a person's microphone, whose sound has this rate [Hz].
+    /// Returns the stream of a person's microphone, whose sound has this rate [Hz].
     pub fn stream(self, person: &str, rate_hz: f64) -> Stream {
         let (leaf, device, rate_hz, doc) = match self {
             Kept::Frames => {
                 let rate_hz = 1e9 / FRAME_NANOS as f64;
-                let doc = "how somebody speaks, in frames of 10 ms; no words";
+                let doc = "how the person speaks, in frames of 10 ms; no words";
                 ("voice", "microphone_voice", rate_hz, doc)
             }
             Kept::Sound => ("audio", "microphone", rate_hz, "the sound of a microphone"),
@@ -60,7 +60,7 @@ impl Kept {
     }
 }
 
-/// A microphone, whose blocks are processed in order.
+/// A microphone's state, from which its blocks are processed in order.
 pub(crate) struct Hearing {
     kept: Kept,
     info: Option<AudioInfo>,
@@ -69,7 +69,7 @@ pub(crate) struct Hearing {
     voice: Option<Framer>,
     /// The number of samples received and lost so far.
     samples: i64,
-    /// The samples of the last block, and its stamp.
+    /// The number of samples in the last block, and its stamp.
     block: i64,
     stamp: Option<Time>,
 }
@@ -87,7 +87,7 @@ impl Hearing {
         }
     }
 
-    /// Takes the next block, before which this many blocks were lost; returns the resulting data.
+    /// Takes the next block, before which `lost` blocks were lost; returns the resulting data.
     ///
     /// Blocks wait while their format is unknown. An error fits after "failed to".
     pub fn hear(&mut self, block: AudioBlock, lost: u64) -> Result<Option<Decoded>, String> {
@@ -126,7 +126,7 @@ impl Hearing {
         let missing = self.missing(info, block, lost);
         let is_long = missing as f64 > LOST_SECS * info.rate_hz;
         if is_long {
-            // What was heard before says nothing of what comes.
+            // Sound from before a long gap must not affect the analysis after it.
             self.voice = None;
             self.samples += missing;
             heard.clear();
@@ -161,7 +161,8 @@ impl Hearing {
         }
     }
 
-    /// How many samples are missing before a block: by the stamps if it has one, else by the lost blocks.
+    /// Returns how many samples are missing before a block: by the stamps if both blocks have one, else by the lost
+    /// blocks.
     fn missing(&self, info: &AudioInfo, block: &AudioBlock, lost: u64) -> i64 {
         let by_blocks = i64::try_from(lost).unwrap_or(i64::MAX).saturating_mul(self.block);
         let Some((before, stamp)) = self.stamp.zip(block.stamp) else { return by_blocks };
@@ -172,7 +173,7 @@ impl Hearing {
     }
 }
 
-/// The time of a sample since the first one, by the clock of the microphone [ns].
+/// Returns the time of a sample since the first one, by the clock of the microphone [ns].
 fn nanos(samples: i64, rate_hz: f64) -> i64 {
     (samples as f64 / rate_hz * 1e9).round() as i64
 }
@@ -190,7 +191,7 @@ impl Heard {
         self.numbers.extend_from_slice(numbers);
     }
 
-    /// Clears the state after a long gap, so that nothing is joined across it.
+    /// Clears the data after a long gap, so that nothing is joined across it.
     fn clear(&mut self) {
         *self = Heard::default();
     }

@@ -64,13 +64,13 @@ pub struct SourceContext {
     pub clock: Clock,
     /// The buses that the session has joined.
     pub buses: Arc<Buses>,
-    /// Which source takes which topic.
+    /// The claims that decide which source takes which topic.
     pub claims: Claims,
     /// This computer's Bluetooth.
     pub bluetooth: Bluetooth,
 }
 
-/// The bus that a source names as `domain`; by default that of `ROS_DOMAIN_ID`, else domain 0.
+/// Returns the bus that a source names as `domain`; by default the bus of `ROS_DOMAIN_ID`, else domain 0.
 fn join(context: &SourceContext, bus: Option<&BusId>) -> Result<Arc<dyn Bus>, SettingsError> {
     let id = bus.map_or_else(|| context.buses.default_id(), |id| Ok(id.clone()));
     let joined = id.and_then(|id| context.buses.get(id));

@@ -1,11 +1,11 @@
-//! Locks between the processes of one computer, on what only one of them can use.
+//! Locks between the processes of one computer, on things that only one of them can use.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 
-/// A lock that is held until it is dropped, or its process ends: the name of a socket, which needs no file.
+/// A lock that is held until it is dropped or its process ends: an abstract socket name, which needs no file.
 #[derive(Debug)]
 pub(crate) struct Lock {
     _socket: UnixDatagram,
@@ -16,7 +16,7 @@ pub(crate) struct Lock {
 pub(crate) struct Locked;
 
 impl Lock {
-    /// The lock on a thing of a kind; `None` where such sockets can't be created.
+    /// Takes the lock on a thing of a kind; `None` where such sockets can't be created.
     pub(crate) fn on(kind: &str, thing: impl Hash) -> Result<Option<Lock>, Locked> {
         let mut hasher = DefaultHasher::new();
         thing.hash(&mut hasher);

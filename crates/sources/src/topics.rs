@@ -20,14 +20,14 @@ use crate::follow::follow;
 use crate::{SourceContext, join};
 use teampulse_core::pattern::Pattern;
 
-/// Any ROS topics by name, recorded unchanged; topics of the study's robots and people are left to their sources, and
-/// those that sessions of teampulse publish about themselves are matched only by their full name.
+/// Any ROS topics by name, recorded unchanged. Topics of the study's robots and people are left to their sources, and
+/// topics on which teampulse sessions publish about themselves are matched only by their full names.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Topics {
     /// The names of the topics; a `*` stands for any part of a token, and `/**` for everything.
     pub names: Vec<Pattern>,
-    /// `"blur"`: pictures are recorded with hidden faces only, by the worker of the type `blur`.
+    /// `"blur"`: pictures are recorded only with hidden faces, by the worker of type `blur`.
     #[serde(default)]
     pub faces: Faces,
     /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the domain of `ROS_DOMAIN_ID`, else 0.
@@ -35,14 +35,14 @@ pub struct Topics {
 }
 
 impl Topics {
-    /// The topics that are named in full.
+    /// Returns the topics that are named in full.
     pub fn named(&self) -> impl Iterator<Item = &str> {
         let in_full = |name: &&str| !name.contains('*') && *name != SESSION_EVENTS;
         self.names.iter().map(Pattern::text).filter(in_full)
     }
 }
 
-/// The message that nothing publishes a topic of a study.
+/// Returns the message that nothing publishes a topic named in the study.
 pub fn unpublished(topic: &str) -> String {
     format!("topics: nothing publishes `{topic}`")
 }
@@ -62,7 +62,7 @@ impl Component<dyn Source, SourceContext> for Topics {
     }
 }
 
-/// Topics being recorded.
+/// A running source of topics.
 struct TopicsSource {
     bus: Arc<dyn Bus>,
     names: Arc<Vec<Pattern>>,
@@ -92,8 +92,8 @@ impl Source for TopicsSource {
     }
 }
 
-/// Whether a topic is wanted by name. Wildcards match neither other sessions' topics about themselves nor the
-/// events that this session reads already.
+/// Whether a topic is wanted by name. Wildcards match neither the topics on which other sessions publish about
+/// themselves nor the events that this session reads already.
 fn wants(names: &[Pattern], topic: &str) -> bool {
     let of_sessions = is_of_sessions(topic);
     let by_name = |name: &Pattern| name.text() == topic && topic != SESSION_EVENTS;

@@ -338,7 +338,7 @@ async fn the_ecg_of_an_h10_is_where_it_was_whatever_fails() {
     // The strap's clock ran on: what comes after the loss is on the same time base.
     assert_eq!(epochs(&records, "ecg"), 0);
     let told = faults(&records);
-    for what in ["ecg: nothing came for", "link is lost"] {
+    for what in ["ecg: no data for", "link is lost"] {
         assert!(told.iter().any(|label| label.contains(what)), "no `{what}` in {told:?}");
     }
     let lost = records.iter().filter(|record| record.stream.name == "/teampulse/lost_source");
@@ -469,7 +469,7 @@ async fn the_light_and_the_pulses_of_a_verity_sense_are_where_they_were_whatever
     assert_eq!(epochs(&records, "ppg"), 0);
     pulses_are_where_they_were(&records, began);
     let told = faults(&records);
-    for what in ["ppg: nothing came for", "link is lost"] {
+    for what in ["ppg: no data for", "link is lost"] {
         assert!(told.iter().any(|label| label.contains(what)), "no `{what}` in {told:?}");
     }
     let course = course.lock();

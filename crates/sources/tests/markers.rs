@@ -178,7 +178,7 @@ async fn nothing_is_marked_without_the_token() {
     };
     session(source, &kept, writing).await;
     assert_eq!(markers(&kept), ["mine"]);
-    assert!(faults(&kept).iter().all(|fault| fault.contains("its token is missing or wrong")));
+    assert!(faults(&kept).iter().all(|fault| fault.contains("the token is missing or wrong")));
 }
 
 #[tokio::test]

@@ -259,7 +259,7 @@ fn mistakes_in_settings_are_named_at_their_place() {
     for (settings, wrong) in [
         ("person = \"P 1\"", "person: `P 1` can't be the id of a person"),
         ("person = \"p1\"\nrate_hz = 0", "rate_hz: rate_hz is 0; expected 1 to 1024"),
-        ("person = \"p1\"\nsensors = []", "sensors: it has no sensors"),
+        ("person = \"p1\"\nsensors = []", "sensors: no sensors are listed"),
     ] {
         assert_eq!(source(settings).map(drop), Err(wrong.to_owned()));
     }

@@ -36,19 +36,19 @@ use crate::{SourceContext, join};
 
 pub use topic::{LowBytes, Topic};
 
-/// How many low bytes are kept until they are taken.
+/// The queue size of the subscription to low bytes.
 const DEPTH: u32 = 100;
 
 /// Sensors of people as published by the nodes of ros2-foxy-wearable-biosensors: `/biosensors/empatica_e4/gsr`.
 ///
 /// They become streams of a person, with units and rates: `/humans/persons/p001/empatica_e4/eda`. Their samples have no
-/// stamps: those of a regular signal are placed by their number and arrival, others by their arrival, so keep their
-/// nodes on this machine or on a network of its own. The two bytes of a Polar H10's intervals are combined.
+/// stamps: regular signals are timed by sample number and arrival, all others by arrival alone, so run the nodes on
+/// this machine or on a separate network. The two bytes of a Polar H10's intervals are combined.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Biosensors {
-    /// The person who wears them, by pseudonym, if the topics' namespace names nobody; `p007` wears
-    /// `/p007/biosensors/empatica_e4`.
+    /// The pseudonym of the wearer, for topics whose namespace names no person; topics below `/p007/biosensors` belong
+    /// to `p007`.
     pub person: String,
     /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the domain of `ROS_DOMAIN_ID`, else 0.
     #[serde(default)]
@@ -70,13 +70,13 @@ impl Component<dyn Source, SourceContext> for Biosensors {
     }
 }
 
-/// Whether a stream is of a sensor that one of these nodes publishes.
+/// Whether a stream comes from a sensor that one of these nodes publishes.
 pub fn is_published(stream: &Stream) -> bool {
-    // What this computer reads itself has no publisher that offers it.
+    // Streams that this computer reads from a device itself have no publisher, and so no QoS.
     topic::is_sensor(&stream.device) && !stream.qos.is_empty()
 }
 
-/// Sensors being read.
+/// A running source of published sensors.
 struct BiosensorsSource {
     bus: Arc<dyn Bus>,
     person: Arc<str>,
@@ -84,7 +84,8 @@ struct BiosensorsSource {
 }
 
 impl BiosensorsSource {
-    /// The stream of a publisher's topic, unless it is only a part of one, or another source takes it.
+    /// Returns the stream of a publisher's topic; `None` if it carries only part of a stream or belongs to another
+    /// source.
     fn choose(&self, endpoint: &Endpoint) -> Option<Stream> {
         let topic = Topic::of(&endpoint.topic, &endpoint.type_name, &self.person)?;
         let is_ours = !topic.is_low_byte() && self.claimed.is_ours(endpoint);
@@ -105,14 +106,14 @@ impl Source for BiosensorsSource {
     }
 }
 
-/// The reader of a topic's messages.
+/// Returns the decoder of a topic's messages.
 fn reader(
     bus: &dyn Bus,
     endpoint: &Endpoint,
     person: &str,
     clock: &Clock,
 ) -> Result<Decoder, String> {
-    let nothing = || format!("find out what {} is", endpoint.topic);
+    let nothing = || format!("identify the topic {}", endpoint.topic);
     let topic = Topic::of(&endpoint.topic, &endpoint.type_name, person).ok_or_else(nothing)?;
     let low_bytes = Arc::new(Mutex::new(LowBytes::default()));
     let listening = topic.low_byte_topic().map(|(name, type_name)| {
@@ -141,7 +142,7 @@ fn reader(
     }))
 }
 
-/// When a message was written, or else when it arrived.
+/// Returns when a message was published, or the current time if the bus does not know that.
 fn written(arrival: &Arrival, clock: &Clock) -> Time {
     arrival.source_time.unwrap_or_else(|| clock.now())
 }

@@ -1,4 +1,4 @@
-//! The topics of the package: a table of streams, and how their numbers are read.
+//! The topics of the package: a table of the streams they become and how their numbers are read.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,17 +17,17 @@ pub(super) fn is_sensor(device: &str) -> bool {
     ROWS.iter().any(|row| row.topic.0 == device)
 }
 
-/// How far apart the two bytes of an interval may be published [s].
+/// The longest time between the two bytes of an interval [s].
 const BYTES_APART_SECS: f64 = 0.25;
-/// The rate of a Shimmer3 that is asked for 50 Hz [Hz].
+/// The actual rate of a Shimmer3 set to 50 Hz [Hz].
 const SHIMMER_HZ: f64 = 32768.0 / 655.0;
 
-/// A topic, and the stream that it becomes.
+/// A topic and the stream that it becomes.
 struct Row {
-    /// Its sensor and its data.
+    /// The names of the sensor and of its quantity.
     topic: (&'static str, &'static str),
     kind: &'static str,
-    /// The name of the stream below its sensor.
+    /// The last token of the stream's name.
     leaf: &'static str,
     signal: Signal,
     channels: &'static [&'static str],
@@ -38,7 +38,7 @@ struct Row {
     read: Read,
 }
 
-/// How its numbers are read.
+/// How a topic's numbers are read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Read {
     Times(f64),
@@ -46,7 +46,7 @@ enum Read {
     Inverted,
     /// The low byte of an interval, which yields nothing by itself.
     LowByte,
-    /// The high byte, which completes it.
+    /// The high byte, which completes an interval.
     HighByte,
     /// A marker.
     Marker,
@@ -82,7 +82,7 @@ impl Row {
     }
 }
 
-/// THE table.
+/// The table of all topics.
 static ROWS: [Row; 16] = [
     Row::new((E4, "bvp"), "bvp", Signal::Ppg, "1", 64.0),
     Row::new((E4, "gsr"), "eda", Signal::Eda, "uS", 4.0),
@@ -110,24 +110,23 @@ static ROWS: [Row; 16] = [
     ),
 ];
 
-/// The last low byte of an interval, with its time, by the namespace of its topic.
+/// The last low byte of an interval and its time, by the namespace of its topic.
 #[derive(Debug, Default)]
 pub struct LowBytes(BTreeMap<String, (f64, Time)>);
 
 /// A topic of the package.
 #[derive(Debug)]
 pub struct Topic {
-    /// The stream that it becomes.
+    /// The stream that the topic becomes.
     pub stream: Stream,
     read: Read,
     fields: Option<Fields>,
-    /// The part before `/biosensors` in its name.
+    /// The part of the name before `/biosensors`.
     namespace: String,
 }
 
 impl Topic {
-    /// The known topic with this name and type, about this person if no namespace names one; `None` for any other
-    /// topic.
+    /// Returns the known topic with this name and type; `own_person` is the person if the namespace names none.
     pub fn of(topic: &str, type_name: &str, own_person: &str) -> Option<Topic> {
         let (before, below) = topic.rsplit_once("/biosensors/")?;
         let is_it = |row: &&Row| below.split_once('/') == Some(row.topic) && row.kind == type_name;
@@ -160,19 +159,19 @@ impl Topic {
         Some(Topic { stream, read: row.read, fields, namespace: before.to_owned() })
     }
 
-    /// Whether it carries the low bytes of intervals, which are not a stream by themselves.
+    /// Whether the topic carries the low bytes of intervals, which are not a stream by themselves.
     pub fn is_low_byte(&self) -> bool {
         self.read == Read::LowByte
     }
 
-    /// The topic and type of the low bytes that this topic's messages need.
+    /// Returns the topic and type of the low bytes that this topic's messages need.
     pub fn low_byte_topic(&self) -> Option<(String, &'static str)> {
         let (sensor, data) = ROWS.iter().find(|row| row.read == Read::LowByte)?.topic;
         let topic = || (format!("{}/biosensors/{sensor}/{data}", self.namespace), INT);
         (self.read == Read::HighByte).then(topic)
     }
 
-    /// The data of a message that arrived at a time; `None` if it yields nothing by itself, or can't be read.
+    /// Returns the data of a message that arrived at `at`; `None` if it yields nothing by itself or can't be read.
     pub fn read(&self, cdr: &[u8], at: Time, low_bytes: &mut LowBytes) -> Option<Data> {
         if self.read == Read::Marker {
             let (kind, label) = (EventKind::Marker, "tag".to_owned());
@@ -184,7 +183,7 @@ impl Topic {
         let values: Arc<[f64]> = match self.read {
             Read::Times(scale) => numbers.iter().map(|number| number * scale).collect(),
             Read::Inverted => {
-                // No current, or one beyond the range, is no conductance.
+                // A resistance of zero or beyond the range has no conductance.
                 let conductance = |kilo_ohm: &f64| 1e3 / kilo_ohm;
                 let us = numbers.iter().map(conductance);
                 us.map(|us| if us > 0.0 { us } else { f64::NAN }).collect()
@@ -203,7 +202,7 @@ impl Topic {
     }
 }
 
-/// The interval of a high byte, if its low byte arrived just before [ms].
+/// Returns the interval [ms] from its high byte, if its low byte arrived just before.
 fn interval_ms(low: Option<(f64, Time)>, high: f64, at: Time) -> Option<f64> {
     let (low, low_at) = low?;
     let is_byte = |value: f64| (0.0..=255.0).contains(&value);

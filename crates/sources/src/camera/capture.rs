@@ -26,9 +26,9 @@ const SILENCE: Duration = Duration::from_secs(2);
 const LOOK_MILLIS: i32 = 200;
 /// The number of buffers that the driver may fill while one is read.
 const BUFFERS: u32 = 4;
-/// `POLLIN`.
+/// The value of `POLLIN`.
 const READABLE: i16 = 1;
-/// A larger jump of the driver's counter is not a loss, but a restart of the counter.
+/// A jump of the driver's counter larger than this is a restart of the counter, not a loss.
 const MOST_LOST: u32 = 10_000;
 
 /// How reading a camera ended.
@@ -36,9 +36,9 @@ const MOST_LOST: u32 = 10_000;
 pub(super) enum Ended {
     /// The session has ended.
     Closed,
-    /// It was unplugged, or its driver failed.
+    /// The camera was unplugged, or its driver failed.
     Gone(String),
-    /// It delivers no frames.
+    /// The camera delivers no frames.
     Silent(String),
 }
 
@@ -61,12 +61,12 @@ pub(super) fn capture(
     }
 }
 
-/// Returns when it should stop, or when frames stop arriving.
+/// Reads frames; returns when the session ends or frames stop arriving.
 fn read(opened: &Opened, frames: &mut Frames, stop: &AtomicBool) -> std::io::Result<()> {
     let mut buffers = Stream::with_buffers(&opened.device, Type::VideoCapture, BUFFERS)?;
     // The first buffer is returned to the driver with each request for the next frame.
     for index in 1..BUFFERS as usize {
-        // A driver may provide fewer.
+        // A driver may provide fewer buffers.
         if CaptureStream::queue(&mut buffers, index).is_err() && index == 1 {
             break;
         }
@@ -91,7 +91,7 @@ fn read(opened: &Opened, frames: &mut Frames, stop: &AtomicBool) -> std::io::Res
     }
 }
 
-/// The destination of frames.
+/// Receives frames and offers them to the session.
 struct Frames {
     outlet: Outlet,
     stream: StreamId,
@@ -103,7 +103,7 @@ struct Frames {
     stride: usize,
     encoder: Option<Encoder>,
     last: Option<u32>,
-    /// Whether the last frame was damaged: reported once, until a frame is intact.
+    /// Whether the last frame was damaged; damage is reported once, until a frame is intact again.
     is_failing: bool,
 }
 
@@ -172,8 +172,7 @@ impl Frames {
         }
     }
 
-    /// The time at which a frame was taken, by the session's clock, if the driver stamps frames by the machine's
-    /// clock.
+    /// Returns the session's time at which a frame was taken, if the driver stamps frames by the machine's clock.
     fn taken(&self, about: &Metadata) -> Option<Time> {
         let is_monotonic = about.flags & Flags::TIMESTAMP_MASK == Flags::TIMESTAMP_MONOTONIC;
         let stamp = about.timestamp;

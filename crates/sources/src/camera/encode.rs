@@ -15,7 +15,7 @@ use super::picture;
 
 /// The quality of JPEGs compressed here.
 const QUALITY: u8 = 85;
-/// The number of frames that may wait to be compressed: the camera is never blocked.
+/// The number of frames that may wait to be compressed; more are dropped, so that the camera is never blocked.
 const MOST_WAITING: usize = 2;
 
 /// Compresses frames on a separate thread.
@@ -167,7 +167,7 @@ fn luma(number: u8, is_full_range: bool) -> u8 {
     stretched.clamp(0, 255) as u8
 }
 
-/// The same for chroma, from 16–240.
+/// Converts chroma from 16–240 to 0–255 likewise.
 fn colour(number: u8, is_full_range: bool) -> u8 {
     if is_full_range {
         return number;

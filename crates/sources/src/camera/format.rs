@@ -18,7 +18,7 @@ pub(super) enum Format {
 }
 
 impl Format {
-    /// The formats that match a request, the best first.
+    /// Returns the formats that match a request, the best first.
     pub fn wished(wish: Wish) -> Vec<Format> {
         match wish {
             Wish::Auto => vec![Format::Jpeg, Format::Yuyv, Format::Rgb, Format::Grey],
@@ -29,7 +29,7 @@ impl Format {
         }
     }
 
-    /// The format with this `FourCC` code.
+    /// Returns the format with this `FourCC` code.
     pub fn of(code: FourCC) -> Option<Format> {
         Some(match &code.repr {
             b"MJPG" | b"JPEG" => Format::Jpeg,
@@ -51,7 +51,7 @@ impl Format {
         }
     }
 
-    /// The type of its messages.
+    /// The ROS type of the format's messages.
     pub fn type_name(self) -> &'static str {
         match self {
             Format::Depth => "sensor_msgs/msg/Image",
@@ -59,7 +59,7 @@ impl Format {
         }
     }
 
-    /// The name of its topic below that of the camera, following `image_transport`.
+    /// The last token of the topic name, following `image_transport`.
     pub fn leaf(self) -> &'static str {
         match self {
             Format::Depth => "image_rect_raw",

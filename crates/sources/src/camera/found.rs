@@ -6,27 +6,27 @@ use teampulse_core::source::SourceError;
 use v4l::capability::Flags;
 use v4l::device::Device;
 
-/// A camera of this computer, as known from the kernel, without opening it.
+/// A camera connected to this computer, as the kernel describes it; it is not opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundCamera {
-    /// Its device node, such as `/dev/video0`.
+    /// The device node, such as `/dev/video0`.
     pub path: PathBuf,
     /// The name given by its manufacturer.
     pub name: String,
-    /// The link to it that stays the same when it is plugged in again, such as `/dev/v4l/by-id/…`; a link by USB port
-    /// if its manufacturer gave it no serial number.
+    /// A link to the camera that stays the same when it is plugged in again, such as `/dev/v4l/by-id/…`; a link by USB
+    /// port if the manufacturer gave it no serial number.
     pub link: Option<PathBuf>,
     /// Whether this user may read it.
     pub is_permitted: bool,
 }
 
 impl FoundCamera {
-    /// The cameras of this computer, in the order of their node names.
+    /// Returns this computer's cameras, in the order of their node names.
     pub fn all() -> Vec<FoundCamera> {
         FoundCamera::below(Path::new("/"))
     }
 
-    /// The cameras of a file tree with `sys` and `dev`.
+    /// Returns the cameras of a file tree with `sys` and `dev`.
     pub(super) fn below(root: &Path) -> Vec<FoundCamera> {
         let Ok(entries) = fs::read_dir(root.join("sys/class/video4linux")) else {
             return Vec::new();
@@ -37,12 +37,12 @@ impl FoundCamera {
         names.iter().filter_map(|name| of(root, name)).collect()
     }
 
-    /// The camera whose name or path contains this text; without a text, the only camera.
+    /// Returns the camera whose name or path contains this text; without a text, the only camera.
     pub(super) fn chosen(text: &str) -> Result<FoundCamera, SourceError> {
         choose(&FoundCamera::all(), text)
     }
 
-    /// Its identity across reconnections: its link, or else its node.
+    /// The camera's identity across reconnections: its link, or else its node.
     pub(super) fn identity(&self) -> String {
         self.link.as_ref().unwrap_or(&self.path).display().to_string()
     }
@@ -99,7 +99,7 @@ fn of(root: &Path, node: &str) -> Option<FoundCamera> {
 fn takes_pictures(path: &Path, class: &Path) -> bool {
     let capabilities = Device::with_path(path).and_then(|device| device.query_caps());
     capabilities.map_or_else(
-        // If this user may not open it: the first node of a camera delivers pictures.
+        // Without permission to open it: the first node of a camera delivers pictures.
         |_| fs::read_to_string(class.join("index")).is_ok_and(|index| index.trim() == "0"),
         |known| known.capabilities.contains(Flags::VIDEO_CAPTURE | Flags::STREAMING),
     )

@@ -1,4 +1,4 @@
-//! Cameras of this computer (V4L2).
+//! This computer's cameras (V4L2).
 
 mod capture;
 mod encode;
@@ -40,8 +40,8 @@ const LOOK: Duration = Duration::from_millis(500);
 /// The largest side of a picture [px].
 const MOST_SIDE: u32 = 16_384;
 
-/// A camera of this computer, such as `/dev/video0`: USB cameras, laptop cameras, and the colour and depth cameras of
-/// an Intel `RealSense`.
+/// A camera connected to this computer, such as `/dev/video0`: USB cameras, laptop cameras, and the colour and depth
+/// cameras of an Intel `RealSense`.
 ///
 /// JPEG frames of the camera are passed on byte for byte; raw pixels are compressed to JPEG, and distances stay
 /// unchanged. Frames are shown on the dashboard and available to workers; they are **not recorded and not published**
@@ -56,29 +56,29 @@ pub struct Camera {
     /// the team.
     #[serde(default)]
     pub robot: Option<String>,
-    /// Its name among the cameras of that person, robot or team.
+    /// The camera's name among the cameras of that person, robot or team.
     #[serde(default = "camera")]
     pub name: String,
-    /// Which camera to use if there are several: a part of its name or of its path, such as
+    /// Which camera to use if there are several: a part of its name or path, such as
     /// `/dev/v4l/by-id/usb-046d_HD_Pro_Webcam_C920_0123ABCD-video-index0`. `teampulse scan` lists them.
     #[serde(default)]
     pub device: String,
-    /// The width of its pictures [px]; set it together with `height`. By default about 640 × 480.
+    /// The picture width [px]; set it together with `height`. By default about 640 × 480.
     #[serde(default)]
     pub width: Option<u32>,
-    /// The height of its pictures [px].
+    /// The picture height [px].
     #[serde(default)]
     pub height: Option<u32>,
     /// The frame rate [Hz].
     #[serde(default = "rate")]
     pub rate_hz: f64,
-    /// The format of its frames. By default JPEG if available, or else raw pixels.
+    /// The frame format. By default JPEG if available, or else raw pixels.
     #[serde(default)]
     pub format: Wish,
-    /// Whether its pictures are recorded in the bag, and published if the study publishes its stream.
+    /// Whether pictures are recorded in the bag, and published if the study publishes the stream.
     #[serde(default)]
     pub record: bool,
-    /// `"blur"`: its pictures are recorded only with hidden faces, by the worker of type `blur`.
+    /// `"blur"`: pictures are recorded only with hidden faces, by the worker of type `blur`.
     #[serde(default)]
     pub faces: Faces,
 }
@@ -158,7 +158,7 @@ impl Camera {
         Wanted { size, rate_hz: self.rate_hz, formats: Format::wished(self.format) }
     }
 
-    /// The stream of an opened camera.
+    /// Returns the stream of an opened camera.
     fn stream(&self, opened: &Opened) -> Stream {
         let (subject, above) = match (&self.person, &self.robot) {
             (Some(person), _) => {
@@ -192,7 +192,7 @@ impl Camera {
 /// Reads a camera.
 struct CameraReader {
     settings: Camera,
-    /// The identity of the camera that was read before, whatever its node is now.
+    /// The identity of the camera that was read before, even if its node has changed.
     read_before: Option<String>,
 }
 

@@ -14,9 +14,9 @@ use v4l::video::capture::Parameters;
 use super::format::Format;
 use super::{Camera, FoundCamera};
 
-/// The size that is requested by default.
+/// The default picture size.
 const USUAL: (u32, u32) = (640, 480);
-/// The most pixels in a picture.
+/// The largest number of pixels in a picture.
 const MOST_PIXELS: u64 = 40_000_000;
 /// The largest frame that a camera may announce [bytes].
 const MOST_BYTES: u32 = 128 << 20;
@@ -42,9 +42,9 @@ pub(super) struct Opened {
     pub height: u32,
     /// The length of a row [bytes].
     pub stride: usize,
-    /// Whether its colours use the full range from 0 to 255.
+    /// Whether the colours use the full range from 0 to 255.
     pub is_full_range: bool,
-    /// Its actual frame rate [Hz].
+    /// The actual frame rate [Hz].
     pub rate_hz: f64,
 }
 
@@ -131,7 +131,7 @@ fn rate(device: &Device, wanted_hz: f64) -> f64 {
     rate_hz.ok().filter(|rate_hz| rate_hz.is_finite() && *rate_hz > 0.0).unwrap_or(wanted_hz)
 }
 
-/// Why a camera cannot be opened, and what the user can do.
+/// Returns why a camera cannot be opened, and what the user can do.
 pub(super) fn refused(found: &FoundCamera, error: &io::Error) -> SourceError {
     let path = found.path.display();
     let errno = error.raw_os_error().map(Errno::from_raw_os_error);

@@ -17,11 +17,11 @@ use super::Emulation;
 use super::shimmer3::GRAIN;
 use super::wardrobe::Dressed;
 
-/// The most bytes of requests that are read at once.
+/// The largest number of request bytes read at once.
 const PIECE: usize = 1024;
 /// The pause between two lines, so that they arrive one by one.
 const BETWEEN_LINES: Duration = Duration::from_millis(1);
-/// The most clients that are served at a time.
+/// The largest number of clients served at a time.
 const MOST_CLIENTS: usize = 16;
 
 /// The streaming server of an Empatica E4 that a simulated person wears, on loopback.
@@ -30,7 +30,7 @@ const MOST_CLIENTS: usize = 16;
 pub struct EmulatedE4 {
     /// The person who wears it: `p001`.
     pub person: String,
-    /// The port; 0 for any that is free. Default: 28000, as for Empatica's server.
+    /// The TCP port; 0 for any free one. Default: 28000, as for Empatica's server.
     #[serde(default = "port")]
     pub port: u16,
     /// The faults of the E4 and its server, in order of time.
@@ -58,7 +58,7 @@ impl EmulatedE4 {
     }
 }
 
-/// As Empatica's server does, every client has a session of its own.
+/// Serves clients, each with its own session, as Empatica's server does.
 async fn serve(listener: TcpListener, worn: Dressed, faults: Vec<E4Incident>) -> io::Result<()> {
     let mut clients = JoinSet::new();
     loop {
@@ -67,7 +67,7 @@ async fn serve(listener: TcpListener, worn: Dressed, faults: Vec<E4Incident>) ->
                 let (client, _) = accepted?;
                 clients.spawn(converse(client, worn.clone(), faults.clone()));
             }
-            // A client that leaves in the middle of a line is no fault of the server.
+            // A client that leaves in the middle of a line is not an error of the server.
             Some(_left) = clients.join_next() => {}
         }
     }
@@ -75,13 +75,13 @@ async fn serve(listener: TcpListener, worn: Dressed, faults: Vec<E4Incident>) ->
 
 async fn converse(mut client: TcpStream, worn: Dressed, faults: Vec<E4Incident>) -> io::Result<()> {
     client.set_nodelay(true)?;
-    // It stamps with the clock of its computer, which is this one.
+    // Like the real server, it stamps data with the clock of its computer, which is this one.
     let started = clock::wall() - worn.clock.elapsed();
     let server = E4Server::new(faults).started_at(started.nanos() as f64 * 1e-9);
     let (mut server, mut wearer) = (server, worn.wearer.at_wrist());
     let mut ticks = interval(GRAIN);
     let mut bytes = [0; PIECE];
-    // What was measured before is nobody's.
+    // Data measured before the client connected are discarded.
     server.until(worn.clock.elapsed().as_secs_f64(), &mut wearer);
     loop {
         ticks.tick().await;
@@ -92,7 +92,7 @@ async fn converse(mut client: TcpStream, worn: Dressed, faults: Vec<E4Incident>)
             Err(error) => return Err(error),
         }
         let sent = server.until(worn.clock.elapsed().as_secs_f64(), &mut wearer);
-        // A line a segment: programs that take a read for a line exist.
+        // One TCP segment per line, as some programs take each read for a line.
         for line in sent.split_inclusive(|byte| *byte == b'\n') {
             client.write_all(line).await?;
             sleep(BETWEEN_LINES).await;

@@ -1,9 +1,9 @@
 //! Emulated wearables on real transports, for drivers and programs that do not know about the emulation.
 //!
 //! The devices are those of `teampulse_emulators::devices`, worn by simulated people; here they are put on the
-//! transport of the real ones. [`EmulatedWearable`] is the table: each type over Bluetooth is its settings with their
-//! `RadioDevice` in `bluetooth/wearable.rs`; any other is a file with its settings and an `open`, which returns where
-//! the device can be reached, and the task that serves it.
+//! transport of the real ones. [`EmulatedWearable`] is the table. A Bluetooth type needs only its settings, with their
+//! `RadioDevice` in `bluetooth/wearable.rs`; any other type is a file with its settings and an `open`, which returns
+//! where the device can be reached and the task that serves it.
 
 pub mod bluetooth;
 mod wardrobe;
@@ -44,7 +44,7 @@ pub enum EmulatedWearable {
     Myo(EmulatedRadio<MyoSettings>),
 }
 
-/// A wearable by its transport.
+/// A wearable, by its transport.
 enum Transport<'a> {
     Server(&'a EmulatedE4),
     Port(&'a EmulatedShimmer),
@@ -64,7 +64,7 @@ impl EmulatedWearable {
         }
     }
 
-    /// The person who wears it.
+    /// The person who wears the device.
     pub fn person(&self) -> &str {
         match self.transport() {
             Transport::Server(e4) => &e4.person,
@@ -73,7 +73,7 @@ impl EmulatedWearable {
         }
     }
 
-    /// Whether it is reached over Bluetooth; [`bluetooth::open`] puts several on one bus.
+    /// Whether the device is reached over Bluetooth; [`bluetooth::open`] puts several on one bus.
     pub fn is_bluetooth(&self) -> bool {
         self.radio().is_some()
     }
@@ -85,7 +85,7 @@ impl EmulatedWearable {
         }
     }
 
-    /// The body signals that it measures, of those that people may also wear on ROS.
+    /// The body signals that the device measures, among those that simulated people can also publish on ROS.
     pub fn senses(&self) -> &'static [Sensor] {
         match self.transport() {
             Transport::Server(_) => {
@@ -96,7 +96,7 @@ impl EmulatedWearable {
         }
     }
 
-    /// Puts it on its transport.
+    /// Puts the device on its transport.
     pub async fn open(&self, wardrobe: &Wardrobe) -> io::Result<Emulation> {
         let worn = wardrobe.worn_by(self.person()).map_err(io::Error::other)?;
         match self.transport() {
@@ -110,7 +110,7 @@ impl EmulatedWearable {
 /// The largest rate error that the clock of a device may have.
 const CLOCK_OFF: f64 = 0.1;
 
-/// Fails for a clock that runs implausibly fast or slow.
+/// Returns an error for a clock that runs implausibly fast or slow.
 fn check_clock(fast: f64) -> io::Result<()> {
     if fast.abs() <= CLOCK_OFF {
         return Ok(());
@@ -120,13 +120,13 @@ fn check_clock(fast: f64) -> io::Result<()> {
 
 /// An emulated device that can be reached.
 pub struct Emulation {
-    /// A description, such as `Shimmer3 of p001`.
+    /// The device and its wearer, such as `Shimmer3 of p001`.
     pub device: String,
-    /// Where it can be reached.
+    /// Where the device can be reached.
     pub address: String,
-    /// The lines of a study that reads it.
+    /// The lines of a study file that read the device.
     pub study: String,
-    /// Serves it until it fails or is dropped.
+    /// Serves the device until it fails or is dropped.
     pub serving: Serving,
 }
 

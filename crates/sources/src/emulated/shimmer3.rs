@@ -16,7 +16,7 @@ use crate::serial::Pty;
 
 /// How often devices are polled.
 pub(super) const GRAIN: Duration = Duration::from_millis(5);
-/// The most bytes that wait for a slow reader; more are lost, as on a radio link.
+/// The largest number of bytes that wait for a slow reader; more are lost, as on a radio link.
 const MOST_WAITING: usize = 4096;
 
 /// A Shimmer3 GSR+ that a simulated person wears at the fingers, on a pseudoterminal in place of a serial port.
@@ -25,11 +25,11 @@ const MOST_WAITING: usize = 4096;
 pub struct EmulatedShimmer {
     /// The person who wears it: `p001`.
     pub person: String,
-    /// The path of a link to its port, such as `/tmp/shimmer`; by default the port has the name that the system gives
-    /// it.
+    /// The path of a link to the port, such as `/tmp/shimmer`; by default the port has the name that the system
+    /// assigns.
     #[serde(default)]
     pub port: Option<PathBuf>,
-    /// The properties of the device itself, and its faults.
+    /// The properties and faults of the device itself.
     #[serde(default)]
     pub device: ShimmerSettings,
 }
@@ -40,7 +40,7 @@ impl EmulatedShimmer {
         let settings = self.device.clone();
         let pty = Pty::open(self.port.as_deref()).map_err(|error| match &self.port {
             Some(port) => {
-                io::Error::other(format!("no link {} can be created: {error}", port.display()))
+                io::Error::other(format!("the link {} can't be created: {error}", port.display()))
             }
             None => error,
         })?;
@@ -62,7 +62,7 @@ impl EmulatedShimmer {
     }
 }
 
-/// Serves a Shimmer on a port, by a clock. It keeps streaming when nobody listens.
+/// Serves a Shimmer on a port in real time. It keeps streaming when no program listens.
 pub async fn serve_shimmer(
     pty: &Pty,
     shimmer: &mut Shimmer,

@@ -11,27 +11,27 @@ use thiserror::Error;
 use super::EmulatedWearable;
 use crate::simulated::SimulatedTeam;
 
-/// The people of a simulation who wear something, and the time that all their devices share.
+/// The people of a simulation who wear a device, and the time base that all their devices share.
 #[derive(Clone, Debug)]
 pub struct Wardrobe {
     people: BTreeMap<String, BodyWearer>,
     clock: Stopwatch,
 }
 
-/// A person, and the time since the devices were switched on.
+/// A person, and the clock that started when the devices were switched on.
 #[derive(Clone, Debug)]
 pub(super) struct Dressed {
     pub(super) wearer: BodyWearer,
     pub(super) clock: Stopwatch,
 }
 
-/// A person who is in no simulation.
+/// A person who is not part of the simulation.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("`{0}` is not a simulated person; they are p001 to p999")]
 pub struct PersonError(pub String);
 
 impl Wardrobe {
-    /// The people who wear these devices: the same bodies and tasks that `simulate` has for them.
+    /// Returns the people who wear these devices, with the same bodies and tasks that `simulate` gives them.
     pub fn of<'a>(
         team: &SimulatedTeam,
         wearables: impl IntoIterator<Item = &'a EmulatedWearable>,
@@ -45,7 +45,7 @@ impl Wardrobe {
         Ok(Wardrobe { people, clock: Stopwatch::start() })
     }
 
-    /// The time since the devices were switched on, from which the bodies live.
+    /// The clock that started when the devices were switched on; the bodies run on it.
     pub fn clock(&self) -> Stopwatch {
         self.clock
     }

@@ -1,4 +1,4 @@
-//! Messages that are decoded to samples: those of our own types, and those that a source parses.
+//! Messages that are decoded to samples: those of teampulse's own types, and those that a source parses.
 
 use std::sync::{Arc, Mutex};
 
@@ -15,10 +15,10 @@ use teampulse_ros::bus::{Arrival, Deliver};
 use super::loss_counter::LossCounter;
 use super::{Decoder, lock};
 
-/// The number of messages to wait for a description.
+/// The number of messages after which a topic without a description gets the observed channels.
 const UNDESCRIBED: u64 = 20;
 
-/// The most channels of a stream; one that claims more stays undescribed.
+/// The largest number of channels of a stream; one that claims more stays undescribed.
 const MOST_CHANNELS: u32 = 1024;
 
 /// The channels observed in a topic's messages.
@@ -65,12 +65,12 @@ impl ObservedChannels {
 #[derive(Clone)]
 pub(super) struct Reading {
     pub(super) decoder: Decoder,
-    /// Whether a computer stamps them.
+    /// Whether the messages are stamped by a computer's clock.
     pub(super) is_stamped: bool,
 }
 
 impl Reading {
-    /// How to read a topic of our own types.
+    /// Returns how to read a topic of teampulse's own types.
     pub(super) fn of_ours(stream: &Stream) -> Reading {
         let shape = stream.shape.clone();
         let decoder: Decoder =
@@ -79,8 +79,8 @@ impl Reading {
     }
 }
 
-/// The callback that decodes a stream's messages and offers them, stamped by their header, with the device's
-/// own time. Undecodable messages are reported once, and counted as lost.
+/// Returns the callback that decodes a stream's messages and offers them with the stamp in the header and the device
+/// time. Undecodable messages are reported once, and counted as lost.
 pub(super) fn deliver(
     outlet: &Outlet,
     (id, stream): (StreamId, &Stream),

@@ -1,4 +1,4 @@
-//! The definitions of types that are not shipped: requested on the bus, and stored when they arrive.
+//! The definitions of types that teampulse does not ship: requested on the bus, and stored when they arrive.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use super::publishing::Key;
 pub(super) type Type = (String, String);
 
 impl Following<'_> {
-    /// Requests the definition of a type, once for all topics that have it.
+    /// Requests the definition of a type, once for all topics of that type.
     pub(super) fn ask_for_definition(&mut self, key: Key, of: Type) {
         let waiting = self.undefined.entry(of.clone()).or_default();
         waiting.push(key);
@@ -28,7 +28,7 @@ impl Following<'_> {
         }
     }
 
-    /// Takes in the definition of a type, or that nobody has it.
+    /// Handles the definition of a type, or the answer that no node has it.
     pub(super) fn learn(&mut self, of: Type, found: Result<Schema, BusError>) {
         let topics = self.undefined.remove(&of).unwrap_or_default();
         match found {

@@ -22,7 +22,7 @@ impl Following<'_> {
         }
     }
 
-    /// The same for all topics: messages may have shown the channels of a topic without a description.
+    /// Redeclares all decoded topics likewise: messages may have shown the channels of a topic without a description.
     pub(super) fn describe_all_anew(
         &mut self,
         graph: &Graph,
@@ -35,7 +35,7 @@ impl Following<'_> {
 }
 
 impl Followed {
-    /// Redeclares it if more is known about it.
+    /// Redeclares the topic if more is known about it.
     fn describe_anew(
         &mut self,
         key: &Key,

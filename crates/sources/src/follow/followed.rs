@@ -19,10 +19,10 @@ pub(super) struct Followed {
     pub(super) id: StreamId,
     pub(super) stream: Stream,
     pub(super) receivers: Receivers,
-    /// Its publishers at the last check, and those that were reported.
+    /// The publishers at the last check, and the names of those that were reported.
     pub(super) publishers: Vec<Gid>,
     pub(super) published_by: Vec<String>,
-    /// `None` when the bus rejected it; not retried.
+    /// `None` if the bus rejected the subscription, which is not retried.
     _subscription: Option<Subscription>,
 }
 
@@ -32,10 +32,10 @@ pub(super) enum Receivers {
     Verbatim {
         /// The counter of losses.
         losses: Arc<Mutex<LossCounter>>,
-        /// The origin of their stamps.
+        /// Whether the messages are stamped by their header or by the bus.
         stamped: Stamped,
     },
-    /// Decoded, with a stream per publisher.
+    /// Decoded messages, with a stream per publisher.
     Split(Arc<Mutex<PublisherSplit>>),
 }
 
@@ -50,12 +50,12 @@ impl Followed {
         Followed { id, stream, receivers, publishers, published_by, _subscription: subscription }
     }
 
-    /// Whether it has a stream per publisher.
+    /// Whether the topic has a stream per publisher.
     pub(super) fn is_split(&self) -> bool {
         matches!(self.receivers, Receivers::Split(_))
     }
 
-    /// Whether all its publishers are reliable.
+    /// Whether all publishers of the topic are reliable.
     pub(super) fn is_reliable(&self) -> bool {
         self.stream.qos.iter().all(|qos: &Qos| qos.reliability == Reliability::Reliable)
     }
@@ -68,7 +68,7 @@ impl Followed {
         }
     }
 
-    /// Ends the topic: offers waiting messages. `present` still publish it.
+    /// Stops following the topic and offers waiting messages; `present` are the publishers that still exist.
     pub(super) fn close(&self, present: &BTreeSet<Gid>) {
         if let Receivers::Split(split) = &self.receivers {
             lock(split).close(present);

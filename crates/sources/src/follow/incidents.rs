@@ -1,4 +1,4 @@
-//! Reporting the bus's incidents on followed topics.
+//! Reports incidents of the bus on followed topics.
 
 use teampulse_ros::bus::Incident;
 
@@ -9,7 +9,7 @@ impl Following<'_> {
     pub(super) fn report_incident(&mut self, incident: &Incident) {
         let (topic, trouble) = match incident {
             Incident::IncompatibleQos { topic, policy, ours: true } => {
-                (topic, format!("{topic}: a publisher offers less {policy} than is requested"))
+                (topic, format!("{topic}: a publisher offers less {policy} than requested"))
             }
             Incident::IncompatibleQos { .. } | Incident::TwoTypes { .. } => return,
             Incident::Overflow { .. } => return self.places.overflow(),

@@ -1,4 +1,4 @@
-//! Losses of one stream: how many of its messages were lost in transit, and which computer's clock stamps them.
+//! The losses of one stream: how many messages were lost in transit, and which computer's clock stamps them.
 
 use std::sync::Arc;
 
@@ -13,24 +13,24 @@ use tokio::sync::watch;
 use super::numbers::Numbers;
 use super::stamping::Stamping;
 
-/// The losses of one stream, from its publishers' sequence numbers.
+/// Counts the losses of one stream by its publishers' sequence numbers.
 #[derive(Debug)]
 pub(crate) struct LossCounter {
     stream: StreamId,
-    /// `None` if no computer stamps them.
+    /// `None` if the messages have no stamps.
     stamping: Option<Stamping>,
     losses: Losses,
     known: Option<bool>,
     unreported: u64,
     numbers: Numbers,
-    /// Messages lost by the bus or unreadable since the last sample; its number reveals these, too.
+    /// Messages lost by the bus or unreadable since the last sample; a gap in the sample numbers includes them.
     unnumbered: u64,
-    /// The number of samples of a message: those of its wave.
+    /// The number of samples in a message: those of its wave.
     run: u64,
 }
 
 impl LossCounter {
-    /// A counter before the first message.
+    /// Creates a counter for messages stamped by their publisher's computer.
     pub(crate) fn new(stream: StreamId, graph: watch::Receiver<Arc<Graph>>) -> LossCounter {
         LossCounter {
             stamping: Some(Stamping::new(stream, graph)),
@@ -38,7 +38,7 @@ impl LossCounter {
         }
     }
 
-    /// A counter of messages without stamps.
+    /// Creates a counter for messages without stamps.
     pub(crate) fn of_unstamped(stream: StreamId) -> LossCounter {
         LossCounter {
             stream,
@@ -52,7 +52,7 @@ impl LossCounter {
         }
     }
 
-    /// Takes in a message: reports which computer's clock stamps it, and counts the messages missing before it. Whether
+    /// Handles a message: reports which computer's clock stamps it, and counts the messages missing before it. Whether
     /// losses can be counted at all is reported at the first message and when it changes.
     pub(crate) fn count(&mut self, arrival: &Arrival, outlet: &Outlet) {
         if let Some(stamping) = &mut self.stamping {
@@ -80,12 +80,12 @@ impl LossCounter {
         self.unnumbered = self.unnumbered.saturating_add(1);
     }
 
-    /// Takes in a decoded message, and counts those that by its number never reached its publisher as lost. They are
-    /// reported immediately, as they are missing right before this one.
+    /// Handles a decoded message: samples that, by its number, never reached its publisher are counted as lost. They
+    /// are reported immediately, as they are missing right before this message.
     pub(crate) fn number(&mut self, decoded: &Decoded, arrival: &Arrival, outlet: &Outlet) {
         let lost_here = std::mem::take(&mut self.unnumbered);
         if lost_here == 0 {
-            // After a loss, a wave may have missing samples filled in.
+            // After a loss, a wave may contain filled-in samples.
             self.run = decoded.data.samples().into();
         }
         let Some(index) = decoded.index else { return };

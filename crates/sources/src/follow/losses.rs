@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::Following;
 
 impl Following<'_> {
-    /// Reports the losses since the previous call.
+    /// Reports the losses since the last call.
     pub(super) fn report_losses(&mut self) {
         let mut of_reliable = BTreeMap::new();
         for ((topic, _), followed) in &self.followed {
@@ -22,7 +22,7 @@ impl Following<'_> {
         }
     }
 
-    /// Also reports the losses still waiting to be located.
+    /// Reports the losses since the last call, and those not located yet.
     pub(super) fn report_last_losses(&mut self) {
         self.report_losses();
         if let Some(trouble) = self.places.report() {

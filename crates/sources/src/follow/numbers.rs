@@ -4,20 +4,20 @@ use std::collections::BTreeMap;
 
 use teampulse_ros::graph::Gid;
 
-/// The most publishers that are tracked separately; a topic has a few.
+/// The largest number of publishers tracked separately; a topic has a few.
 const MOST: usize = 4096;
-/// The largest step back of a late sample; a larger one is a restart.
+/// The largest step back of a late sample; a larger step back is a restart.
 const LATE: u64 = 16;
 
-/// Finds samples that never reached their publisher, from the publisher's own numbers: a device that lost
-/// its radio link leaves a jump that the bus can't detect.
+/// Finds samples that never reached their publisher, by the publisher's own numbers: a device that lost its radio link
+/// leaves a gap that the bus can't detect.
 #[derive(Debug, Default)]
 pub(super) struct Numbers(BTreeMap<Gid, Counting>);
 
 #[derive(Debug, Default)]
 struct Counting {
     newest: Option<u64>,
-    /// Whether two numbers were consecutive: constant numbers and times are not a count.
+    /// Whether two consecutive numbers were seen: constant numbers and times are not a count.
     is_counting: bool,
 }
 

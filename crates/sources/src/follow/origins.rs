@@ -16,7 +16,7 @@ impl Following<'_> {
         }
     }
 
-    /// The same for one topic.
+    /// Updates one topic with its present publishers.
     pub(super) fn look_at_publishers_of(&self, topic: &str, graph: &Graph) {
         let from = self.followed.range((topic.to_owned(), String::new())..);
         for (key, followed) in from.take_while(|((each, _), _)| each == topic) {
@@ -26,8 +26,8 @@ impl Following<'_> {
         }
     }
 
-    /// Reports the publishers of an unsplit topic if there are several. Reported at the second check: a restarted
-    /// publisher is briefly present twice, and names arrive with a delay.
+    /// Reports the publishers of each topic without a stream per publisher, if there are several. This is done at the
+    /// second check: a restarted publisher is briefly present twice, and names arrive with a delay.
     pub(super) fn report_publishers(&mut self, graph: &Graph) {
         let mut faults = Vec::new();
         for (key, followed) in &mut self.followed {
@@ -43,7 +43,7 @@ impl Following<'_> {
                 continue;
             }
             self.outlet.published_by(followed.id, &names);
-            // Several computers are reported separately.
+            // Publishers on several computers are reported separately.
             let is_of_one = several(&publishing(key, graph)).is_none();
             let has_numbers = !followed.stream.channels.is_empty();
             if is_of_one && has_numbers && names.len() > followed.published_by.len() {
@@ -61,7 +61,7 @@ impl Following<'_> {
         }
     }
 
-    /// Reports the topics that are published from several places, each once. Reported at the second check, as names
+    /// Reports the topics that are published from several places, each once. This is done at the second check, as names
     /// arrive with a delay.
     pub(super) fn report_several(&mut self, graph: &Graph) {
         let is_shared = |(key, followed): &(&Key, &Followed)| {

@@ -1,20 +1,20 @@
-//! Where messages of reliable publishers were lost: in this machine's receive buffers, where the kernel counts them, or
-//! before.
+//! Where messages of reliable publishers were lost: in this machine's receive buffers, whose losses the kernel counts,
+//! or before they reached this machine.
 
 use std::collections::{BTreeMap, VecDeque};
 
-/// The most checks between a loss and the report that a receive buffer overflowed, which is checked every
+/// The largest number of checks between a loss and the report that a receive buffer overflowed, which is made every
 /// second.
 const NEWS_TAKE: usize = 3;
-/// The fewest checks between two reports.
+/// The smallest number of checks between two reports.
 const BETWEEN_REPORTS: u32 = 20;
 
-/// Losses to be located, by check.
+/// Losses that have not been located yet, by check.
 #[derive(Debug, Default)]
 pub(super) struct Places {
     /// The losses by topic in each of the last checks.
     waiting: VecDeque<BTreeMap<String, u64>>,
-    /// The number of further checks whose losses may come from the overflow.
+    /// The number of further checks whose losses may come from the last overflow.
     overflowed: usize,
     /// Losses that occurred before reaching this machine.
     elsewhere: BTreeMap<String, u64>,
@@ -28,7 +28,7 @@ impl Places {
         self.overflowed = NEWS_TAKE;
     }
 
-    /// Takes the losses since the last check, by topic; returns the report that is due.
+    /// Takes the losses by topic since the last check; returns a report if one is due.
     pub(super) fn look(&mut self, lost: BTreeMap<String, u64>) -> Option<String> {
         if self.overflowed > 0 {
             self.overflowed -= 1;
@@ -45,7 +45,7 @@ impl Places {
         if self.until_report > 0 { None } else { self.report() }
     }
 
-    /// The remaining report.
+    /// Reports the losses that occurred before reaching this machine; `None` if there are none.
     pub(super) fn report(&mut self) -> Option<String> {
         let elsewhere = std::mem::take(&mut self.elsewhere);
         let count: u64 = elsewhere.values().sum();

@@ -1,4 +1,4 @@
-//! One person's topic with a stream per publisher: two hearts must not become one.
+//! A person's topic with a stream per publisher: two people's heartbeats must not be mixed.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex};
@@ -18,13 +18,12 @@ use super::loss_counter::LossCounter;
 use super::publishers::{Change, MOST_BESIDE, Place, Publishers};
 use super::publishing::{names_of, who};
 
-/// The most messages that wait until their publisher is known; more are counted as lost.
+/// The largest number of messages that wait until their publisher is known; more are counted as lost.
 const MOST_WAITING: usize = 10_000;
 
-/// The streams of a topic: that of its primary publisher, and one for each secondary.
+/// The streams of a topic: one for the primary publisher, and one for each secondary.
 ///
-/// Messages of a second publisher are recorded on a stream of its own, which no feature reads; see
-/// [`Stream::beside`].
+/// Messages of a secondary publisher are recorded on a separate stream, which no feature reads; see [`Stream::beside`].
 pub(super) struct PublisherSplit {
     outlet: Outlet,
     graph: watch::Receiver<Arc<Graph>>,
@@ -44,7 +43,7 @@ pub(super) struct PublisherSplit {
 /// The stream of a secondary publisher, reused by its successors.
 struct Beside {
     receiver: StreamReceiver,
-    /// Its first publisher.
+    /// The first publisher of the stream.
     publisher: String,
 }
 
@@ -57,7 +56,7 @@ pub(super) struct StreamReceiver {
 }
 
 impl StreamReceiver {
-    /// The receiver of a declared stream.
+    /// Creates the receiver of a declared stream.
     fn of(
         outlet: &Outlet,
         graph: &watch::Receiver<Arc<Graph>>,
@@ -80,7 +79,7 @@ impl StreamReceiver {
 }
 
 impl PublisherSplit {
-    /// The streams of a topic on a bus, the first of which is declared.
+    /// Creates the streams of a topic on a bus; `id` and `stream` are the declared stream of the primary publisher.
     pub(super) fn new(
         outlet: &Outlet,
         graph: watch::Receiver<Arc<Graph>>,
@@ -108,7 +107,7 @@ impl PublisherSplit {
         &self.primary
     }
 
-    /// Takes a message.
+    /// Handles a message.
     pub(super) fn take(&mut self, arrival: Arrival) {
         self.waiting.push_back(arrival);
         self.hand_over(self.host.now());
@@ -187,7 +186,7 @@ impl PublisherSplit {
             }
             Change::TookOver => {
                 format!(
-                    "{topic}: received from {other} from now on; the previous publisher was silent"
+                    "{topic}: messages come from {other} from now on; the previous publisher was silent"
                 )
             }
         };
@@ -210,7 +209,7 @@ impl PublisherSplit {
 
     fn stream_beside(&self, place: usize, publisher: String) -> Stream {
         let topic = &self.stream.name;
-        let doc = format!("messages of other publishers than the primary one on {topic}");
+        let doc = format!("messages of a second publisher on {topic}");
         Stream { publisher, doc, ..self.stream.beside(place + 2) }
     }
 

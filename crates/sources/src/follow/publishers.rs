@@ -1,56 +1,56 @@
-//! Which publisher of a person's topic is primary: one at a time.
+//! Decides which publisher of a person's topic is primary: one at a time.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use teampulse_core::time::Time;
 use teampulse_ros::graph::Gid;
 
-/// How long to wait for the departure of the current publisher before a newcomer counts as a second
-/// publisher [s]. A restarted node leaves and joins almost simultaneously, but the two events arrive separately.
+/// How long to wait for the departure of the current publisher before a newcomer counts as a second publisher [s]. A
+/// restarted node leaves and joins almost simultaneously, but the two events arrive separately.
 const GOODBYE_SECS: f64 = 0.1;
-/// The silence after which another publisher takes over [s], and this many times the longest silence before.
+/// Another publisher takes over after a silence of `SILENCE_SECS` plus `SILENCES` times the longest silence before.
 const SILENCE_SECS: f64 = 2.0;
 const SILENCES: f64 = 3.0;
-/// The same for a publisher that has sent a single message [s].
+/// The silence after which a publisher that has sent a single message is replaced [s].
 const SILENCE_OF_ONE_SECS: f64 = 10.0;
-/// The most secondary publishers that are kept separate.
+/// The largest number of secondary publishers that are kept separate.
 pub(super) const MOST_BESIDE: usize = 8;
-/// The most newcomers that wait for this decision; any more count as second publishers immediately.
+/// The largest number of newcomers that wait for this decision; more count as second publishers immediately.
 const MOST_NEWCOMERS: usize = 64;
 
 /// The publishers of one topic.
 #[derive(Debug, Default)]
 pub(super) struct Publishers {
     heard: Option<Heard>,
-    /// The secondary publishers, each at the index of its own stream.
+    /// The secondary publishers, each at the index of its stream.
     beside: Vec<Option<Gid>>,
     /// When each newcomer started to wait.
     newcomers: BTreeMap<Gid, Time>,
-    /// The publishers last shown by the bus, and when: those no longer among them have left.
+    /// The publishers last listed by the bus, and when it listed them; publishers missing from a new list have left.
     shown: BTreeSet<Gid>,
     shown_at: Option<Time>,
     changes: Vec<Change>,
 }
 
-/// Where a message belongs.
+/// Which stream a message belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// To the stream of the topic.
+    /// The stream of the topic.
     Heard,
-    /// To the separate stream of a secondary publisher, with this index.
+    /// The separate stream of a secondary publisher, with this index.
     Beside(usize),
-    /// Not known yet: ask again.
+    /// The decision is not made yet: ask again.
     Unknown,
-    /// Nowhere: there are too many publishers.
+    /// No stream: there are too many publishers.
     Refused,
 }
 
 /// A change of the publishers of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Change {
-    /// Another publishes the topic, too, and is kept separate at this index.
+    /// Another publisher of the topic appeared; it is kept separate at this index.
     Beside(usize),
-    /// Another is primary from now on, as the previous one was silent.
+    /// Another publisher became primary, as the previous one was silent.
     TookOver,
 }
 
@@ -85,7 +85,7 @@ impl Heard {
 }
 
 impl Publishers {
-    /// Where a message that arrives now belongs.
+    /// Returns the stream that a message arriving at `now` belongs to.
     pub(super) fn place(&mut self, gid: Gid, now: Time) -> Place {
         let heard = self.heard.get_or_insert_with(|| Heard::new(gid, now));
         if heard.gid == gid {
@@ -112,8 +112,8 @@ impl Publishers {
         self.seat_beside(gid)
     }
 
-    /// Sets the present publishers of the topic: those no longer among them have left, and the next one becomes primary
-    /// in place of a primary that left.
+    /// Sets the present publishers of the topic: those missing from the list have left, and a primary publisher that
+    /// left is replaced by the next one.
     pub(super) fn show(&mut self, present: &BTreeSet<Gid>, now: Time) {
         let left: Vec<Gid> = self.shown.difference(present).copied().collect();
         self.shown.clone_from(present);
@@ -134,7 +134,7 @@ impl Publishers {
         }
     }
 
-    /// Whether the primary publisher is gone, as far as known since its last message.
+    /// Whether the primary publisher has left, according to a list of publishers that is newer than its last message.
     fn has_left(&self) -> bool {
         self.heard.as_ref().is_some_and(|heard| {
             let is_newer = self.shown_at.is_some_and(|shown_at| shown_at >= heard.last);
@@ -142,17 +142,17 @@ impl Publishers {
         })
     }
 
-    /// Ends the wait: newcomers count as other publishers.
+    /// Ends the wait: newcomers count as second publishers.
     pub(super) fn decide(&mut self) {
         self.newcomers.values_mut().for_each(|since| *since = Time::EPOCH);
     }
 
-    /// The changes of the publishers of a topic since the last call.
+    /// Returns the changes of the topic's publishers since the last call.
     pub(super) fn take_changes(&mut self) -> Vec<Change> {
         std::mem::take(&mut self.changes)
     }
 
-    /// The publishers that are present and have sent something, the primary one first.
+    /// Returns the publishers that are present and have sent a message, the primary one first.
     pub(super) fn speaking(&self) -> impl Iterator<Item = Gid> {
         let heard = self.heard.iter().map(|heard| heard.gid);
         heard.chain(self.beside.iter().flatten().copied())

@@ -14,12 +14,12 @@ pub(crate) fn offered((topic, type_name): &Key, graph: &Graph) -> Vec<Qos> {
     of_type.map(|each| each.qos.clone()).collect()
 }
 
-/// The computers that publish a topic, each with its host if announced.
+/// Returns the computers that publish a topic, each with its host if announced.
 pub(super) fn publishing(key: &Key, graph: &Graph) -> BTreeMap<String, Option<String>> {
     gids(key, graph).map(|gid| (graph.computer(gid), graph.host(gid).map(str::to_owned))).collect()
 }
 
-/// The publishers of a topic, except for ourselves.
+/// Returns the publishers of a topic, except for this session's own.
 pub(super) fn gids<'a>(
     (topic, type_name): &'a Key,
     graph: &'a Graph,
@@ -28,7 +28,7 @@ pub(super) fn gids<'a>(
     theirs.map(|each| each.gid)
 }
 
-/// The names of publishers: those of their computers, with GIDs where these are not unique.
+/// Returns the names of publishers: the names of their computers, with GIDs where these are not unique.
 pub(super) fn names_of(graph: &Graph, publishers: &[Gid]) -> Vec<String> {
     let computers: BTreeSet<String> = publishers.iter().map(|gid| graph.computer(*gid)).collect();
     if computers.len() == publishers.len() {
@@ -38,13 +38,13 @@ pub(super) fn names_of(graph: &Graph, publishers: &[Gid]) -> Vec<String> {
     }
 }
 
-/// The name of a publisher with its GID, for a bag.
+/// Returns the name of a publisher with its GID, for a bag.
 pub(crate) fn who(graph: &Graph, publisher: Gid) -> String {
     format!("{} {publisher}", graph.computer(publisher))
 }
 
-/// The names of several computers; `None` where all are processes of one host, which has one clock. Unnamed
-/// hosts may be the same one.
+/// Returns the names of several computers; `None` if all are processes of one host, which has one clock. Unnamed hosts
+/// may be the same one.
 pub(super) fn several(computers: &BTreeMap<String, Option<String>>) -> Option<String> {
     let hosts: Option<BTreeSet<&str>> = computers.values().map(Option::as_deref).collect();
     let kind = if hosts.is_some() { "computers" } else { "processes" };

@@ -1,4 +1,4 @@
-//! The initial schema of a publisher's type, and the origin of its stamps.
+//! The schema of a publisher's type as first known, and the origin of its stamps.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,7 +14,7 @@ use teampulse_ros::graph::Endpoint;
 pub(super) struct Stamped(Arc<AtomicBool>);
 
 impl Stamped {
-    /// Whether the header has the stamp.
+    /// Whether messages are stamped by their header.
     pub(super) fn is_by_header(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -27,7 +27,7 @@ impl Stamped {
     }
 }
 
-/// The schema of a publisher's type as far as known locally, and the origin of its stamps.
+/// Returns the schema of a publisher's type as far as known locally, and the origin of its stamps.
 pub(super) fn known_schema(endpoint: &Endpoint) -> (Schema, Stamped) {
     let stamped = Stamped::default();
     match catalogue::shipped(&endpoint.type_name) {

@@ -8,8 +8,9 @@ use teampulse_core::stream::StreamId;
 use teampulse_ros::graph::{Gid, Graph};
 use tokio::sync::watch;
 
-/// The computer that stamps one stream, reported in band before its first message and whenever a message
-/// comes from another: if several computers publish a topic, each message is stamped by the clock of its own computer.
+/// The computer that stamps one stream, reported in band before its first message and whenever the next message comes
+/// from another computer: if several computers publish a topic, each message is stamped by the clock of its own
+/// computer.
 #[derive(Debug)]
 pub(super) struct Stamping {
     stream: StreamId,
@@ -23,7 +24,7 @@ impl Stamping {
         Stamping { stream, graph, publisher: None, reported: String::new() }
     }
 
-    /// Reports the computer of the publisher of the next message.
+    /// Reports the computer that publishes the next message, if it is a different one.
     pub(super) fn hear(&mut self, publisher: Gid, outlet: &Outlet) {
         // Computers announce their names some time after they appear.
         let is_named_anew = self.graph.has_changed().unwrap_or(false);
@@ -35,7 +36,7 @@ impl Stamping {
             SIMULATED_TIME.to_owned()
         } else {
             let graph = self.graph.borrow_and_update();
-            // After an outage its last messages may come when it counts as gone.
+            // After an outage, a publisher's last messages may arrive when it already counts as gone.
             if is_same && graph.named_computer(publisher).is_none() && !self.reported.is_empty() {
                 return;
             }

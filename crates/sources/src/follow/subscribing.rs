@@ -14,8 +14,7 @@ use super::publishing::{Key, offered, who};
 use super::stamped::known_schema;
 use super::{Following, Kept, lock, verbatim};
 
-/// How many messages a subscription keeps until they are taken. They are taken immediately, so this bounds a burst, not
-/// a delay.
+/// The queue size of a subscription. Messages are taken from it immediately, so this bounds a burst, not a delay.
 const DEPTH: u32 = 2000;
 
 impl Following<'_> {
@@ -96,7 +95,7 @@ impl Following<'_> {
         Followed::new(id, stream, Receivers::Verbatim { losses, stamped }, subscription)
     }
 
-    /// Follows a topic whose messages are decoded. It is not yet known which of its publishers sends first.
+    /// Follows a topic whose messages are decoded; which of its publishers sends first is not known yet.
     fn begin_decoded(&self, endpoint: &Endpoint, stream: Stream, reading: Reading) -> Followed {
         let id = self.outlet.declare(stream.clone());
         let split = PublisherSplit::new(self.outlet, self.bus.graph(), (id, &stream), reading);

@@ -13,7 +13,7 @@ pub(crate) struct Updates {
 }
 
 impl Updates {
-    /// Notes that there is new information about a topic.
+    /// Records that there is new information about a topic.
     pub(crate) fn add(&self, topic: &str) {
         self.topics().insert(topic.to_owned());
         self.came.notify_one();

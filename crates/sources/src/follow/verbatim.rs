@@ -13,7 +13,7 @@ use super::lock;
 use super::loss_counter::LossCounter;
 use super::stamped::Stamped;
 
-/// The callback that offers a stream's messages unchanged, with the stamp of their header or of the bus. In
+/// Returns the callback that offers a stream's messages unchanged, with the stamp of their header or of the bus. In
 /// simulated time the bus's stamps are meaningless.
 pub(super) fn deliver(
     outlet: &Outlet,

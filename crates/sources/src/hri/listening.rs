@@ -1,4 +1,4 @@
-//! Messages of all topics, and the streams that they are converted to.
+//! Handles the messages of all topics and converts them to streams.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -26,7 +26,7 @@ use crate::ros_people::NAMESPACE;
 
 /// The time without messages after which a topic's publisher counts as gone, so that another is accepted [s].
 const SILENT_SECS: f64 = 1.0;
-/// The most streams.
+/// The largest number of streams.
 const MOST_STREAMS: usize = 512;
 
 /// The messages about people received so far.
@@ -36,9 +36,9 @@ pub(super) struct Listening {
     people: People,
     device: String,
     frame: Option<Frame>,
-    /// By person, the last token of the stream name, and the message type.
+    /// Open streams, by person, last token of the stream name, and message type.
     streams: BTreeMap<(Arc<str>, &'static str, String), Open>,
-    /// The problems reported so far, each once.
+    /// The problems that have been reported, each once.
     reported: BTreeSet<String>,
 }
 
@@ -56,7 +56,7 @@ struct Heard {
     at: Time,
 }
 
-/// A message, converted for its stream.
+/// A message converted for its stream.
 struct Read {
     stamp: Option<Time>,
     data: Data,
@@ -125,7 +125,7 @@ impl Listening {
         }
     }
 
-    /// Decodes a message; also returns the sender, if the message states it.
+    /// Decodes a message; also returns the sender, if the message names one.
     fn read(&self, topic: &Topic, arrival: &Arrival) -> (String, Result<Read, String>) {
         let Some(kind) = kind(topic) else {
             let data = Data::Message(arrival.bytes.clone());
@@ -149,7 +149,7 @@ impl Listening {
             && self.graph.borrow().publishers(topic).any(|each| each.gid == *publisher)
     }
 
-    /// Removes the stream of a person from the open ones, or declares it.
+    /// Takes a person's stream out of the open ones, or declares it.
     fn opened(
         &mut self,
         topic: &Topic,
@@ -215,7 +215,7 @@ impl Listening {
 
     fn report(&mut self, what: &str, why: &str) {
         let said = label(format!("{}/{what}: {why}", self.device), 300);
-        // A program may have many faults; the first ones are enough.
+        // A program may cause many problems; the first ones are enough.
         if self.reported.len() < 100 && self.reported.insert(said.clone()) {
             self.outlet.happen(passing(said));
         }
@@ -233,7 +233,7 @@ fn kind(topic: &Topic) -> Option<Kind> {
     }
 }
 
-/// The path to the point in a position message.
+/// Returns the path to the point in a position message.
 fn path(topic: &Topic) -> Option<&'static str> {
     match topic {
         Topic::BodyPosition { path, .. } | Topic::Position { path } => Some(path),
@@ -241,12 +241,13 @@ fn path(topic: &Topic) -> Option<&'static str> {
     }
 }
 
-/// The last token of the stream's name.
+/// Returns the last token of the stream's name.
 fn leaf(topic: &Topic) -> &'static str {
     kind(topic).map_or("position", Kind::topic)
 }
 
-/// The signal type by which features select it. Points in fractions of a frame have no angles and no distances.
+/// Returns the signal type by which features select a stream. Points in fractions of a frame have no angles and no
+/// distances.
 fn signal(kind: Kind, frame: Option<Frame>) -> Signal {
     match kind {
         Kind::Landmarks => Signal::Face,

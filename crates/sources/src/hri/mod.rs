@@ -7,8 +7,8 @@
 //! /humans/persons/<id>/face_id ───────────┘
 //! ```
 //!
-//! IDs of faces and bodies last as long as a person is in view, and topics come and go with them; the stream of a
-//! person continues.
+//! The ID of a face or body lasts only while the person is in view, and its topics come and go with it; the person's
+//! stream continues.
 
 mod topic;
 mod people;
@@ -41,48 +41,49 @@ use topic::Topic;
 
 /// The queue size of a subscription.
 const DEPTH: u32 = 100;
-/// The most topics that are followed at once; a face has several.
+/// The largest number of topics followed at once; a face has several.
 const MOST_TOPICS: usize = 2000;
 /// Counted losses are reported at least this often.
 const REPORT_LOSSES: Duration = Duration::from_millis(500);
 /// The namespace of people in REP-155.
 const NAMESPACE: &str = "/humans";
-/// The device of its streams, which is also the token of their names.
+/// The device of the streams, which is also a token in their names.
 const DEVICE: &str = "hri";
 
 /// People detected by other programs: faces, bodies, expressions and gaze in messages of ROS4HRI (`hri_msgs`,
 /// REP-155), published by `hri_face_detect`, `hri_body_detect` or nodes around `OpenFace` and py-feat.
 ///
-/// The values have the same names and units as those of our own models, so that the features `face`, `posture` and
-/// `expression` work with them: `/humans/persons/p001/hri/landmarks`, `skeleton2d`, `expression`, `facs`, `gaze`,
-/// `engagement_status`, `position`. IDs of faces change when a person was out of view; the person's streams continue.
+/// The values have the same names and units as those of teampulse's own models, so that the features `face`, `posture`
+/// and `expression` work with them: `/humans/persons/p001/hri/landmarks`, `skeleton2d`, `expression`, `facs`, `gaze`,
+/// `engagement_status`, `position`. The ID of a face changes when the person was out of view; the person's streams
+/// continue.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hri {
-    /// The person of the study, by pseudonym. Without it, every person that a person manager publishes is recorded,
-    /// under the ID that it assigns.
+    /// The person of the study, by pseudonym. Without it, everyone whom a person manager publishes is recorded, under
+    /// the ID that it assigns.
     #[serde(default)]
     pub person: Option<String>,
     /// The IDs of faces that belong to the person; a `*` matches any part: use `"*"` if only one person is in view.
     /// If several are in view at once, the first one is used.
     #[serde(default)]
     pub face: Option<String>,
-    /// The IDs of bodies that belong to the person, with the same pattern syntax.
+    /// The IDs of bodies that belong to the person, with the same pattern syntax as `face`.
     #[serde(default)]
     pub body: Option<String>,
     /// The person's ID on ROS (`/humans/persons/<id>`), whose `face_id` and `body_id` identify the person's face and
     /// body.
     #[serde(default)]
     pub id: Option<String>,
-    /// A topic with the person's position, such as that of a motion capture system: `PoseStamped`,
+    /// A topic with the person's position, for example from a motion capture system: `PoseStamped`,
     /// `PoseWithCovarianceStamped`, `PointStamped` or `Odometry`.
     #[serde(default)]
     pub position: Option<String>,
-    /// Width and height of the camera's frame [px], if messages do not state them: skeletons never do, and without it
-    /// there is no `posture`.
+    /// Width and height of the camera's frame [px], if messages do not state them: skeletons never do, and without the
+    /// frame there is no `posture`.
     #[serde(default)]
     pub frame: Option<Frame>,
-    /// The namespace of all of these topics.
+    /// The namespace of all these topics.
     #[serde(default = "namespace")]
     pub namespace: String,
     /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the domain of `ROS_DOMAIN_ID`, else 0.
@@ -158,7 +159,7 @@ impl Hri {
         Ok(())
     }
 
-    /// The device of its streams.
+    /// The device of the source's streams.
     fn device(&self) -> String {
         let tokens = self.namespace.split('/').filter(|token| !token.is_empty());
         let other: Vec<&str> = tokens.filter(|token| *token != "humans").collect();
@@ -166,7 +167,7 @@ impl Hri {
     }
 }
 
-/// The role of a publisher's topic.
+/// Returns what a publisher's topic contains; `None` for a topic that this source does not read.
 fn topic(namespace: &str, position: Option<&str>, endpoint: &Endpoint) -> Option<Topic> {
     let (name, type_name) = (endpoint.topic.as_str(), endpoint.type_name.as_str());
     Topic::of(namespace, name, type_name)
@@ -184,7 +185,7 @@ pub fn sees(topic: &str, type_name: &str) -> bool {
     known.is_some_and(|known| matches!(known, Topic::Face { .. } | Topic::Body { .. }))
 }
 
-/// Whether a stream is about a person detected by other programs.
+/// Whether a stream is about a person as detected by other programs.
 pub fn is_seen(stream: &Stream) -> bool {
     let device = stream.device.strip_prefix(DEVICE);
     device.is_some_and(|rest| rest.is_empty() || rest.starts_with('_')) && !stream.qos.is_empty()
@@ -225,7 +226,7 @@ struct Following<'a> {
     outlet: &'a Outlet,
     settings: &'a Hri,
     listening: Arc<Mutex<Listening>>,
-    /// By topic and type; `None` if the bus rejected the subscription.
+    /// The subscriptions, by topic and type; `None` if the bus rejected one.
     subscriptions: BTreeMap<(String, String), Option<Subscription>>,
     is_full: bool,
 }

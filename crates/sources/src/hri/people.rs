@@ -1,4 +1,4 @@
-//! Association of faces and bodies with people.
+//! Associates faces and bodies with people.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use teampulse_core::time::Time;
 use super::Hri;
 use super::topic::{Part, Topic};
 
-/// The time without messages after which a face or body counts as out of view, so that another may be the person's
-/// [s].
+/// The time without messages after which a face or body counts as out of view, so that another may be assigned to the
+/// person [s].
 const LOST_SECS: f64 = 1.0;
-/// The most people accepted from a person manager.
+/// The largest number of people accepted from a person manager.
 const MOST_PEOPLE: usize = 64;
 /// The longest ID [bytes].
 const LONGEST_ID: usize = 64;
@@ -22,7 +22,7 @@ const LONGEST_ID: usize = 64;
 pub(super) struct People {
     whose: Whose,
     has_position: Option<Arc<str>>,
-    /// The face and the body of each person on ROS.
+    /// The ID of the face or body assigned to each person on ROS.
     matched: BTreeMap<(String, Part), String>,
     /// The person's face and body currently in view, and when they were last seen.
     present: BTreeMap<Part, (String, Seen)>,
@@ -31,14 +31,14 @@ pub(super) struct People {
 /// The time of a detection.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
-    /// The arrival of its message.
+    /// The arrival of the message.
     pub came: Time,
     /// The stamp of the picture, if known: delayed messages arrive all at once.
     pub stamp: Option<Time>,
 }
 
 impl Seen {
-    /// Whether enough time has passed since an earlier detection that it counts as out of view.
+    /// Whether enough time has passed since an earlier detection that its face or body counts as out of view.
     fn is_lost_since(&self, before: &Seen) -> bool {
         let stamps = self.stamp.zip(before.stamp);
         let by_stamp = stamps.is_some_and(|(now, before)| now.secs_since(before) > LOST_SECS);
@@ -49,11 +49,11 @@ impl Seen {
 /// How faces and bodies are matched to people.
 #[derive(Debug)]
 enum Whose {
-    /// All with matching IDs belong to one person.
+    /// All faces and bodies with matching IDs belong to one person.
     Named { person: Arc<str>, face: Option<Pattern>, body: Option<Pattern> },
-    /// Those that a person manager assigns to this person on ROS.
+    /// Faces and bodies that a person manager assigns to the person with this ID on ROS.
     Matched { person: Arc<str>, id: String },
-    /// All people of a person manager, under its IDs.
+    /// Everyone whom a person manager publishes, under the IDs that it assigns.
     Everyone,
 }
 
@@ -62,9 +62,9 @@ enum Whose {
 pub(super) enum Owner {
     /// A person of the study.
     Person(Arc<str>),
-    /// Not a person of the study.
+    /// Someone who is not a person of the study.
     Nobody,
-    /// None, because another face or body is in view at the same time.
+    /// No person, because another face or body is in view at the same time.
     Beside,
 }
 
@@ -90,7 +90,7 @@ impl People {
         People { whose, has_position, matched: BTreeMap::new(), present: BTreeMap::new() }
     }
 
-    /// Assigns a face or body to a person; an empty ID removes it. Returns whether there was room for it.
+    /// Assigns a face or body to a person; an empty ID removes the assignment. Returns `false` if there was no room.
     pub fn learn(&mut self, person: &str, part: Part, id: &str) -> bool {
         let key = (person.to_owned(), part);
         if id.is_empty() {
@@ -112,7 +112,7 @@ impl People {
         true
     }
 
-    /// The owner of a message on a topic. A gaze message states who looks.
+    /// Returns the owner of a message on a topic. A gaze message names who looks.
     pub fn owner(&mut self, topic: &Topic, sender: &str, now: Seen) -> Owner {
         match topic {
             Topic::Face { id, .. } => self.of_part(Part::Face, id, now),
@@ -131,7 +131,7 @@ impl People {
         }
     }
 
-    /// A person on ROS.
+    /// Returns the owner of messages about a person with this ID on ROS.
     fn of_person(&self, id: &str) -> Owner {
         match &self.whose {
             Whose::Matched { person, id: wanted } if wanted == id => {
@@ -169,7 +169,7 @@ impl People {
     }
 }
 
-/// A person with an ID on ROS; `Nobody` if the ID is not a valid topic token.
+/// Returns a person with an ID on ROS; `Nobody` if the ID is not a valid topic token.
 fn named(id: &str) -> Owner {
     match crate::wearables::check_person(id) {
         Ok(()) => Owner::Person(Arc::from(id)),

@@ -1,4 +1,4 @@
-//! The role of a topic, by its name and type.
+//! What a topic contains, by its name and type.
 
 use teampulse_messages::hri::Kind;
 use teampulse_messages::standard::Message;
@@ -78,13 +78,13 @@ impl Topic {
         }
     }
 
-    /// A topic that may hold the position of a person of the study.
+    /// Returns a topic that may hold the position of a person of the study.
     pub fn of_position(name: &str, type_name: &str) -> Option<Topic> {
         (!name.is_empty()).then(|| path(type_name))?.map(|path| Topic::Position { path })
     }
 }
 
-/// The path to the point in messages of a type; `None` if it is not a position type.
+/// Returns the path to the point in messages of a type; `None` if it is not a position type.
 fn path(type_name: &str) -> Option<&'static str> {
     POSITIONS.iter().find(|(name, _)| *name == type_name).map(|(_, path)| *path)
 }

@@ -14,7 +14,7 @@ use super::SECOND_NS;
 /// The namespace of people.
 const PEOPLE: &str = "/humans/persons";
 
-/// A person's activity at all devices, second by second. Clones share it, one for each reader.
+/// A person's activity at all devices, second by second. Clones share it; each reader has one.
 #[derive(Clone)]
 pub(super) struct Activity {
     person: Arc<str>,
@@ -60,7 +60,7 @@ impl Activity {
         self.outlet.clock().now().nanos()
     }
 
-    /// Takes in an action at a time of the session's clock \[ns\].
+    /// Adds an action at a time of the session's clock \[ns\].
     pub(super) fn take(&self, at_ns: i64, act: &Act) {
         if let Some(known) = self.present().get_mut(&act.kind()) {
             known.seconds.take(at_ns, act);
@@ -72,7 +72,7 @@ impl Activity {
         let now_ns = self.now_ns();
         for known in self.present().values_mut() {
             for summary in known.seconds.until(now_ns) {
-                // Seconds are numbered, so that those without a summary are a gap.
+                // Seconds are numbered, so that those without a summary show as a gap.
                 let index = u64::try_from(summary.begin_ns / SECOND_NS).ok();
                 let middle = Time::from_nanos(summary.begin_ns.saturating_add(SECOND_NS / 2));
                 self.outlet.offer(Reading {
@@ -86,7 +86,7 @@ impl Activity {
         }
     }
 
-    /// Reports something that the user must know.
+    /// Reports a problem to the user.
     pub(super) fn warn(&self, what: &str) {
         self.outlet.happen(passing(format!("inputs of {}: {what}", self.person)));
     }
@@ -96,7 +96,7 @@ impl Activity {
     }
 }
 
-/// The presence of a device, until this is dropped.
+/// The presence of a device, which ends when this is dropped.
 pub(super) struct Attendance {
     activity: Activity,
     kinds: Vec<Kind>,

@@ -1,15 +1,15 @@
-/// A step larger than this is one of the clock, not a delay \[ns\].
+/// A change of the offset larger than this is a step of the clock, not a delay \[ns\].
 const STEP_NS: i64 = 1_000_000_000;
 
-/// Places the times of a device's events on the session's clock: by their smallest delay.
+/// Converts the times of a device's events to the session's clock, by the smallest delay seen so far.
 #[derive(Debug, Default)]
 pub(super) struct EventClock {
-    /// The session's time minus that of the event \[ns\].
+    /// The session's time minus the event's time \[ns\].
     offset_ns: Option<i64>,
 }
 
 impl EventClock {
-    /// The session's time of an event that is read at `now_ns` \[ns\].
+    /// Returns the session's time of an event that is read at `now_ns` \[ns\].
     pub(super) fn session_ns(&mut self, event_ns: i64, now_ns: i64) -> i64 {
         let found_ns = now_ns.saturating_sub(event_ns);
         let is_better =

@@ -5,26 +5,26 @@ use rustix::fs::Access;
 use teampulse_devices::inputs::Kind;
 use teampulse_devices::inputs::evdev::Abilities;
 
-/// A keyboard, mouse or gamepad of this computer, as the kernel describes it: nothing is read from it.
+/// A keyboard, mouse or gamepad connected to this computer, as the kernel describes it; no input is read from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundInput {
-    /// Its node, such as `/dev/input/event3`.
+    /// The device node, such as `/dev/input/event3`.
     pub path: PathBuf,
-    /// The name that its maker gave it.
+    /// The name given by its manufacturer.
     pub name: String,
-    /// Its kinds.
+    /// The kinds of device that it is.
     pub kinds: Vec<Kind>,
     /// Whether this user may read it.
     pub is_permitted: bool,
 }
 
 impl FoundInput {
-    /// The devices of this computer, in the order of their nodes' names.
+    /// Returns this computer's input devices, in the order of their node names.
     pub fn all() -> Vec<FoundInput> {
         FoundInput::below(Path::new("/"))
     }
 
-    /// The devices in a tree with `sys` and `dev`.
+    /// Returns the devices in a tree with `sys` and `dev`.
     pub(super) fn below(root: &Path) -> Vec<FoundInput> {
         let Ok(entries) = fs::read_dir(root.join("sys/class/input")) else { return Vec::new() };
         let mut names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
@@ -33,7 +33,8 @@ impl FoundInput {
         names.filter(|name| name.starts_with("event")).filter_map(|name| of(root, name)).collect()
     }
 
-    /// Whether one of these texts is a part of its name or of one of its paths; always, if there are none.
+    /// Whether one of these texts is part of the device's name or of one of its paths; always true if there are no
+    /// texts.
     pub(super) fn is_chosen(&self, texts: &[String]) -> bool {
         texts.is_empty()
             || is_named(&self.name, texts)
@@ -41,7 +42,7 @@ impl FoundInput {
     }
 }
 
-/// Whether one of these texts is a part of a name, ignoring case.
+/// Whether one of these texts is part of a name, ignoring case.
 pub(super) fn is_named(name: &str, texts: &[String]) -> bool {
     let name = name.to_lowercase();
     texts.iter().any(|text| name.contains(&text.to_lowercase()))
@@ -66,7 +67,7 @@ fn of(root: &Path, event: &str) -> Option<FoundInput> {
     Some(FoundInput { path, name, kinds, is_permitted })
 }
 
-/// The indices of the bits that are set in 64-bit hexadecimal words, the last word first.
+/// Returns the indices of the bits set in 64-bit hexadecimal words, the last word first.
 fn bits_of(text: &str) -> Option<Vec<u16>> {
     let words = text.split_whitespace().rev().map(|word| u64::from_str_radix(word, 16).ok());
     let words: Vec<u64> = words.collect::<Option<_>>()?;
@@ -77,7 +78,8 @@ fn bits_of(text: &str) -> Option<Vec<u16>> {
     Some((0..0x300).filter(is_set).collect())
 }
 
-/// Its node, and the links to it, whose names stay the same when this or another device is plugged in elsewhere.
+/// Returns a device's node and its links, whose names stay the same when this or another device is plugged in
+/// elsewhere.
 fn paths_of(node: &Path) -> Vec<PathBuf> {
     let folder = node.parent().unwrap_or(node);
     let links =

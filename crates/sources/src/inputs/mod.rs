@@ -1,4 +1,4 @@
-//! Keyboards, mice and gamepads of this computer: how much they are used and when, never for what.
+//! This computer's keyboards, mice and gamepads: how much and when they are used, never for what.
 
 mod activity;
 mod event_clock;
@@ -29,7 +29,7 @@ pub use found::FoundInput;
 use nodes::Nodes;
 use x11::Display;
 
-/// How long after a second its events may still be read \[ns\].
+/// How long after a second has ended its events may still be read \[ns\].
 const SETTLED_NS: i64 = 100_000_000;
 const SECOND_NS: i64 = 1_000_000_000;
 
@@ -37,18 +37,18 @@ const SECOND_NS: i64 = 1_000_000_000;
 ///
 /// Each second has a summary: presses, their times and corrections of keyboards; path, clicks and wheel of mice;
 /// buttons and deflection of gamepads. No key and no text leaves the reader, nor the time of a single press: means are
-/// over at least five. The process leaves no core file behind. They are read from `/dev/input`, for which this user
-/// must be in the group `input`; otherwise from an X11 display, if there is one.
+/// taken over at least five. The process leaves no core file behind. Devices are read from `/dev/input`, for which this
+/// user must be in the group `input`; otherwise from an X11 display, if there is one.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Inputs {
-    /// The person who uses them, by pseudonym: `p001`.
+    /// The pseudonym of the person who uses the devices: `p001`.
     pub person: String,
-    /// Which devices, if several people use one computer: each text is a part of the device's name or of one of its
-    /// paths, such as `Logitech` or `by-path/pci-0000:00:14.0-usb-0:2`. By default all. On X11, names only.
+    /// Which devices to read, if several people use one computer: each text is part of a device's name or of one of its
+    /// paths, such as `Logitech` or `by-path/pci-0000:00:14.0-usb-0:2`. By default all. On X11, only names are matched.
     #[serde(default)]
     pub devices: Vec<String>,
-    /// Which kinds of devices.
+    /// Which kinds of devices to read.
     #[serde(default = "kinds")]
     pub kinds: Vec<InputKind>,
     /// How keyboards and mice are read.
@@ -75,12 +75,12 @@ pub enum InputKind {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Via {
-    /// From `/dev/input` if that is permitted and has one, otherwise from X11.
+    /// From `/dev/input` if it has a permitted device, otherwise from X11.
     #[default]
     Auto,
     /// From `/dev/input`.
     Evdev,
-    /// From an X11 display. On Wayland it sees only input to windows of X11 programs.
+    /// From an X11 display. On Wayland, the display sees only input to windows of X11 programs.
     X11,
 }
 
@@ -139,7 +139,7 @@ impl Source for InputReader {
                     nodes.look(&activity, &mut readers);
                 }
                 Some(ended) = readers.join_next() => {
-                    // A panic goes on here, where it is caught.
+                    // A task's panic is resumed here; it is caught further up.
                     let Ended { name, why } =
                         ended.unwrap_or_else(|error| std::panic::resume_unwind(error.into_panic()));
                     let message = format!("{name} of {} is gone: {why}", self.settings.person);
@@ -168,7 +168,7 @@ impl InputReader {
         nodes
     }
 
-    /// Reads keyboards and mice from the display if they are not read otherwise.
+    /// Reads keyboards and mice from the display if they are not read from `/dev/input`.
     async fn read_display(
         &self,
         nodes: &mut Nodes,
@@ -205,7 +205,7 @@ impl InputReader {
     }
 }
 
-/// The time until the next second is over and settled.
+/// Returns the time until the current second is over and its events have arrived.
 fn to_next_second(clock: &Clock) -> Duration {
     let into_ns = clock.now().nanos().saturating_sub(SETTLED_NS).rem_euclid(SECOND_NS);
     Duration::from_nanos((SECOND_NS - into_ns).unsigned_abs())

@@ -29,13 +29,13 @@ impl Nodes {
         Nodes { kinds, devices, open: BTreeSet::new(), closed: BTreeSet::new() }
     }
 
-    /// Leaves keyboards and mice to the display.
+    /// Stops looking for keyboards and mice, which are read from the display instead.
     pub(super) fn leave_to_display(&mut self) {
         self.kinds.retain(|kind| *kind == Kind::Gamepad);
         self.closed.clear();
     }
 
-    /// Starts to read new devices, and those that have become permitted.
+    /// Starts to read new devices, and those that this user may read by now.
     pub(super) fn look(&mut self, activity: &Activity, readers: &mut JoinSet<Ended>) {
         let is_wanted = |found: &FoundInput| {
             found.kinds.iter().any(|kind| self.kinds.contains(kind))
@@ -69,7 +69,7 @@ impl Nodes {
         self.open.remove(Path::new(name));
     }
 
-    /// The error if there is nothing to read: `display` states why X11 is not read either.
+    /// Returns the error if there is nothing to read; `display` states why X11 is not read either.
     pub(super) fn lacking(&self, display: &str) -> SourceError {
         match self.closed.len() {
             0 => SourceError::Gone {

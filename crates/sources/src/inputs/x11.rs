@@ -23,20 +23,20 @@ use super::found::is_named;
 
 /// How long a display may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// The error where neither the source nor the environment names a display; it fits after "failed to".
+/// The error if neither the source nor the environment names a display; it fits after "failed to".
 const NOT_SET: &str = "find an X11 display: neither `display` nor the variable DISPLAY is set";
 /// The keysyms of Backspace and Delete.
 const CORRECTIONS: [u32; 2] = [0xff08, 0xffff];
 /// Button numbers that represent turns of a wheel.
 const WHEEL: std::ops::RangeInclusive<u32> = 4..=7;
 
-/// The input at an X11 display, from raw events of `XInput2`: those of all windows.
+/// The input at an X11 display, from the raw events of `XInput2`, which cover all windows.
 pub(super) struct Display {
     connection: RustConnection,
     readable: AsyncFd<OwnedFd>,
     devices: Vec<String>,
     pointers: BTreeMap<u16, Pointer>,
-    /// The keys that are Backspace or Delete.
+    /// The key codes of Backspace and Delete.
     corrections: Vec<u32>,
     is_of_wayland: bool,
     clock: EventClock,
@@ -46,13 +46,13 @@ pub(super) struct Display {
 #[derive(Default)]
 struct Pointer {
     is_chosen: bool,
-    /// Whether its valuators are positions, not movements, and the last ones.
+    /// Whether the valuators are positions, not movements; and the last positions.
     is_absolute: bool,
     position: [Option<f64>; 2],
 }
 
 impl Display {
-    /// Connects; the error fits after "failed to".
+    /// Connects to a display; the error fits after "failed to".
     pub(super) async fn open(
         display: Option<String>,
         devices: &[String],
@@ -78,7 +78,7 @@ impl Display {
         let root = root.ok_or_else(|| error(&"it has no screen"))?;
         let has_input = connection.extension_information(xinput::X11_EXTENSION_NAME);
         if !matches!(has_input, Ok(Some(_))) {
-            return Err(error(&"it lacks XInput"));
+            return Err(error(&"it has no XInput extension"));
         }
         let descriptor = connection.stream().as_fd().try_clone_to_owned();
         let readable = descriptor.and_then(watched).map_err(|why| error(&why))?;
@@ -95,7 +95,7 @@ impl Display {
         Ok(display)
     }
 
-    /// Asks for the raw events of all devices.
+    /// Requests the raw events of all devices.
     fn select(&mut self, root: u32) -> Result<(), x11rb::errors::ReplyError> {
         self.connection.xinput_xi_query_version(2, 2)?.reply()?;
         let mask = XIEventMask::RAW_KEY_PRESS
@@ -120,7 +120,7 @@ impl Display {
         Ok(())
     }
 
-    /// Finds the keys for corrections.
+    /// Finds the key codes of Backspace and Delete.
     fn learn_keys(&mut self) -> Result<(), x11rb::errors::ReplyError> {
         let setup = self.connection.setup();
         let (first, last) = (setup.min_keycode, setup.max_keycode);
@@ -135,12 +135,12 @@ impl Display {
         Ok(())
     }
 
-    /// Whether it runs under Wayland, which passes it only the input to its own windows.
+    /// Whether the display runs under Wayland, which passes it only the input to its own windows.
     pub(super) fn is_of_wayland(&self) -> bool {
         self.is_of_wayland
     }
 
-    /// Reads until the display is gone.
+    /// Reads events until the display is gone.
     pub(super) async fn read(mut self, kinds: Vec<Kind>, activity: Activity) -> Ended {
         let _present = activity.join(&kinds);
         let why = loop {
@@ -155,7 +155,7 @@ impl Display {
         Ended { name: "the X11 display".into(), why }
     }
 
-    /// Takes in all events that have arrived.
+    /// Processes all events that have arrived.
     fn take_all(&mut self, activity: &Activity) -> Result<(), String> {
         let failed = |error: &dyn std::fmt::Display| error.to_string();
         while let Some(event) = self.connection.poll_for_event().map_err(|error| failed(&error))? {
@@ -173,7 +173,7 @@ impl Display {
         Ok(())
     }
 
-    /// The action that an event represents, with its time by the display's clock \[ms\].
+    /// Returns the action that an event represents, with its time by the display's clock \[ms\].
     fn act_of(&mut self, event: &Event) -> Option<(u32, Act)> {
         let (device, time_ms) = match event {
             Event::XinputRawKeyPress(event) | Event::XinputRawKeyRelease(event) => {

@@ -14,11 +14,11 @@ use super::resolver::FoundStream;
 
 /// How long a sender may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// The largest description [bytes].
+/// The largest description of a stream [bytes].
 const LARGEST_BYTES: u64 = 4 << 20;
-/// How much data may wait at the sender [s], or in hundreds of samples if irregular: liblsl's default.
+/// How much data may wait at the sender: seconds of it, or hundreds of samples of an irregular stream, as in liblsl.
 const MOST_WAITING: u32 = 360;
-/// The most bytes read at once.
+/// The largest number of bytes read at once.
 const PIECE_BYTES: usize = 64 << 10;
 
 /// Why a stream is no longer read. The message fits after "failed to".
@@ -41,11 +41,11 @@ pub(super) struct Feed {
     link: TcpStream,
     reader: SampleReader,
     buffer: Vec<u8>,
-    /// The bytes right after the headers.
+    /// Samples that arrived together with the headers.
     first: Vec<u8>,
 }
 
-/// The whole description of a stream, with its channels.
+/// Requests the full description of a stream, with its channels.
 pub(super) async fn described(found: &FoundStream) -> Result<StreamInfo, InletError> {
     let asking = async {
         let mut link = connect(found).await?;
@@ -56,7 +56,7 @@ pub(super) async fn described(found: &FoundStream) -> Result<StreamInfo, InletEr
     };
     let info: StreamInfo =
         timeout(PATIENCE, asking).await.unwrap_or_else(|_elapsed| Err(silent()))?;
-    // What it says of itself by TCP has to be what was found.
+    // The description received over TCP must match the stream that was found.
     let is_same = info.uid == found.info.uid
         && info.format == found.info.format
         && info.channel_count == found.info.channel_count;
@@ -82,7 +82,7 @@ impl Feed {
         timeout(PATIENCE, opening).await.unwrap_or_else(|_elapsed| Err(silent()))
     }
 
-    /// The next samples; there may be none yet. Cancel-safe: the future may be dropped at any time.
+    /// Returns the next samples, possibly none yet. Cancel-safe: the future may be dropped at any time.
     pub async fn next(&mut self) -> Result<Vec<Sample>, InletError> {
         if !self.first.is_empty() {
             let first = std::mem::take(&mut self.first);
@@ -96,7 +96,7 @@ impl Feed {
 async fn connect(found: &FoundStream) -> Result<TcpStream, InletError> {
     let connecting = TcpStream::connect((found.address, found.info.data_port));
     let link = connecting.await.map_err(|error| InletError::Unreached(error.to_string()))?;
-    // A request is small and must not wait.
+    // A request is small and must not be delayed.
     link.set_nodelay(true).map_err(InletError::Broken)?;
     Ok(link)
 }

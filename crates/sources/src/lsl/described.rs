@@ -1,4 +1,4 @@
-//! An LSL stream in a session: its topic, its signal, its channels and their units.
+//! An LSL stream in a session: its topic, signal, channels and units.
 
 use teampulse_core::stream::{Channel, Origin, Shape, Signal, Stream, Subject};
 use teampulse_core::units;
@@ -6,7 +6,7 @@ use teampulse_devices::lsl::{Format, StreamInfo};
 
 use super::Lsl;
 
-/// Types of streams, as used in XDF's metadata and by common programs, in lower case, and their signals.
+/// Stream types in lower case, as used in XDF's metadata and by common programs, with their signals.
 const TYPES: &[(&str, Signal)] = &[
     ("eeg", Signal::Eeg),
     ("ecg", Signal::Ecg),
@@ -27,7 +27,7 @@ const TYPES: &[(&str, Signal)] = &[
     ("rr", Signal::Interval),
     ("ibi", Signal::Interval),
 ];
-/// Units as spelt in descriptions, and as spelt here.
+/// Units as spelt in descriptions, with their spelling in teampulse.
 const UNITS: &[(&[&str], &str)] = &[
     (&["microvolts", "microvolt", "uv", "µv", "μv"], "uV"),
     (&["millivolts", "millivolt"], "mV"),
@@ -40,23 +40,23 @@ const UNITS: &[(&[&str], &str)] = &[
     (&["percent"], "%"),
     (&["normalized", "normalised"], "1"),
 ];
-/// The words before the name and before the type in the description of a stream.
+/// The text before the name and before the type in a stream's description.
 const DESCRIBED: &str = "LSL stream ";
 const OF_TYPE: &str = " of the type ";
 const MARKERS: [&str; 3] = ["markers", "marker", "trigger"];
 
-/// How the samples of a stream are handed over.
+/// The kind of readings that a stream's samples become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// As waves, at a rate.
+    /// Waves with a rate.
     Regular,
-    /// As samples, each with its own time.
+    /// Samples, each with its own time.
     Irregular,
-    /// As markers.
+    /// Markers.
     Markers,
 }
 
-/// How the samples of a stream are handed over.
+/// Returns the kind of readings that a stream's samples become.
 pub(super) fn kind(info: &StreamInfo) -> Kind {
     let is_marker = MARKERS.contains(&info.kind.to_lowercase().as_str());
     if info.format == Format::String || (is_marker && info.rate_hz == 0.0) {
@@ -68,7 +68,7 @@ pub(super) fn kind(info: &StreamInfo) -> Kind {
     }
 }
 
-/// The stream of a session; `device` is its device there.
+/// Returns the session's stream for an LSL stream; `device` is the device in its topic.
 pub(super) fn stream(info: &StreamInfo, person: Option<&str>, device: &str) -> Stream {
     let kind = kind(info);
     let subject = person.map_or_else(Subject::session, Subject::person);
@@ -94,12 +94,12 @@ pub(super) fn stream(info: &StreamInfo, person: Option<&str>, device: &str) -> S
     stream
 }
 
-/// The start of the description of a stream.
+/// Returns the start of a stream's description.
 fn described(name: &str, kind: &str) -> String {
     format!("{DESCRIBED}{name}{OF_TYPE}{kind}")
 }
 
-/// The end of the description of a stream whose source has an id.
+/// Returns the end of the description of a stream whose source has an id.
 fn of_source(id: &str) -> String {
     format!(", source_id {id}")
 }
@@ -118,7 +118,7 @@ pub(super) fn is_read(settings: &Lsl, stream: &Stream) -> bool {
         && settings.source_id.as_ref().is_none_or(is_of)
 }
 
-/// The last token of the topic of a stream: `eeg`, `markers`, `gaze`.
+/// Returns the last token of a stream's topic: `eeg`, `markers`, `gaze`.
 pub fn leaf(info: &StreamInfo) -> String {
     let signal = signal(&info.kind);
     match kind(info) {
@@ -144,7 +144,7 @@ fn channels(info: &StreamInfo) -> Vec<Channel> {
     let unit = |index: usize| unit(info.channels.get(index).map_or("", |channel| &channel.unit));
     let mut channels: Vec<Channel> =
         (0..count).map(|index| Channel::new(name(index), unit(index))).collect();
-    // Features need names that are distinct.
+    // Features need distinct channel names.
     let mut known = std::collections::BTreeSet::new();
     for (channel, number) in channels.iter_mut().zip(1..) {
         if !known.insert(channel.name.clone()) {
@@ -161,7 +161,7 @@ fn unit(of_sender: &str) -> String {
     known.map_or_else(|| units::spelt(plain), |(_, unit)| (*unit).to_owned())
 }
 
-/// A text as a token of a topic: `BioSemi A` is `biosemi_a`.
+/// Returns a text as a token of a topic: `biosemi_a` for `BioSemi A`.
 pub fn slug(text: &str) -> String {
     const LONGEST: usize = 60;
     let mut token = String::new();

@@ -2,10 +2,10 @@
 
 use teampulse_devices::lsl::{Sample, Values};
 
-/// The longest run [s], and the most numbers in one.
+/// The longest duration of a run [s], and the largest number of values in one.
 const LONGEST_SECS: f64 = 1.0;
 const MOST_NUMBERS: usize = 65_536;
-/// A smaller jump of stamps is the sender's jitter [s].
+/// A jump of stamps smaller than this is jitter of the sender [s].
 const JITTER_SECS: f64 = 0.05;
 
 /// Samples one period apart.
@@ -14,13 +14,13 @@ pub(super) struct Run {
     /// The stamp of the first sample [s].
     pub stamp_secs: f64,
     pub samples: usize,
-    /// Sample by sample.
+    /// The values, sample by sample.
     pub values: Vec<f64>,
-    /// How many samples are missing before it, by the stamps.
+    /// The number of samples missing before the run, by the stamps.
     pub missing: u64,
 }
 
-/// Groups samples into runs: the stamp of each is within half a period of its place in the run.
+/// Groups samples into runs: each stamp is within half a period of the sample's place in the run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Grouping {
     period_secs: f64,
@@ -33,7 +33,7 @@ impl Grouping {
         Grouping { period_secs: 1.0 / rate_hz, due_secs: None }
     }
 
-    /// Forgets when the next sample is due, as the sender's clock is a different one.
+    /// Forgets when the next sample is due, as the sender's clock has changed.
     pub fn forget(&mut self) {
         self.due_secs = None;
     }

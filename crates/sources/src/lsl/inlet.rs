@@ -1,4 +1,4 @@
-//! One stream: its samples are handed over until its sender is gone.
+//! One stream, whose samples are handed over until its sender is gone.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,32 +21,32 @@ use super::probing::{Exchange, probe};
 use super::resolver::FoundStream;
 use super::senders::{RepliedClock, SenderClocks};
 
-/// The time without a reply after which samples are placed by their arrival.
+/// The time without a reply after which samples are timed by their arrival.
 const UNPROBED_AFTER: Duration = Duration::from_secs(3);
 /// The time without a reply or samples after which the sender counts as gone.
 const SILENT_AFTER: Duration = Duration::from_secs(15);
-/// Samples at a higher rate than this are read at intervals of this length, so that they arrive in runs.
+/// Streams faster than this are read at intervals of `GATHERED`, so that their samples arrive in runs.
 const FAST_HZ: f64 = 50.0;
 const GATHERED: Duration = Duration::from_millis(8);
-/// The most samples that wait until the clock is known.
+/// The largest number of samples held until the clock is known.
 const MOST_HELD: usize = 100_000;
-/// The most results of probes that wait.
+/// The largest number of probe results that wait to be processed.
 const WAITING: usize = 64;
 
-/// A stream in the session, even while its sender is away.
+/// A stream in the session, which remains while its sender is away.
 pub(super) struct Inlet {
     person: Option<String>,
-    /// Its name in topics.
+    /// The device in the stream's topics.
     device: String,
     clocks: SenderClocks,
     grouping: Option<Grouping>,
-    /// The name of the clock that stamps it.
+    /// The name of the clock that stamps the stream.
     stamped_by: Option<String>,
-    /// Whether it was reported that probes are not answered.
+    /// Whether it has been reported that probes are not answered.
     is_reported: bool,
 }
 
-/// A connection at work.
+/// A running connection to a stream's sender.
 struct Connection<'a> {
     outlet: &'a Outlet,
     stream: StreamId,
@@ -56,7 +56,7 @@ struct Connection<'a> {
     began: Stopwatch,
     /// The clock that replied to the last probe.
     clock: Option<RepliedClock>,
-    /// The time since the last reply, and since the last samples.
+    /// The time since the last reply and since the last samples.
     last_reply: Option<Stopwatch>,
     last_samples: Stopwatch,
     held: Vec<Sample>,
@@ -76,15 +76,15 @@ impl Inlet {
         let stream = outlet.declare(declared);
         if self.grouping.is_none() && info.rate_hz > 0.0 && !is_event {
             self.grouping = Some(Grouping::new(info.rate_hz));
-            // TCP loses nothing, and what a sender lost shows in its stamps.
+            // TCP loses nothing, and losses at the sender show in the stamps.
             outlet.lost(stream, 0);
         }
         let (sender, mut exchanges) = mpsc::channel(WAITING);
-        // The session's clock follows a simulation: no probe would be true of it.
+        // In simulated time, probes of the session's clock are meaningless.
         let is_probed = !outlet.clock().is_settable();
         let probing = async {
             if is_probed {
-                // When the queue is full, losing a reply makes no difference.
+                // If the queue is full, losing a reply makes no difference.
                 let keep = |exchange| {
                     sender.try_send(exchange).ok();
                 };
@@ -132,7 +132,7 @@ impl Inlet {
         }
     }
 
-    /// Reports a probe, and which clock stamps the stream.
+    /// Reports the result of a probe, and which clock stamps the stream.
     fn take_exchange(
         &mut self,
         exchange: Exchange,
@@ -144,7 +144,7 @@ impl Inlet {
         if self.stamped_by.as_ref() != Some(&clock.name) {
             outlet.stamped_by(connection.stream, &clock.name);
             if self.stamped_by.replace(clock.name.clone()).is_some() {
-                // Its stamps can't be compared with those before.
+                // The new clock's stamps can't be compared with the previous ones.
                 self.grouping.iter_mut().for_each(Grouping::forget);
             }
         }
@@ -153,13 +153,13 @@ impl Inlet {
         connection.last_reply = Some(Stopwatch::start());
     }
 
-    /// Fails if the sender is gone without having closed its connection.
+    /// Returns an error if the sender is gone without having closed its connection.
     fn watch(&mut self, name: &str, connection: &Connection<'_>) -> Result<(), InletError> {
         let is_unprobed = connection.clock.is_none() && connection.began.elapsed() > UNPROBED_AFTER;
         if is_unprobed && !self.is_reported {
             self.is_reported = true;
             connection.outlet.happen(passing(format!(
-                "{name}: its sender does not reply to probes of its clock (UDP), so it is timed by its arrival; open the ports 16572-16603 of its firewall"
+                "{name}: its sender does not reply to probes of its clock (UDP), so samples are timed by their arrival; open the ports 16572-16603 of its firewall"
             )));
         }
         let silent = |since: &Stopwatch| since.elapsed() > SILENT_AFTER;
@@ -172,7 +172,7 @@ impl Inlet {
         }
     }
 
-    /// Hands samples over, or holds them until the clock of their sender is known.
+    /// Hands samples over, or holds them until the sender's clock is known.
     fn take(&mut self, samples: Vec<Sample>, connection: &mut Connection<'_>) {
         connection.held.extend(samples);
         let is_known = connection.clock.as_ref().is_some_and(RepliedClock::is_known);
@@ -222,7 +222,7 @@ impl Connection<'_> {
         self.outlet.offer_together(samples.iter().map(reading).collect());
     }
 
-    /// A reading with the sender's stamp, where its clock is known.
+    /// Returns a reading, with the sender's stamp if its clock is known.
     fn reading(&self, stamp_secs: f64, is_known: bool, data: Data) -> Reading {
         let is_sound = is_known && stamp_secs > 0.0 && stamp_secs < 9e9;
         let source_time = is_sound.then(|| Time::from_nanos((stamp_secs * 1e9).round() as i64));
@@ -230,7 +230,7 @@ impl Connection<'_> {
     }
 }
 
-/// The marker of a sample: its texts, or its numbers.
+/// Returns the marker of a sample, with its texts or numbers as the label.
 fn marker(values: &Values) -> Event {
     let (label, value) = match values {
         Values::Texts(texts) => {

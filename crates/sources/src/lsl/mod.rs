@@ -29,13 +29,13 @@ use crate::SourceContext;
 /// Streams of Lab Streaming Layer (LSL), such as those of an EEG amplifier or an eye tracker, and markers of
 /// `PsychoPy`, E-Prime or any other program.
 ///
-/// Streams that teampulse offers itself, in this session or another one, are read only by `name` or `source_id`.
+/// Streams that teampulse itself offers, in this session or another one, are read only by `name` or `source_id`.
 ///
-/// All matching streams are read, including those that appear later, and one that was lost is read again when its
-/// sender is back. Regular samples become waves and irregular ones samples, about a person or the session; texts, and
-/// numbers of the type `Markers`, become markers. Stamps are the sender's, whose clock is probed as in LSL.
+/// All matching streams are read, including those that appear later; a lost stream is read again when its sender is
+/// back. Regular samples become waves and irregular ones samples, about a person or the session; texts, and numbers of
+/// the type `Markers`, become markers. Samples have the sender's stamps; the sender's clock is probed as in LSL.
 ///
-/// It works only over IPv4: a sender that LSL's configuration limits to IPv6 (`IPv6 = force`) is not found.
+/// Only IPv4 is supported: a sender that LSL's configuration limits to IPv6 (`IPv6 = force`) is not found.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Lsl {
@@ -47,8 +47,8 @@ pub struct Lsl {
     pub stream_type: Option<String>,
     /// The id of the stream's source.
     pub source_id: Option<String>,
-    /// The addresses of computers to ask that multicast does not reach: `["192.168.1.20"]`. This computer is always
-    /// asked.
+    /// The addresses of computers that multicast does not reach, which are queried directly: `["192.168.1.20"]`. This
+    /// computer is always queried.
     pub peers: Vec<String>,
 }
 
@@ -65,19 +65,19 @@ impl Component<dyn Source, SourceContext> for Lsl {
 }
 
 impl Lsl {
-    /// Whether it reads a stream that matches its query: those of teampulse itself must be named, so that no session
-    /// reads its own by their type.
+    /// Whether a stream that matches the query is read: streams of teampulse itself must be named, so that no session
+    /// reads its own streams by their type.
     pub fn reads(&self, info: &StreamInfo) -> bool {
         let is_named = self.name.is_some() || self.source_id.is_some();
         is_named || !info.source_id.starts_with(OWN)
     }
 
-    /// Whether a stream of a session is one that it reads.
+    /// Whether a stream of a session is one that these settings read.
     pub fn is_read(&self, stream: &Stream) -> bool {
         described::is_read(self, stream)
     }
 
-    /// The query that finds its streams.
+    /// Returns the query that finds the streams.
     pub fn query(&self) -> Result<String, SettingsError> {
         let conditions = [
             ("name", "name", &self.name),
@@ -97,7 +97,7 @@ impl Lsl {
             query.push(format!("{field}={quote}{value}{quote}"));
         }
         if query.is_empty() {
-            let error = SettingsError::new("no stream is named");
+            let error = SettingsError::new("the streams to read are not specified");
             let hint =
                 "set name, stream_type or source_id; `teampulse scan` lists the streams in range";
             return Err(error.with_hint(hint));
@@ -106,7 +106,7 @@ impl Lsl {
     }
 }
 
-/// Streams that are read.
+/// A running source of LSL streams.
 struct Streams {
     inlets: Inlets,
 }

@@ -9,13 +9,13 @@ use thiserror::Error;
 use tokio::net::UdpSocket;
 use tokio::time::timeout;
 
-/// How long a datagram to this computer itself may take.
+/// How long a datagram from this computer to itself may take.
 const PATIENCE: Duration = Duration::from_millis(500);
-/// How far multicast goes [hops]: within a site, as in liblsl.
+/// The range of multicast [hops]: within a site, as in liblsl.
 const HOPS: u32 = 24;
-/// The organisation's group, on which every LSL program listens.
+/// The multicast group of the organisation, on which every LSL program listens.
 const SITE: Ipv4Addr = Ipv4Addr::new(239, 255, 172, 215);
-/// The test datagram to this computer itself; not a request.
+/// The test datagram from this computer to itself; not a request.
 const TEST: &[u8] = b"LSL:test\r\n";
 
 /// Why streams on other computers can't be found. The message fits after "failed to".
@@ -24,9 +24,9 @@ pub enum MulticastError {
     /// Multicast can't be sent or received.
     #[error("use multicast: {0}")]
     Unavailable(String),
-    /// Multicast is sent and does not come back.
+    /// Multicast is sent but does not come back.
     #[error(
-        "receive LSL's multicast: what this computer sends to {SITE}:{MULTICAST_PORT} does not come back, so a firewall drops it"
+        "receive LSL's multicast: a datagram to {SITE}:{MULTICAST_PORT} does not come back to this computer, so a firewall drops it"
     )]
     Swallowed,
 }
@@ -79,7 +79,7 @@ pub async fn comes_back() -> Result<(), MulticastError> {
     timeout(PATIENCE, arrival).await.map_err(|_elapsed| MulticastError::Swallowed)
 }
 
-/// A socket that sends to groups and to single computers.
+/// Creates a socket that sends to groups and to single computers.
 pub(super) fn sender() -> std::io::Result<UdpSocket> {
     let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP))?;
     socket.set_broadcast(true)?;
@@ -89,7 +89,7 @@ pub(super) fn sender() -> std::io::Result<UdpSocket> {
     UdpSocket::from_std(socket.into())
 }
 
-/// A socket that receives datagrams to LSL's groups, shared with other programs.
+/// Creates a socket that receives datagrams to LSL's groups, shared with other programs.
 fn listener(ours: &[Ipv4Addr]) -> std::io::Result<UdpSocket> {
     let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP))?;
     socket.set_reuse_address(true)?;
@@ -102,7 +102,7 @@ fn listener(ours: &[Ipv4Addr]) -> std::io::Result<UdpSocket> {
     UdpSocket::from_std(socket.into())
 }
 
-/// Sends to a group through the interface of an address.
+/// Sends a datagram to a group through the interface with an address.
 pub(super) async fn send(
     socket: &UdpSocket,
     through: Ipv4Addr,
@@ -113,12 +113,12 @@ pub(super) async fn send(
     socket.send_to(datagram, (group, MULTICAST_PORT)).await.map(drop)
 }
 
-/// LSL's groups.
+/// Returns LSL's multicast groups.
 pub(super) fn groups() -> impl Iterator<Item = Ipv4Addr> {
     GROUPS.into_iter().map(Ipv4Addr::from)
 }
 
-/// The addresses of this computer.
+/// Returns the addresses of this computer.
 pub(super) fn local_addresses() -> Vec<Ipv4Addr> {
     addresses(&std::fs::read_to_string("/proc/net/fib_trie").unwrap_or_default())
 }

@@ -10,7 +10,7 @@ use teampulse_devices::lsl::{ProbeReply, ProbeRequest};
 use tokio::net::UdpSocket;
 use tokio::time::{sleep, timeout};
 
-/// The number of probes of a burst, the time between them, and that between bursts: as in liblsl.
+/// The number of probes in a burst, the time between probes and the time between bursts, as in liblsl.
 const BURST: i32 = 8;
 const WITHIN_BURST: Duration = Duration::from_millis(64);
 const BETWEEN_BURSTS: Duration = Duration::from_secs(4);
@@ -51,7 +51,7 @@ pub(super) async fn probe(
             }
             let listening = async {
                 loop {
-                    // Errors here are of datagrams that were sent to a closed port.
+                    // Errors here are about earlier datagrams to a closed port.
                     let Ok((count, peer)) = socket.recv_from(&mut buffer).await else {
                         sleep(WITHIN_BURST).await;
                         continue;
@@ -70,7 +70,7 @@ pub(super) async fn probe(
     }
 }
 
-/// The result in a reply; `None` if it is impossible.
+/// Returns the result of a reply; `None` if it is impossible.
 fn exchange(reply: &ProbeReply, sent: Time, arrived: Time) -> Option<Exchange> {
     let near = |secs: &f64| secs.abs() < FURTHEST_SECS;
     let times = Some((reply.received_secs, reply.replied_secs));

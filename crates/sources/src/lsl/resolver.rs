@@ -19,13 +19,13 @@ const AGAIN: Duration = Duration::from_millis(500);
 /// A stream in range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundStream {
-    /// Its description.
+    /// The description of the stream.
     pub info: StreamInfo,
-    /// The address of its sender.
+    /// The address of the sender.
     pub address: Ipv4Addr,
 }
 
-/// The streams that reply to a query within a time, each once.
+/// Returns the streams that reply to a query within a time, each once.
 pub async fn resolve(
     query: &str,
     peers: &[String],
@@ -63,7 +63,7 @@ impl Resolver {
         Ok(Resolver { socket, query, peers, id, buffer: vec![0; LARGEST_BYTES] })
     }
 
-    /// Queries everything that can be reached. If one network refuses, the others are still queried.
+    /// Sends the query to everything that can be reached. If one network refuses it, the others are still queried.
     pub async fn ask(&self) {
         let port = self.socket.local_addr().map_or(0, |address| address.port());
         let datagram = Discovery { query: self.query.clone(), port, id: self.id.clone() }.encode();
@@ -81,16 +81,16 @@ impl Resolver {
         }
         for address in asked {
             for port in PORTS {
-                // One that is not there does not reply.
+                // A computer that is not there does not reply.
                 drop(self.socket.send_to(datagram, (address, port)).await);
             }
         }
     }
 
-    /// The next stream that replies; the same one several times.
+    /// Returns the next stream that replies; the same one may be returned several times.
     pub async fn next(&mut self) -> FoundStream {
         loop {
-            // Errors here are of datagrams that were sent to a closed port.
+            // Errors here are about earlier datagrams to a closed port.
             let Ok((count, SocketAddr::V4(peer))) = self.socket.recv_from(&mut self.buffer).await
             else {
                 tokio::task::yield_now().await;
@@ -106,7 +106,7 @@ impl Resolver {
     }
 }
 
-/// The addresses of a name.
+/// Returns the addresses of a host name.
 async fn addresses(peer: &str) -> Vec<Ipv4Addr> {
     let found = lookup_host((peer, PORTS.start)).await;
     let found =

@@ -11,36 +11,36 @@ use teampulse_core::clock::Stopwatch;
 const KNOWN_AFTER: Duration = Duration::from_millis(1100);
 /// How long a clock remains known without replies: less than the time filter's minute.
 const KNOWN_FOR: Duration = Duration::from_secs(50);
-/// Clocks that differ by less count as the same [s].
+/// Clocks whose offsets differ by less than this count as the same [s].
 const SAME_SECS: f64 = 0.1;
-/// The most clocks of a computer; later ones share the last name.
+/// The largest number of clocks of a computer; later ones share the last name.
 const MOST: usize = 100;
 
-/// The clocks of all sending computers, by how far they are ahead: a rebooted computer has a new one.
+/// The clocks of all sending computers, distinguished by their offsets: a rebooted computer has a new clock.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SenderClocks(Arc<Mutex<BTreeMap<String, Vec<SenderClock>>>>);
 
-/// A clock of a computer, for all streams that it stamps.
+/// A clock of a sending computer, for all streams that it stamps.
 #[derive(Clone, Copy, Debug)]
 struct SenderClock {
-    /// How far it is ahead, by the last reply [s].
+    /// How far the clock is ahead of the session's, by the last reply [s].
     offset_secs: f64,
-    /// The time since the first reply, and since the last one.
+    /// The time since the first reply and since the last one.
     first_reply: Stopwatch,
     last_reply: Stopwatch,
 }
 
-/// What a reply to a probe reveals about the clock that stamps a stream.
+/// The clock that stamps a stream, as identified by a reply to a probe.
 #[derive(Clone, Debug)]
 pub(super) struct RepliedClock {
     /// The name of the clock.
     pub name: String,
-    /// The time since its first reply, to this or any other stream.
+    /// The time since the clock's first reply, to a probe for this or any other stream.
     first_reply: Stopwatch,
 }
 
 impl RepliedClock {
-    /// Whether the time filter knows it by now.
+    /// Whether the time filter knows the clock by now.
     pub fn is_known(&self) -> bool {
         self.first_reply.elapsed() > KNOWN_AFTER
     }
@@ -62,7 +62,7 @@ impl SenderClock {
 }
 
 impl SenderClocks {
-    /// The clock of a computer that replied to a probe, and is this far ahead [s].
+    /// Returns the clock of a computer that replied to a probe and is this far ahead [s].
     pub fn replied(&self, hostname: &str, offset_secs: f64) -> RepliedClock {
         let mut clocks = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let clocks = clocks.entry(hostname.to_owned()).or_default();

@@ -1,4 +1,4 @@
-//! All streams of a query, as they come and go.
+//! All streams that match a query, as they come and go.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -18,17 +18,17 @@ use super::inlet::Inlet;
 use super::resolver::{FoundStream, Resolver};
 use super::senders::SenderClocks;
 
-/// How often to query for streams while one is missing, and while none is.
+/// The time between queries while a stream is missing, and while none is.
 const OFTEN: Duration = Duration::from_millis(500);
 const SELDOM: Duration = Duration::from_secs(3);
-/// How long a stream may take to be found before that is reported.
+/// How long finding a stream may take before its absence is reported.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// How long a stream that failed is left alone.
+/// How long a stream is left alone after a failure.
 const PAUSE: Duration = Duration::from_secs(1);
-/// The most streams of a source.
+/// The largest number of streams of a source.
 const MOST: usize = 64;
 
-/// What identifies a stream, even after its sender restarts.
+/// The identity of a stream, which remains when its sender restarts.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Identity {
     name: String,
@@ -48,13 +48,13 @@ pub(super) struct Inlets {
     settings: Lsl,
     query: String,
     clocks: SenderClocks,
-    /// Streams that are not read at present: their sender is away.
+    /// Streams that are not read at present, as their sender is away.
     away: Vec<(Identity, Inlet)>,
-    /// The names in topics that are taken, each with its last token.
+    /// The device names that are taken, each with the last token of the topic.
     names: BTreeSet<(String, String)>,
-    /// Whether it was reported that there are too many.
+    /// Whether it has been reported that there are too many streams.
     is_crowded: bool,
-    /// Whether streams of teampulse itself are left out.
+    /// Whether streams of teampulse itself were left out.
     has_own: bool,
 }
 
@@ -127,7 +127,7 @@ impl Inlets {
                 () = outlet.closed() => break,
             }
         }
-        // They end with the session.
+        // The tasks end with the session.
         while let Some(ended) = running.join_next().await {
             joined(ended);
         }
@@ -138,7 +138,7 @@ impl Inlets {
         let query = &self.query;
         let label = if self.has_own {
             format!(
-                "lsl: only teampulse itself offers streams with {query}; name the stream to read it (`name`)"
+                "lsl: only teampulse itself offers streams with {query}; set `name` to read one of them"
             )
         } else {
             format!(
@@ -167,7 +167,7 @@ impl Inlets {
         });
     }
 
-    /// A name that no other stream of this source has.
+    /// Returns a device name that no other stream of this source has.
     fn device(&mut self, info: &StreamInfo) -> String {
         let (slug, leaf) = (slug(&info.name), leaf(info));
         let numbered = (2..).map(|number| format!("{slug}_{number}"));
@@ -197,7 +197,7 @@ impl Inlets {
     }
 }
 
-/// The result of a task; its panic is resumed here, where it is caught.
+/// Returns the result of a task; its panic is resumed here, and caught further up.
 fn joined(ended: Result<Ended, JoinError>) -> Ended {
     ended.unwrap_or_else(|error| std::panic::resume_unwind(error.into_panic()))
 }

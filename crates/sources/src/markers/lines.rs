@@ -1,4 +1,4 @@
-//! Lines of text over TCP, each a marker.
+//! Lines of text received over TCP, each of which is a marker.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use crate::SourceContext;
 
 /// The longest line [bytes].
 const LONGEST_BYTES: usize = 4096;
-/// The most programs that are connected at a time.
+/// The largest number of programs connected at a time.
 const MOST: usize = 32;
 /// The shortest token [characters].
 const SHORTEST_TOKEN: usize = 16;
@@ -32,15 +32,15 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// Markers from any program that opens a TCP connection and writes lines: each line of text is a marker, at the time of
 /// its arrival.
 ///
-/// `echo "trial 1" | nc -N 127.0.0.1 5006` sets one. Other computers can reach it only with a token, which is then the
-/// first line of each connection: `token SECRET`.
+/// `echo "trial 1" | nc -N 127.0.0.1 5006` sets a marker. Other computers can reach the port only with a token, which
+/// is then the first line of each connection: `token SECRET`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MarkerLines {
     /// The address and port to listen on; with `0.0.0.0:5006` other computers can reach it.
     #[serde(default = "listen")]
     pub listen: SocketAddr,
-    /// The token of at least 16 characters that each connection must begin with, as a line `token SECRET`. Required if
+    /// The token of at least 16 characters with which each connection must begin, as a line `token SECRET`. Required if
     /// other computers can connect.
     #[serde(default)]
     pub token: Option<String>,
@@ -92,7 +92,7 @@ impl Source for Door {
             let accepted = tokio::select! {
                 accepted = listener.accept() => accepted,
                 Some(ended) = writers.join_next() => {
-                    // A panic goes on here, where it is caught.
+                    // A task's panic is resumed here; it is caught further up.
                     if let Err(error) = ended {
                         std::panic::resume_unwind(error.into_panic());
                     }
@@ -104,15 +104,15 @@ impl Source for Door {
                 }
             };
             let Ok((link, peer)) = accepted else {
-                // As where no more files can be opened.
+                // Accepting fails when no more files can be opened, for example.
                 sleep(Duration::from_millis(100)).await;
                 continue;
             };
             let Ok(place) = Arc::clone(&places).try_acquire_owned() else {
-                // Of a flood of connections the first is reported, and later their number.
+                // In a flood of connections the first refusal is reported at once, the number of refusals later.
                 if refused == 0 {
                     outlet.happen(passing(format!(
-                        "markers: more than {MOST} connections: that of {peer} is refused"
+                        "markers: more than {MOST} connections: the one from {peer} was refused"
                     )));
                 }
                 refused += 1;
@@ -123,7 +123,7 @@ impl Source for Door {
             writers.spawn(async move {
                 if let Err(why) = read(link, token.as_deref(), &outlet).await {
                     outlet.happen(passing(format!(
-                        "markers: the connection of {} was closed: {why}",
+                        "markers: the connection from {} was closed: {why}",
                         peer.ip()
                     )));
                 }
@@ -137,7 +137,7 @@ impl Source for Door {
     }
 }
 
-/// Reports how many connections were refused, unless it was the one that has been reported.
+/// Reports the number of refused connections, unless it is only the one already reported.
 fn report_refused(refused: u64, outlet: &Outlet) {
     if refused > 1 {
         outlet.happen(passing(format!("markers: {refused} connections were refused")));
@@ -153,11 +153,11 @@ async fn read(
     let mut lines = LineBuffer::default();
     if let Some(token) = token {
         let first = timeout(PATIENCE, next(&mut link, &mut lines)).await;
-        let first = first.map_err(|_elapsed| "it sent no token")??;
+        let first = first.map_err(|_elapsed| "no token was sent")??;
         let given = first.as_deref().and_then(|line| line.strip_prefix("token "));
         if !given.is_some_and(|given| is_same(given.as_bytes(), token.as_bytes())) {
             return Err(
-                "its token is missing or wrong: its first line must be `token` and the token",
+                "the token is missing or wrong: the first line must be `token` and the token",
             );
         }
     }
@@ -169,7 +169,7 @@ async fn read(
     Ok(())
 }
 
-/// The next line; `None` at the end.
+/// Returns the next line; `None` at the end.
 async fn next(
     link: &mut TcpStream,
     lines: &mut LineBuffer,
@@ -181,13 +181,13 @@ async fn next(
         }
         match link.read(&mut bytes).await {
             Ok(count) if count > 0 => lines.push(bytes.get(..count).unwrap_or_default()),
-            // What the end cut off is a line, too.
+            // A last line without a line end counts, too.
             _ => return Ok(lines.rest()),
         }
     }
 }
 
-/// Whether two texts are the same, in a time that does not depend on where they differ.
+/// Whether two texts are equal, compared in a time that does not depend on where they differ.
 fn is_same(one: &[u8], other: &[u8]) -> bool {
     let differing = one.iter().zip(other).fold(0, |all, (one, other)| all | (one ^ other));
     one.len() == other.len() && differing == 0

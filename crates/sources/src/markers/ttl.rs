@@ -1,4 +1,4 @@
-//! TTL codes on a serial line.
+//! TTL codes received over a serial line.
 
 use std::collections::BTreeMap;
 
@@ -17,14 +17,14 @@ use crate::serial::SerialPort;
 /// Markers from a trigger box on a serial port: each byte is a code, like those that stimulus programs send to EEG
 /// amplifiers.
 ///
-/// Its time is that of its arrival. FTDI USB adapters hold bytes back for up to 16 ms:
-/// `echo 1 | sudo tee /sys/bus/usb-serial/devices/ttyUSB0/latency_timer` reduces that to 1 ms.
+/// A marker's time is its arrival. FTDI USB adapters hold bytes back for up to 16 ms: `echo 1 | sudo tee
+/// /sys/bus/usb-serial/devices/ttyUSB0/latency_timer` reduces that to 1 ms.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ttl {
     /// The serial port: `/dev/ttyUSB0`.
     pub port: String,
-    /// Its speed \[bit/s\].
+    /// The speed of the serial port \[bit/s\].
     #[serde(default = "baud")]
     pub baud: u32,
     /// The labels of codes: `{ 1 = "stimulus", 2 = "response" }`. Any other code is labelled `ttl` and the code.
@@ -61,7 +61,7 @@ impl Component<dyn Source, SourceContext> for Ttl {
     }
 }
 
-/// A serial line with codes.
+/// A serial line that carries codes.
 struct TtlLine {
     port: String,
     baud: u32,

@@ -9,21 +9,21 @@ use super::server::Server;
 /// How long a server may take to list its microphones.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// A microphone of this computer, as its sound server describes it: no sound is read from it.
+/// A microphone connected to this computer, as its sound server describes it; no sound is read from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundMicrophone {
-    /// Its name, such as `alsa_input.usb-Example-00.mono-fallback`.
+    /// The server's name for it, such as `alsa_input.usb-Example-00.mono-fallback`.
     pub name: String,
-    /// Its name for display.
+    /// The name for display.
     pub description: String,
-    /// Whether it is the monitor of a loudspeaker's output.
+    /// Whether this is the monitor of a loudspeaker's output.
     pub is_monitor: bool,
-    /// Whether it is the desktop's default.
+    /// Whether this is the desktop's default microphone.
     pub is_default: bool,
 }
 
 impl FoundMicrophone {
-    /// The microphones of this computer, without monitors of loudspeakers; none if no sound server is running.
+    /// Returns this computer's microphones, without monitors of loudspeakers; none if no sound server is running.
     pub async fn all() -> Vec<FoundMicrophone> {
         let asked = async { Server::connect().await.ok()?.microphones().await.ok() };
         let found = timeout(PATIENCE, asked).await.ok().flatten().unwrap_or_default();
@@ -41,8 +41,8 @@ impl FoundMicrophone {
         }
     }
 
-    /// The microphone with this text in its name or description; by default the desktop's default. A monitor of a
-    /// loudspeaker is chosen only by its full name.
+    /// Returns the index of the microphone with this text in its name or description; without a text, of the desktop's
+    /// default microphone. A monitor of a loudspeaker is chosen only by its full name.
     pub(super) fn chosen(all: &[FoundMicrophone], text: &str) -> Result<usize, SourceError> {
         let is_in = |name: &str| name.to_lowercase().contains(&text.to_lowercase());
         let is_meant = |found: &FoundMicrophone| match text {

@@ -1,8 +1,8 @@
-//! Microphones of this computer, over `PulseAudio` or `PipeWire`.
+//! This computer's microphones, over `PulseAudio` or `PipeWire`.
 //!
 //! ```text
-//! server ──► blocks of 20 ms ──► samples ──► frames of a voice (100 a second) ──► Outlet::offer
-//!   the sound itself goes no further, unless the study asks for it
+//! server ──► blocks of 20 ms ──► samples ──► voice frames (100 a second) ──► Outlet::offer
+//!                                   the sound itself goes no further, unless the study asks for it
 //! ```
 
 mod found;
@@ -30,28 +30,28 @@ use crate::wearables::check_person;
 pub use found::FoundMicrophone;
 use server::{Block, Recording, SAMPLE_BYTES, Server};
 
-/// A microphone that is silent for this long was unplugged, or its server hangs.
+/// A microphone that delivers no sound for this long was unplugged, or its server hangs.
 const SILENCE: Duration = Duration::from_secs(2);
-/// How often to look for one that was unplugged.
+/// How often to look for a microphone that was unplugged.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// A microphone of this computer, over `PulseAudio` or `PipeWire`, which desktops run.
+/// A microphone connected to this computer, over `PulseAudio` or `PipeWire`, which desktops run.
 ///
-/// What is recorded is how somebody speaks, not what they say: for every 10 ms the level, pitch, voicing and the basis
-/// for rates and pauses (15 numbers, 100 times a second). No word can be reconstructed from these. The sound itself
-/// leaves this source only with `raw_audio = true`. The process leaves no core file behind.
+/// How somebody speaks is recorded, not what they say: level, pitch, voicing and the basis for rates and pauses (15
+/// numbers, 100 times a second). No word can be reconstructed from these. The sound itself leaves this source only with
+/// `raw_audio = true`. The process leaves no core file behind.
 ///
-/// Samples are placed by counting them, by the clock of the sound card. The server mixes several channels into one.
+/// Samples are timed by counting them, by the clock of the sound card. The server mixes several channels into one.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Microphone {
-    /// The person who speaks into it, by pseudonym.
+    /// The person who speaks into the microphone, by pseudonym.
     pub person: String,
-    /// Which microphone: a part of its name or description. `teampulse scan` lists them. By default the desktop's
-    /// default microphone.
+    /// Which microphone to record: a part of its name or description. `teampulse scan` lists them. By default the
+    /// desktop's default microphone.
     #[serde(default)]
     pub device: String,
-    /// Whether the sound itself is recorded instead of the frames: everything that is said can then be understood.
+    /// Whether the sound itself is recorded instead of the frames, so that everything that is said can be understood.
     #[serde(default)]
     pub raw_audio: bool,
 }
@@ -80,7 +80,7 @@ struct MicrophoneReader {
 /// How the reading of a microphone ended.
 enum Ended {
     Closed,
-    /// It was unplugged, or the server ended.
+    /// The microphone was unplugged, or the server ended.
     Gone(String),
 }
 
@@ -105,7 +105,7 @@ impl Source for MicrophoneReader {
 }
 
 impl MicrophoneReader {
-    /// Starts to record; waits for a microphone that was present before. `None` if the session is over.
+    /// Starts to record; waits for a microphone that was present before. Returns `None` if the session is over.
     async fn record(&self, outlet: &Outlet) -> Result<Option<Recording>, SourceError> {
         loop {
             let begun = tokio::select! {
@@ -131,7 +131,7 @@ impl MicrophoneReader {
         let share = stream.rate_hz / info.rate_hz;
         stream.doc = format!("{}: {}", recording.name, stream.doc);
         let stream = outlet.declare(stream);
-        // What is lost from now on is known.
+        // From now on losses can be counted.
         outlet.lost(stream, 0);
         let mut hearing = Hearing::new(kept, Some(info));
         loop {
@@ -141,12 +141,14 @@ impl MicrophoneReader {
             };
             let block = match next {
                 Ok(Some(block)) => block,
-                Ok(None) => return Ok(Ended::Gone("its server has ended it".to_owned())),
+                Ok(None) => {
+                    return Ok(Ended::Gone("the sound server ended the recording".to_owned()));
+                }
                 Err(_) => return Ok(Ended::Gone(format!("silent for {} s", SILENCE.as_secs()))),
             };
             let Block { data, lost } = block;
             if lost > 0 {
-                // Blocks are of one length.
+                // All blocks have the same length.
                 let sounds = lost as f64 * data.len() as f64 / f64::from(SAMPLE_BYTES);
                 outlet.lost(stream, (sounds * share).round() as u64);
             }

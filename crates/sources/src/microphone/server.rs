@@ -18,15 +18,15 @@ use tokio::time::timeout;
 
 use super::FoundMicrophone;
 
-/// The length of a block, as a part of a second.
+/// The number of blocks per second.
 const BLOCKS_PER_SEC: u32 = 50;
 /// How many blocks may wait to be processed.
 const MOST_WAITING: usize = 256;
 /// How long a server may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// The range of rates that are requested [Hz]; the server converts others.
+/// The range of rates that are requested [Hz]; the server converts other rates to these.
 const RATES_HZ: (u32, u32) = (8_000, 96_000);
-/// The bytes of a sample.
+/// The size of a sample [bytes].
 pub const SAMPLE_BYTES: u32 = 4;
 
 /// The sound server of this computer.
@@ -36,13 +36,13 @@ pub(super) struct Server(Client);
 pub(super) struct Block {
     /// Samples of one channel, as little-endian 32-bit floats.
     pub data: Bytes,
-    /// How many blocks were lost before it.
+    /// The number of blocks lost before this one.
     pub lost: u64,
 }
 
 /// A microphone that is being recorded, until this is dropped.
 pub(super) struct Recording {
-    /// Its name for display.
+    /// The microphone's name for display.
     pub name: String,
     pub rate_hz: u32,
     pub blocks: Receiver<Block>,
@@ -52,7 +52,7 @@ pub(super) struct Recording {
 
 impl Server {
     pub async fn connect() -> Result<Server, SourceError> {
-        // Its first answers block.
+        // Connecting blocks until the server's first answers.
         let connected = spawn_blocking(connect).await;
         let client =
             connected.unwrap_or_else(|error| std::panic::resume_unwind(error.into_panic()));
@@ -83,7 +83,7 @@ impl Server {
                 fragment_size: SAMPLE_BYTES * rate_hz / BLOCKS_PER_SEC,
                 ..Default::default()
             },
-            // One that is unplugged is gone, and not another one.
+            // When the microphone is unplugged, the recording must end, not move to another microphone.
             flags: StreamFlags { no_move: true, adjust_latency: true, ..Default::default() },
             ..Default::default()
         };
@@ -100,7 +100,7 @@ impl Server {
             SourceError::Gone {
             message: format!("record {}: {}", all[place].description, text(&error)),
             hint:
-                "is it in use by another program alone, or muted by the desktop's privacy settings?"
+                "does another program use it exclusively, or do the desktop's privacy settings mute it?"
                     .to_owned(),
         }
         })?;
@@ -109,7 +109,7 @@ impl Server {
         Ok(Recording { name, rate_hz, blocks, _stream: stream, _server: server })
     }
 
-    /// The microphones that it knows, including monitors of loudspeakers.
+    /// Returns the microphones known to the server, including monitors of loudspeakers.
     pub async fn microphones(&self) -> Result<Vec<FoundMicrophone>, SourceError> {
         Ok(self.sources().await?.0)
     }
@@ -141,7 +141,7 @@ fn connect() -> Result<Client, ClientError> {
     Client::new_unix(c"teampulse", socket, cookie)
 }
 
-/// Where the server's socket may be, according to the environment (`man pulse-client.conf`).
+/// Returns where the server's socket may be, according to the environment (`man pulse-client.conf`).
 fn sockets(variable: impl Fn(&str) -> Option<OsString>) -> Vec<PathBuf> {
     if let Some(server) = variable("PULSE_SERVER").and_then(|server| server.into_string().ok()) {
         let path = server.strip_prefix("unix:").unwrap_or(&server);
@@ -153,12 +153,12 @@ fn sockets(variable: impl Fn(&str) -> Option<OsString>) -> Vec<PathBuf> {
     own.into_iter().chain(user).chain([system]).collect()
 }
 
-/// An error with its cause, which the error itself does not state.
+/// Returns the text of an error, with its cause, which the error itself does not state.
 fn text(error: &ClientError) -> String {
     match error {
         ClientError::Io(cause) => cause.to_string(),
         ClientError::Disconnected => "it does not answer".to_owned(),
-        ClientError::ServerUnavailable => "none runs for this user".to_owned(),
+        ClientError::ServerUnavailable => "no sound server runs for this user".to_owned(),
         other => other.to_string(),
     }
 }

@@ -1,5 +1,5 @@
-//! Robots named in a study that have not been discovered, reported after a while, and topics named in it that no robot
-//! has, reported once robots have been present for a while.
+//! Robots and topics that a study names but that are missing. Robots are reported after a while, topics once robots
+//! have been present for a while.
 
 use std::convert::Infallible;
 
@@ -10,16 +10,16 @@ use tokio::sync::Notify;
 use super::Robots;
 use crate::expected::Expected;
 
-/// Stands for any robot among those expected: never an id.
+/// Stands for any robot among the expected ones; no robot has this id.
 const ANY: &str = "*";
 
-/// The robots and topics named in a study and not discovered so far.
+/// The robots and topics that a study names and that have not been discovered so far.
 pub(super) struct Awaited {
-    /// By their ids.
+    /// The expected robots, by their ids.
     robots: Expected,
-    /// Expected once a robot is present.
+    /// The expected topics, reported only once a robot is present.
     topics: Expected,
-    /// Notified when the first topic of a robot was found.
+    /// Notified when the first topic of a robot is found.
     found: Notify,
 }
 
@@ -33,7 +33,7 @@ impl Awaited {
         Awaited { robots: Expected::new(absent), topics, found: Notify::new() }
     }
 
-    /// Records a discovered topic, by its stream.
+    /// Records that a topic was discovered, by its stream.
     pub(super) fn see(&self, stream: &Stream) {
         self.robots.see(ANY);
         self.robots.see(&stream.id);
@@ -41,8 +41,8 @@ impl Awaited {
         self.found.notify_one();
     }
 
-    /// Reports missing robots after a while, and missing topics some time after the first robot was discovered, then
-    /// waits forever. Without a robot no topic is missing.
+    /// Reports missing robots after a while, and missing topics a while after the first robot was discovered; then
+    /// waits forever. Without a robot no topic is reported as missing.
     pub(super) async fn report(&self, outlet: &Outlet) -> Infallible {
         let topics = async {
             self.found.notified().await;
@@ -52,8 +52,8 @@ impl Awaited {
     }
 }
 
-/// The robots that must be present, by their ids, each with the message that reports its absence; any of them, where
-/// topics are required and no robot is named.
+/// Returns the ids of the robots that must be present, each with the message that reports its absence; `ANY` if topics
+/// are required and no robot is named.
 fn absent(robots: &Robots) -> Vec<(String, String)> {
     let named =
         robots.robots.iter().map(|id| (id.clone(), has_not_appeared(&format!("robot {id}"))));
@@ -65,10 +65,10 @@ fn absent(robots: &Robots) -> Vec<(String, String)> {
 }
 
 fn has_not_appeared(who: &str) -> String {
-    format!("{who} has not appeared: is it on, and in this network and ROS domain?")
+    format!("{who} has not appeared: is it switched on, and in the same network and ROS domain?")
 }
 
-/// The message that no robot has a topic named in the study.
+/// Returns the message that no robot has a topic named in the study.
 pub fn unheard(setting: &str, namespace: &str, topic: &str) -> String {
     format!("{setting}: no robot of {namespace} has a topic `{topic}`")
 }
@@ -122,13 +122,11 @@ mod tests {
         let named = r#"namespace = "/robot*"
             robots = ["robot1", "robot2"]
             required = ["battery"]"#;
-        let message =
-            "robot robot2 has not appeared: is it on, and in this network and ROS domain?";
+        let message = "robot robot2 has not appeared: is it switched on, and in the same network and ROS domain?";
         assert_eq!(absent(named, &["/robot1/odom", "/robot3/odom"]).await, [message]);
         let any = r#"namespace = "/robot*"
             required = ["battery"]"#;
-        let message =
-            "a robot of /robot* has not appeared: is it on, and in this network and ROS domain?";
+        let message = "a robot of /robot* has not appeared: is it switched on, and in the same network and ROS domain?";
         assert_eq!(absent(any, &[]).await, [message]);
         assert_eq!(absent(any, &["/robot7/odom"]).await, [""; 0]);
         assert_eq!(absent("", &[]).await, [""; 0]);

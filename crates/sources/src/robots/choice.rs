@@ -1,4 +1,4 @@
-//! The choice of which topics of a robot become which streams.
+//! Decides which topics of a robot become which streams.
 
 use teampulse_core::registry::SettingsError;
 use teampulse_core::stream::{Channel, Shape, Signal, Stream, Subject};
@@ -10,7 +10,7 @@ use crate::faces::Faces;
 use crate::simulated::TRUTH;
 use teampulse_core::pattern::Pattern;
 
-/// Which topics of which robots are watched, and as what.
+/// Which topics of which robots are watched, and as which streams.
 #[derive(Clone, Debug)]
 pub struct Choice {
     namespace: Option<Pattern>,
@@ -24,7 +24,7 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// The choice according to a study.
+    /// Creates the choice that a study makes.
     pub fn new(settings: &Robots) -> Result<Choice, SettingsError> {
         check_commands(settings)?;
         check_fields(settings)?;
@@ -53,12 +53,12 @@ impl Choice {
         })
     }
 
-    /// The robot that a topic belongs to, and the topic's name below it.
+    /// Returns the robot that a topic belongs to, and the topic's name below the robot's namespace.
     pub fn robot<'a>(&'a self, topic: &'a str) -> Option<(&'a str, &'a str)> {
         let Some(namespace) = &self.namespace else {
             return Some((self.prefix.trim_matches('/'), topic.strip_prefix('/')?));
         };
-        // The simulator's truth is of no robot, unless the study names it.
+        // The simulator's ground truth belongs to no robot, unless the study names it.
         if !namespace.is_rooted() && topic.starts_with(TRUTH) {
             return None;
         }
@@ -66,7 +66,7 @@ impl Choice {
         (!relative.is_empty() && !id.is_empty()).then_some((id, relative))
     }
 
-    /// What a topic of this type becomes; `None` when it is not wanted. The shape is still empty.
+    /// Returns the stream that a topic of this type becomes, still without its shape; `None` if it is not wanted.
     pub fn stream(&self, topic: &str, type_name: &str) -> Option<Stream> {
         let (id, relative) = self.robot(topic)?;
         let mut stream = self.described(relative, type_name)?;
@@ -81,7 +81,7 @@ impl Choice {
         })
     }
 
-    /// The stream of a topic by its type, and the numbers that the study additionally reads from it.
+    /// Returns the stream of a topic by its type, with the numbers that the study additionally reads from it.
     fn described(&self, relative: &str, type_name: &str) -> Option<Stream> {
         let mut numbers = self.numbers.iter().filter(|field| field.topic == relative).peekable();
         let wanted = numbers.peek().is_some().then(blank);
@@ -99,7 +99,7 @@ impl Choice {
                 return Some(commands());
             }
             tracing::warn!(
-                "{relative} does not count as a command: its type {type_name} is one of the robot's state"
+                "{relative} does not count as a command: its type {type_name} is a type for the robot's state"
             );
         }
         if self.images.iter().any(|image| image == relative) {
@@ -112,7 +112,7 @@ impl Choice {
         self.topics.iter().any(|each| each.matches(&path)).then(blank)
     }
 
-    /// The stream of a standard type, unless the study has mapped this parameter elsewhere.
+    /// Returns the stream of a standard type, unless the study maps this parameter to another topic.
     fn standard(&self, type_name: &str) -> Option<Stream> {
         let norm = norm_of_type(type_name)?;
         if self.mapped.iter().any(|(parameter, _)| *parameter == norm.parameter) {
@@ -123,7 +123,7 @@ impl Choice {
     }
 }
 
-/// The stream of a topic on which people command a robot.
+/// Returns the stream of a topic on which people command a robot.
 fn commands() -> Stream {
     let doc = "people's commands to the robot".into();
     Stream { signal: Signal::Input, doc, ..blank() }
@@ -133,7 +133,7 @@ fn blank() -> Stream {
     Stream::raw("", Subject::robot(""), Shape::Sample)
 }
 
-/// The stream of a parameter that the study maps to a topic.
+/// Returns the stream of a parameter that the study maps to a topic.
 fn mapped(parameter: &str, field: &Field) -> Stream {
     let norm = norm(parameter).expect("mapped parameters are those of the profile");
     let stream = Stream { signal: norm.signal, doc: norm.doc.into(), ..blank() };
@@ -147,7 +147,7 @@ fn mapped(parameter: &str, field: &Field) -> Stream {
     Stream { rate_hz: field.rate_hz.unwrap_or(0.0), ..stream }
 }
 
-/// Reads one more number from a stream.
+/// Adds a channel that reads one more number from a stream's messages.
 fn add(stream: &mut Stream, field: &Field) {
     let name = field.field.clone().unwrap_or_else(|| "data".into());
     let unit = field.unit.clone().unwrap_or_else(|| "1".into());
@@ -155,7 +155,7 @@ fn add(stream: &mut Stream, field: &Field) {
     stream.rate_hz = field.rate_hz.unwrap_or(stream.rate_hz);
 }
 
-/// Checks that each command is a topic of its own: named in full, and not one of the robot's state.
+/// Checks that each command is a full topic name and not a topic with the robot's state.
 fn check_commands(settings: &Robots) -> Result<(), SettingsError> {
     for (place, topic) in settings.commands.iter().enumerate() {
         let wrong = |message: String, hint: &str| {
@@ -163,7 +163,7 @@ fn check_commands(settings: &Robots) -> Result<(), SettingsError> {
         };
         if !is_relative_name(topic) {
             let message = format!("`{topic}` is not the name of a topic relative to the robot");
-            return wrong(message, "name it in full and without a leading slash, like `goal_pose`");
+            return wrong(message, "give the full name without a leading slash, like `goal_pose`");
         }
         if let Some((parameter, _)) = settings.mapped().iter().find(|(_, it)| it.topic == *topic) {
             let message = format!("`{topic}` can't be a command: it is mapped as `{parameter}`");
@@ -177,20 +177,18 @@ fn check_commands(settings: &Robots) -> Result<(), SettingsError> {
     Ok(())
 }
 
-/// Checks that ROS could have the namespace: it consists of letters, digits and `_`, besides stars and slashes.
+/// Checks that ROS allows the namespace: only letters, digits, `_`, stars and slashes.
 fn check_namespace(settings: &Robots) -> Result<(), SettingsError> {
     let fits = |each: char| each.is_ascii_alphanumeric() || "_*/".contains(each);
     if settings.namespace.chars().all(fits) {
         return Ok(());
     }
-    let message = format!("`{}` is not a namespace of ROS", settings.namespace);
-    let hint =
-        "it consists of letters, digits and `_`, with `*` for any part of a token: `/robot*`";
+    let message = format!("`{}` is not a ROS namespace", settings.namespace);
+    let hint = "use letters, digits and `_`, with `*` for any part of a token: `/robot*`";
     Err(SettingsError::new(message).with_hint(hint).at("namespace"))
 }
 
-/// Whether ROS would take this as a name below a namespace: tokens of letters, digits and `_` that
-/// do not begin with a digit.
+/// Whether ROS allows this name below a namespace: tokens of letters, digits and `_` that do not begin with a digit.
 fn is_relative_name(name: &str) -> bool {
     let fits = |each: char| each.is_ascii_alphanumeric() || each == '_';
     name.split('/').all(|token| {
@@ -201,8 +199,7 @@ fn is_relative_name(name: &str) -> bool {
     })
 }
 
-/// Checks that each number for a parameter is in a unit in which that is judged.
-/// Whether each field is the path to a number, of which only the message's type says whether it has it.
+/// Checks that each field is a valid path; whether a message has that field depends on its type.
 fn check_fields(settings: &Robots) -> Result<(), SettingsError> {
     let mapped = settings.mapped().into_iter();
     let mapped = mapped.map(|(parameter, field)| (format!("{parameter}.field"), field));
@@ -220,6 +217,7 @@ fn check_fields(settings: &Robots) -> Result<(), SettingsError> {
     Ok(())
 }
 
+/// Checks that each number mapped to a parameter has a unit in which that parameter can be judged.
 fn check_units(settings: &Robots) -> Result<(), SettingsError> {
     for (parameter, field) in settings.mapped() {
         let Some(unit) = field.unit.as_ref().filter(|_| field.field.is_some()) else { continue };

@@ -10,7 +10,7 @@ use super::{Norm, PROFILE};
 /// A robot with its findings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
-    /// Its id.
+    /// The robot's id.
     pub id: String,
     /// The finding for each norm of the profile, in order.
     pub findings: Vec<(&'static Norm, Finding)>,
@@ -19,11 +19,11 @@ pub struct Robot {
 /// Whether a robot meets a norm.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
-    /// Offered at this rate [Hz].
+    /// The parameter is offered at this rate [Hz].
     Met(f64),
-    /// Offered at too low a rate [Hz].
+    /// The parameter is offered at too low a rate [Hz].
     Slow(f64),
-    /// Not offered.
+    /// The parameter is not offered.
     Absent,
 }
 

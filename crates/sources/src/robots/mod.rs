@@ -1,4 +1,4 @@
-//! Robots: found on a ROS bus by namespace and type, never by a list.
+//! Robots on a ROS bus, found by namespace and type; a study need not list them.
 
 mod choice;
 mod conformity;
@@ -33,8 +33,8 @@ pub use profile::{Norm, PROFILE, norm, norm_of_type};
 
 /// Robots on ROS, found by their namespace and by the types of their topics.
 ///
-/// Battery, link, odometry, diagnostics and temperature are watched wherever a robot offers them
-/// in a standard type; anything else must be named here.
+/// Battery, link, odometry, diagnostics and temperature are watched wherever a robot offers them in a standard type;
+/// anything else must be named here.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Robots {
@@ -43,32 +43,32 @@ pub struct Robots {
     pub namespace: String,
     /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the domain of `ROS_DOMAIN_ID`, else 0.
     pub domain: Option<BusId>,
-    /// The namespace given to a robot that has none: its topic `/odom` becomes `<prefix>/odom`.
+    /// The namespace given to a robot that has none: the topic `/odom` becomes `<prefix>/odom`.
     pub prefix: Option<Pattern>,
-    /// Where the battery's state is, if not in a `sensor_msgs/BatteryState`.
+    /// The topic and field with the battery's state, if not a `sensor_msgs/BatteryState`.
     pub battery: Option<Field>,
-    /// Where the quality of the radio link is, if not in a `wireless_msgs/Connection`.
+    /// The topic and field with the quality of the radio link, if not a `wireless_msgs/Connection`.
     pub link: Option<Field>,
-    /// Where the odometry is, if not in a `nav_msgs/Odometry`.
+    /// The topic and field with the odometry, if not a `nav_msgs/Odometry`.
     pub odometry: Option<Field>,
-    /// Where diagnostics are, if not in a `diagnostic_msgs/DiagnosticArray`.
+    /// The topic and field with diagnostics, if not a `diagnostic_msgs/DiagnosticArray`.
     pub diagnostics: Option<Field>,
-    /// Where a temperature is, if not in a `sensor_msgs/Temperature`.
+    /// The topic and field with a temperature, if not a `sensor_msgs/Temperature`.
     pub temperature: Option<Field>,
     /// Any other numbers to watch.
     pub numbers: Vec<Field>,
-    /// Topics with images or video to record, relative to the robot: they are large, so none by default.
+    /// Topics with images or video to record, relative to the robot. By default none, as they are large.
     pub images: Vec<String>,
-    /// `"blur"`: pictures are recorded with hidden faces only, by the worker of the type `blur`.
+    /// `"blur"`: pictures are recorded only with hidden faces, by the worker of type `blur`.
     pub faces: Faces,
-    /// Topics on which people command it, relative to the robot and each by its full name: `goal_pose`,
-    /// `cmd_vel`. They are recorded unchanged, and their messages are counted as interventions; topics of
-    /// the robot's state are never among them.
+    /// Topics on which people command the robot, relative to the robot and by their full names: `goal_pose`, `cmd_vel`.
+    /// They are recorded unchanged, and their messages are counted as interventions. Topics with the robot's state
+    /// don't count as commands.
     pub commands: Vec<String>,
     /// Any other topics to record unchanged, relative to the robot; `*` as in `namespace`.
     pub topics: Vec<String>,
-    /// What every robot must offer for `check` to say go: `battery`, `link`, `odometry`,
-    /// `diagnostics`, `temperature`.
+    /// The parameters that every robot must offer for `check` to say go: `battery`, `link`, `odometry`, `diagnostics`,
+    /// `temperature`.
     pub required: Vec<String>,
     /// The ids of the robots that must be present for `check` to say go.
     pub robots: Vec<String>,
@@ -118,12 +118,12 @@ impl Default for Robots {
 }
 
 impl Robots {
-    /// All fields that the study names.
+    /// Returns all fields that the study names.
     pub fn fields(&self) -> impl Iterator<Item = &Field> {
         self.mapped().into_values().chain(&self.numbers)
     }
 
-    /// Whether a stream is of a robot that these settings describe.
+    /// Whether a stream belongs to a robot that these settings describe.
     pub fn describe(&self, stream: &Stream) -> bool {
         let Ok(choice) = Choice::new(self) else { return false };
         let topic = match &self.prefix {
@@ -133,7 +133,7 @@ impl Robots {
         topic.and_then(|topic| choice.robot(topic)).is_some_and(|(id, _)| id == stream.id)
     }
 
-    /// Whether a stream is one that these settings take: of their robots, and of a wanted name or type.
+    /// Whether these settings take a stream: it belongs to one of their robots, and its name or type is wanted.
     pub fn take(&self, stream: &Stream) -> bool {
         let Shape::Message(schema) = &stream.shape else { return self.describe(stream) };
         let Ok(choice) = Choice::new(self) else { return false };
@@ -152,7 +152,8 @@ impl Robots {
         self.domain == others.domain && is_wider
     }
 
-    /// The topics that the study names in full, each with its setting: those that are watched or recorded by name.
+    /// Returns the topics that the study names in full, each with its setting: those that are watched or recorded by
+    /// name.
     pub fn named(&self) -> Vec<(&'static str, &str)> {
         let mapped = self.mapped().into_iter().map(|(key, field)| (key, field.topic.as_str()));
         let images = self.images.iter().map(|topic| ("images", topic.as_str()));
@@ -163,7 +164,7 @@ impl Robots {
         mapped.chain(images).chain(numbers).chain(topics).collect()
     }
 
-    /// The fields that the study maps itself, by parameter.
+    /// Returns the fields that the study maps itself, by parameter.
     fn mapped(&self) -> BTreeMap<&'static str, &Field> {
         [
             ("battery", &self.battery),
@@ -192,7 +193,7 @@ required  = ["battery"]"#;
                 let known: Vec<&str> = PROFILE.iter().map(|norm| norm.parameter).collect();
                 let message = format!("`{parameter}` is not a parameter that can be required");
                 return Err(SettingsError::new(message)
-                    .with_hint(format!("it is one of {}", known.join(", "))));
+                    .with_hint(format!("use one of {}", known.join(", "))));
             }
         }
         let choice = Choice::new(&self)?;
@@ -206,7 +207,7 @@ required  = ["battery"]"#;
     }
 }
 
-/// Robots being watched.
+/// A running source of robots.
 struct RobotsSource {
     bus: Arc<dyn Bus>,
     choice: Choice,

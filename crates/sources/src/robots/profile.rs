@@ -1,31 +1,31 @@
 //! The robot profile: what a robot should offer so that its condition can be judged.
 //!
-//! These are the norms on the essential parameters: a standard type for each, in SI units, at
-//! least at the given rate, with a header stamp from a synchronised clock. Rates are floors that the
-//! drivers of common platforms (Clearpath, TurtleBot, PAL) meet with their defaults.
+//! The profile has a norm for each parameter: a standard type in SI units, at least at the given rate, with a header
+//! stamp from a synchronised clock. Rates are minimums that the drivers of common platforms (Clearpath, TurtleBot, PAL)
+//! meet with their defaults.
 
 use teampulse_core::stream::Signal;
 
-/// What a robot should offer of one parameter.
+/// What a robot should offer for one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Norm {
-    /// The word that a study uses: `battery`.
+    /// The name that a study uses: `battery`.
     pub parameter: &'static str,
-    /// What it measures.
+    /// The signal that it measures.
     pub signal: Signal,
     /// The ROS type.
     pub type_name: &'static str,
-    /// The name that drivers usually give the topic, below the robot's namespace.
+    /// The usual name of the topic, below the robot's namespace.
     pub topic: &'static str,
     /// The minimum rate [Hz].
     pub least_hz: f64,
-    /// Which numbers are read, by field and unit.
+    /// The numbers that are read, by field and unit.
     pub channels: &'static [(&'static str, &'static str)],
-    /// The units of a single number that stands for it; any, if there are none.
+    /// The units of a single number mapped to this parameter; any unit is accepted if the list is empty.
     pub units: &'static [&'static str],
-    /// Whether a robot without it falls short of the profile.
+    /// Whether a robot without this parameter falls short of the profile.
     pub essential: bool,
-    /// Why it matters.
+    /// A description for users.
     pub doc: &'static str,
 }
 
@@ -100,12 +100,12 @@ pub const PROFILE: &[Norm] = &[
     },
 ];
 
-/// The norm of a parameter; `None` for an unknown word.
+/// Returns the norm of a parameter; `None` if there is no such parameter.
 pub fn norm(parameter: &str) -> Option<&'static Norm> {
     PROFILE.iter().find(|norm| norm.parameter == parameter)
 }
 
-/// The norm that a topic of this type falls under.
+/// Returns the norm that applies to topics of this type.
 pub fn norm_of_type(type_name: &str) -> Option<&'static Norm> {
     PROFILE.iter().find(|norm| norm.type_name == type_name)
 }

@@ -1,4 +1,4 @@
-//! The messages of a microphone's publisher, in order.
+//! Processes the messages of a microphone's publisher, in order.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -11,10 +11,10 @@ use teampulse_ros::graph::Gid;
 
 use crate::hearing::{Hearing, Kept};
 
-/// How many messages about the format are kept until they are taken.
+/// The queue size of the subscription to the format.
 const DEPTH: u32 = 10;
 
-/// A microphone shared by two callbacks: that of its sound and that of its format.
+/// A microphone shared by two callbacks: one for its sound and one for its format.
 #[derive(Clone)]
 pub(super) struct Listening(Arc<Mutex<State>>);
 
@@ -67,12 +67,12 @@ impl Listening {
         bus.subscribe(topic, AUDIO_INFO, Asked::Adaptive { depth: DEPTH }, deliver)
     }
 
-    /// Takes the sound of a message; returns the resulting data. An error fits after "failed to".
+    /// Handles a message with sound; returns the resulting data. An error fits after "failed to".
     pub fn hear(&self, type_name: &str, arrival: &Arrival) -> Result<Option<Decoded>, String> {
         let mut state = self.lock();
         let state = &mut *state;
         if state.publisher.replace(arrival.publisher) != Some(arrival.publisher) {
-            // Another program, or one that was started again: its samples are counted anew.
+            // Another program, or the same one restarted, counts its samples anew.
             state.hearing = Hearing::new(state.kept, state.info);
             state.sequence = None;
         }

@@ -1,8 +1,8 @@
 //! People's microphones whose sound is published on ROS.
 //!
 //! ```text
-//! AudioData ──► AudioBlock ──► samples ──► frames of a voice (100 a second) ──► Outlet::offer
-//!   the sound itself goes no further, unless the study asks for it
+//! AudioData ──► AudioBlock ──► samples ──► voice frames (100 a second) ──► Outlet::offer
+//!                     the sound itself goes no further, unless the study asks for it
 //! ```
 
 mod listening;
@@ -31,32 +31,32 @@ use listening::Listening;
 /// A person's microphone whose sound is published on ROS (`audio_common_msgs`, also as in REP-155:
 /// `/humans/voices/v1/audio`).
 ///
-/// What is recorded is how somebody speaks, not what they say: for every 10 ms the level, pitch, voicing and the basis
-/// for rates and pauses (15 numbers, 100 times a second). No word can be reconstructed from these. The sound itself
-/// leaves this source only with `raw_audio = true`.
+/// How somebody speaks is recorded, not what they say: level, pitch, voicing and the basis for rates and pauses (15
+/// numbers, 100 times a second). No word can be reconstructed from these. The sound itself leaves this source only with
+/// `raw_audio = true`.
 ///
-/// Blocks have no stamps, or those of another clock: they are placed by counting samples. Of several channels the first
-/// one is used. Lost blocks are gaps.
+/// Blocks have no stamps, or stamps of another clock, so they are timed by counting samples. Of several channels, the
+/// first is used. Lost blocks are gaps.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RosAudio {
-    /// The topic of the sound: `/audio`, `/humans/voices/v1/audio`.
+    /// The topic with the sound: `/audio`, `/humans/voices/v1/audio`.
     pub topic: String,
-    /// The person who speaks into it, by pseudonym.
+    /// The person who speaks into the microphone, by pseudonym.
     pub person: String,
-    /// The topic of its `AudioInfo`; by default that of the sound, with `_info` appended.
+    /// The topic with the `AudioInfo`; by default the topic of the sound with `_info` appended.
     #[serde(default)]
     pub info: Option<String>,
     /// The sampling rate [Hz], if nothing publishes an `AudioInfo`.
     #[serde(default)]
     pub rate_hz: Option<f64>,
-    /// The number of channels, likewise; by default 1.
+    /// The number of channels, if nothing publishes an `AudioInfo`; by default 1.
     #[serde(default)]
     pub channels: Option<u8>,
-    /// The format of samples, likewise, as named by `GStreamer`; by default `S16LE`.
+    /// The format of samples, if nothing publishes an `AudioInfo`, as named by `GStreamer`; by default `S16LE`.
     #[serde(default)]
     pub format: Option<String>,
-    /// Whether the sound itself is recorded, too: everything that is said can then be understood.
+    /// Whether the sound itself is recorded, too, so that everything that is said can be understood.
     #[serde(default)]
     pub raw_audio: bool,
     /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the domain of `ROS_DOMAIN_ID`, else 0.
@@ -83,14 +83,14 @@ person = "p001"
 }
 
 impl RosAudio {
-    /// The format of the sound according to the settings.
+    /// Returns the format of the sound according to the settings.
     fn known(&self) -> Result<Option<AudioInfo>, SettingsError> {
         let name = self.format.as_deref();
         let named =
             name.map_or(Some(SampleFormat::S16LE), |name| SampleFormat::named(name.as_bytes()));
         let Some(format) = named else {
             let error = SettingsError::new(format!(
-                "`{}` is not a format of samples",
+                "`{}` is not a sample format",
                 name.unwrap_or_default()
             ));
             return Err(error.at("format").with_hint("give one such as \"S16LE\" or \"F32LE\""));
@@ -99,7 +99,8 @@ impl RosAudio {
             let set = [("channels", self.channels.is_some()), ("format", name.is_some())];
             return match set.iter().find(|(_, is_set)| *is_set) {
                 Some((path, _)) => {
-                    let error = SettingsError::new("it describes the sound, but not its rate");
+                    let error =
+                        SettingsError::new("the format of the sound is set, but not its rate");
                     Err(error.at(*path).with_hint("give `rate_hz` as well"))
                 }
                 None => Ok(None),
@@ -130,9 +131,9 @@ impl RosAudio {
         self.kept().stream(&self.person, self.rate_hz.unwrap_or(0.0))
     }
 
-    /// Whether a stream is that of this microphone, and somebody publishes it.
+    /// Whether a stream comes from this microphone and has a publisher.
     pub fn is_published(&self, stream: &Stream) -> bool {
-        // What this computer reads itself has no publisher that offers it.
+        // Streams that this computer reads from a device itself have no publisher, and so no QoS.
         stream.name == self.stream().name && !stream.qos.is_empty()
     }
 }
@@ -141,7 +142,7 @@ fn is_sound(type_name: &str) -> bool {
     [AUDIO_DATA, AUDIO_DATA_STAMPED].contains(&type_name)
 }
 
-/// A microphone being read.
+/// A running source of a microphone.
 struct RosAudioSource {
     bus: Arc<dyn Bus>,
     claimed: Claimed,

@@ -1,4 +1,4 @@
-//! Selects topics that are signals of people.
+//! Selects the topics that are signals of people.
 
 use teampulse_core::registry::SettingsError;
 use teampulse_core::stream::{About, Shape, Signal, Stream, Subject};
@@ -7,14 +7,14 @@ use teampulse_messages::standard::teampulse_msgs as msgs;
 
 use teampulse_core::pattern::Pattern;
 
-/// Selects signals of people by name and type.
+/// Selects people's signals by name and type.
 #[derive(Clone, Debug)]
 pub struct Choice {
     namespace: Pattern,
 }
 
 impl Choice {
-    /// The people of a namespace; it needs a star to distinguish them.
+    /// Selects the people of a namespace, which needs a `*` to distinguish them.
     pub fn new(namespace: Pattern) -> Result<Choice, SettingsError> {
         if namespace.text().contains('*') && !namespace.text().contains("**") {
             return Ok(Choice { namespace });
@@ -24,7 +24,7 @@ impl Choice {
         Err(SettingsError::new(message).with_hint(hint))
     }
 
-    /// The stream of a topic, as far as its name and type determine it; `None` when it is not wanted.
+    /// Returns the stream of a topic, as far as name and type determine it; `None` if the topic is not wanted.
     pub fn stream(&self, topic: &str, type_name: &str) -> Option<Stream> {
         let shape = match type_name {
             msgs::Sample::NAME => Shape::Sample,

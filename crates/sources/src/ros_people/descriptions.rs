@@ -12,14 +12,14 @@ use teampulse_ros::bus::{Arrival, Asked, Bus, BusError, Subscription};
 
 use crate::follow::Updates;
 
-/// Where streams are described.
+/// The topic on which streams are described.
 const TOPIC: &str = "/teampulse/streams";
-/// How many descriptions are kept until they are taken.
+/// The queue size of the subscription to descriptions.
 const DEPTH: u32 = 1000;
-/// The most streams of people whose descriptions are kept.
+/// The largest number of people's streams whose descriptions are kept.
 const MOST: usize = 10_000;
 
-/// The descriptions of people's streams, by name: always the newest.
+/// The newest descriptions of people's streams, by name.
 #[derive(Debug, Default)]
 pub struct Descriptions {
     known: Mutex<BTreeMap<String, Arc<Stream>>>,
@@ -45,8 +45,8 @@ impl Descriptions {
         &self.updates
     }
 
-    /// The stream, completed by the description of its name and shape. It stays raw, with the subject of
-    /// its name.
+    /// Returns the stream, completed by the description of a stream with its name and shape. It stays raw and keeps the
+    /// subject in its name.
     pub fn complete(&self, stream: Stream) -> Stream {
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         match known.get(&stream.name) {
@@ -72,7 +72,7 @@ impl Descriptions {
     }
 }
 
-/// Takes in a description, if it is of a person's stream.
+/// Reads a description; `None` if it is not about a person's stream.
 fn describe(cdr: &[u8]) -> Result<Option<Arc<Stream>>, convert::DecodeError> {
     let decoded = convert::decode(StreamDescription::NAME, cdr)?;
     let Data::Description(stream) = decoded.data else { return Ok(None) };

@@ -25,11 +25,11 @@ use descriptions::Descriptions;
 
 /// People's signals on ROS, from the computers that measure them, found by namespace and type.
 ///
-/// Each topic `<namespace>/<device>/<signal>` of type `teampulse_msgs/Wave`, `Sample` or `Event` is
-/// subscribed to; a `teampulse_msgs/StreamDescription` on `/teampulse/streams` describes its numbers, as published by
-/// teampulse. Without one the topic's last token is the signal, and the numbers have no unit. Stamps are by the clock
-/// of the measuring computer, and are corrected by the model of that clock; a stamp more than a second off the arrival
-/// is not trusted, unless messages continue in order after a network outage.
+/// Each topic `<namespace>/<device>/<signal>` of type `teampulse_msgs/Wave`, `Sample` or `Event` is subscribed to; a
+/// `teampulse_msgs/StreamDescription` on `/teampulse/streams`, as published by teampulse, describes its numbers.
+/// Without a description, the topic's last token is the signal, and the numbers have no unit. Stamps are by the clock
+/// of the measuring computer and are corrected by a model of that clock; a stamp more than a second from the arrival is
+/// not trusted, unless messages continue in order after a network outage.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "People")]
@@ -59,14 +59,14 @@ impl RosPeople {
         choice.is_ok_and(|choice| choice.stream(topic, type_name).is_some())
     }
 
-    /// Whether a stream is of a person that these settings describe.
+    /// Whether a stream belongs to a person that these settings describe.
     pub fn describe(&self, stream: &Stream) -> bool {
         stream.about == About::Person && self.namespace.split(&stream.name).is_some()
     }
 }
 
-/// The topics of people with a second publisher, which keeps them from being recorded well: such as a driver that was
-/// started twice.
+/// Returns a line for each topic of a person that has a second publisher, such as a driver that was started twice; it
+/// keeps the topic from being recorded well.
 pub fn second_publishers<'a>(streams: impl Iterator<Item = &'a Stream>) -> Vec<String> {
     let doubles = streams.filter(|stream| !stream.beside.is_empty()).map(|stream| {
         format!("a single publisher of {}: {} publishes it, too", stream.beside, stream.publisher)
@@ -88,7 +88,7 @@ impl Component<dyn Source, SourceContext> for RosPeople {
     }
 }
 
-/// People being recorded.
+/// A running source of people's signals.
 struct RosPeopleSource {
     bus: Arc<dyn Bus>,
     choice: Choice,

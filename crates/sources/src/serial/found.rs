@@ -3,29 +3,29 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::Access;
 
-/// A serial port of this machine, and what the kernel knows about the attached device. Nothing is sent to it.
+/// A serial port of this computer, and what the kernel knows about the attached device. Nothing is sent to it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundPort {
-    /// The path to open it: its name below `/dev/serial/by-id` if it has one, as numbers change.
+    /// The path to open: the name below `/dev/serial/by-id` if there is one, as port numbers change.
     pub path: PathBuf,
-    /// The maker's name of the device, such as `FTDI FT232R USB UART`; for a port of a Bluetooth device, its
+    /// The manufacturer's name of the device, such as `FTDI FT232R USB UART`; for the port of a Bluetooth device, its
     /// address.
     pub device: String,
     /// The USB vendor and product ids.
     pub usb: Option<(u16, u16)>,
-    /// The address of the Bluetooth device that `rfcomm` bound it to.
+    /// The address of the Bluetooth device that `rfcomm` bound to the port.
     pub bluetooth: Option<String>,
-    /// The group that may open it, if this user may not.
+    /// The group whose members may open the port, if this user may not.
     pub lacks_group: Option<String>,
 }
 
 impl FoundPort {
-    /// The ports of this machine with a device attached, in the order of their names.
+    /// Returns this computer's ports with a device attached, in the order of their names.
     pub fn all() -> Vec<FoundPort> {
         FoundPort::below(Path::new("/"))
     }
 
-    /// The ports in a tree with `sys` and `dev`.
+    /// Returns the ports in a tree with `sys` and `dev`.
     fn below(root: &Path) -> Vec<FoundPort> {
         let Ok(entries) = fs::read_dir(root.join("sys/class/tty")) else { return Vec::new() };
         let mut names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
@@ -64,14 +64,14 @@ impl FoundPort {
     }
 }
 
-/// The folder of the USB device that a port belongs to.
+/// Returns the folder of the USB device that a port belongs to.
 fn usb_device(kernel: &Path) -> Option<PathBuf> {
     let interface = fs::canonicalize(kernel.join("device")).ok()?;
     let found = interface.ancestors().find(|folder| folder.join("idVendor").exists());
     found.map(Path::to_owned)
 }
 
-/// The name of a port that stays the same when it is plugged in elsewhere.
+/// Returns a path to a port that stays the same when the device is plugged in elsewhere.
 fn by_id(root: &Path, node: &Path) -> Option<PathBuf> {
     let node = fs::canonicalize(node).ok()?;
     let links = fs::read_dir(root.join("dev/serial/by-id")).ok()?.flatten();
@@ -80,7 +80,7 @@ fn by_id(root: &Path, node: &Path) -> Option<PathBuf> {
     links.into_iter().find(|link| fs::canonicalize(link).is_ok_and(|to| to == node))
 }
 
-/// The name of the group that a port belongs to; `dialout`, as on Debian, if it can't be read.
+/// Returns the name of the group that a port belongs to; `dialout`, as on Debian, if it can't be read.
 fn group_of(root: &Path, node: &Path) -> String {
     use std::os::unix::fs::MetadataExt;
     let number = fs::metadata(node).map(|metadata| metadata.gid().to_string());
@@ -89,14 +89,14 @@ fn group_of(root: &Path, node: &Path) -> String {
     name.unwrap_or_else(|| "dialout".to_owned())
 }
 
-/// The name of the group with this number, from the contents of `/etc/group`.
+/// Returns the name of the group with this number, from the contents of `/etc/group`.
 fn group_named(groups: &str, number: &str) -> Option<String> {
     let fields = groups.lines().map(|line| line.split(':').collect::<Vec<_>>());
     let mut found = fields.filter(|fields| fields.get(2) == Some(&number));
     found.next()?.first().map(|name| (*name).to_owned())
 }
 
-/// The only line of a file of the kernel.
+/// Returns the single line in a file of the kernel.
 fn read(path: &Path) -> Option<String> {
     let text = fs::read_to_string(path).ok()?;
     Some(text.trim().to_owned()).filter(|text| !text.is_empty())

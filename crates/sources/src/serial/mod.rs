@@ -1,4 +1,4 @@
-//! Serial ports, and pairs of them without a device: `/dev/ttyUSB0`, `/dev/rfcomm0`, pseudoterminals.
+//! Serial ports (`/dev/ttyUSB0`, `/dev/rfcomm0`), and pseudoterminals that stand for a port without a device.
 //!
 //! Plain termios over tokio: crates for serial ports pull in udev or a second event loop, for four calls.
 

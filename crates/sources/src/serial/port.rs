@@ -14,7 +14,7 @@ use tokio::io::unix::AsyncFd;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::task::spawn_blocking;
 
-/// A serial port for the exclusive use of this program, eight bits and raw; earlier input is discarded.
+/// A serial port in raw mode with eight data bits, used exclusively by this program; earlier input is discarded.
 #[derive(Debug)]
 pub struct SerialPort(AsyncFd<File>);
 
@@ -22,7 +22,7 @@ pub struct SerialPort(AsyncFd<File>);
 #[derive(Debug, Error)]
 #[error("open {port}: {why}")]
 pub struct SerialError {
-    /// Its path.
+    /// The path of the port.
     pub port: String,
     /// The reason.
     pub why: String,
@@ -31,7 +31,7 @@ pub struct SerialError {
 }
 
 impl SerialPort {
-    /// Opens a port, which takes seconds if it is a radio link.
+    /// Opens a port, which takes seconds if the port is a radio link.
     pub async fn open(path: &str, baud: u32) -> Result<SerialPort, SerialError> {
         let owned = path.to_owned();
         let opened = spawn_blocking(move || open(&owned, baud)).await;
@@ -49,15 +49,15 @@ impl SerialPort {
 }
 
 fn open(path: &str, baud: u32) -> io::Result<File> {
-    // To open a pipe would wait for a writer.
+    // Opening a pipe would block until it has a writer.
     if !fs::metadata(path)?.file_type().is_char_device() {
         return Err(Errno::NOTTY.into());
     }
-    // Waits for the carrier, as Bluetooth's ports accept nothing until their link is up.
+    // Opening waits for the carrier, as Bluetooth's ports accept nothing until their link is up.
     let flags = OFlags::NOCTTY.bits().cast_signed();
     let file = OpenOptions::new().read(true).write(true).custom_flags(flags).open(path)?;
     let mut settings = tcgetattr(&file)?;
-    // The kernel's own exclusive mode does not apply to root.
+    // The kernel's exclusive mode does not apply to root.
     flock(&file, FlockOperation::NonBlockingLockExclusive)?;
     ioctl_tiocexcl(&file)?;
     settings.make_raw();
@@ -82,13 +82,13 @@ fn describe(path: &str, error: &io::Error) -> SerialError {
         ),
         Some(Errno::BUSY | Errno::WOULDBLOCK) => (
             "another program is using it".to_owned(),
-            format!("`fuser {path}` shows which; close that"),
+            format!("`fuser {path}` shows which; close it"),
         ),
         Some(Errno::NOTTY | Errno::ISDIR | Errno::INVAL) => {
             ("it is not a serial port".to_owned(), "`teampulse scan` lists the ports".to_owned())
         }
         Some(Errno::HOSTDOWN | Errno::HOSTUNREACH | Errno::CONNREFUSED | Errno::TIMEDOUT) => {
-            ("the device does not answer".to_owned(), "is it on, paired and near?".to_owned())
+            ("the device does not answer".to_owned(), "is it switched on, paired and near?".to_owned())
         }
         _ => (error.to_string(), "`teampulse scan` lists the ports".to_owned()),
     };
@@ -109,7 +109,7 @@ impl AsyncRead for SerialPort {
                     buffer.advance(count);
                     return Poll::Ready(Ok(()));
                 }
-                // The other side is gone: the end of what can be read.
+                // The other side is gone, so this is the end of the input.
                 Ok(Err(error)) if Errno::from_io_error(&error) == Some(Errno::IO) => {
                     return Poll::Ready(Ok(()));
                 }

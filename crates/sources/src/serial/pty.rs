@@ -11,7 +11,7 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 use crate::lock::{Lock, Locked};
 
-/// The most bytes read at once.
+/// The largest number of bytes read at once.
 const PIECE: usize = 1024;
 const MOST_PIECES: usize = 16;
 
@@ -25,15 +25,15 @@ pub struct Pty {
 }
 
 impl Pty {
-    /// Creates a port, and a link to it if its path must be known beforehand. A link that a process left behind is
-    /// replaced; that of a running one is an error.
+    /// Creates a port, and a link to it if its path must be known beforehand. A link left behind by another process is
+    /// replaced; the link of a running process is an error.
     pub fn open(link: Option<&Path>) -> io::Result<Pty> {
         let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         grantpt(&near)?;
         unlockpt(&near)?;
         fcntl_setfl(&near, fcntl_getfl(&near)? | OFlags::NONBLOCK)?;
         let path = ptsname(&near, Vec::new())?.into_string().map_err(io::Error::other)?;
-        // Raw, as a device is; and closed once, as only then it is seen that nobody has it open.
+        // Raw, like a device. The port is closed once, as only then a read shows that no program has it open.
         let flags = OFlags::NOCTTY.bits().cast_signed();
         let far = OpenOptions::new().read(true).write(true).custom_flags(flags).open(&path)?;
         let mut settings = tcgetattr(&far)?;
@@ -49,12 +49,12 @@ impl Pty {
         Ok(Pty { near, path, link: link.map(Path::to_owned), _lock: lock })
     }
 
-    /// The path to open it.
+    /// The path to open.
     pub fn path(&self) -> &str {
         self.link.as_deref().and_then(Path::to_str).unwrap_or(&self.path)
     }
 
-    /// Reads what has arrived; returns whether a program has the port open.
+    /// Reads the bytes that have arrived; returns whether a program has the port open.
     pub fn read(&self, received: &mut Vec<u8>) -> io::Result<bool> {
         let mut bytes = [0; PIECE];
         for _ in 0..MOST_PIECES {
@@ -69,7 +69,7 @@ impl Pty {
         Ok(true)
     }
 
-    /// Writes as many bytes as are accepted immediately; returns their number.
+    /// Writes as many bytes as are accepted immediately, and returns their number.
     pub fn write(&self, bytes: &[u8]) -> io::Result<usize> {
         match rustix::io::write(&self.near, bytes) {
             Err(Errno::AGAIN | Errno::IO | Errno::INTR) => Ok(0),
@@ -78,12 +78,12 @@ impl Pty {
     }
 }
 
-/// The lock on a link.
+/// Takes the lock on a link.
 fn locked(link: &Path) -> io::Result<Option<Lock>> {
     let folder = link.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = fs::canonicalize(folder.unwrap_or(Path::new(".")))?;
     Lock::on("port", (folder, link.file_name())).map_err(|Locked| {
-        io::Error::new(io::ErrorKind::AddrInUse, "another emulated device has it")
+        io::Error::new(io::ErrorKind::AddrInUse, "another emulated device uses it")
     })
 }
 
@@ -91,7 +91,7 @@ impl Drop for Pty {
     fn drop(&mut self) {
         let ours = |link: &PathBuf| fs::read_link(link).is_ok_and(|to| to == Path::new(&self.path));
         if let Some(link) = self.link.as_ref().filter(|link| ours(link)) {
-            // A link that stays leads nowhere, and is replaced by the next.
+            // A link that stays is dangling, and is replaced by the next one.
             let _removed = fs::remove_file(link);
         }
     }
@@ -112,7 +112,7 @@ mod tests {
         drop(far);
         assert!(!pty.read(&mut Vec::new()).expect("is there"));
         let other = Pty::open(Some(&link)).expect_err("it is used");
-        assert_eq!(other.to_string(), "another emulated device has it");
+        assert_eq!(other.to_string(), "another emulated device uses it");
         assert!(link.is_symlink(), "the link of the first stays");
         drop(pty);
         assert!(!link.is_symlink());

@@ -18,13 +18,13 @@ use tracker::ClockTracker;
 
 /// The interval at which the clock is checked.
 const LOOK: Duration = Duration::from_millis(20);
-/// The most breaks waiting to be reported.
+/// The largest number of breaks that wait to be reported.
 const MOST_BREAKS: usize = 1000;
 
 /// A session's clock that follows `/clock` on a bus, until this is dropped.
 ///
-/// When `/clock` jumps or stops, the session's time continues evenly, and by the host's clock while
-/// nothing publishes `/clock`. As a source it reports each such break as an event of the session.
+/// When `/clock` jumps or stops, the session's time continues evenly; while nothing publishes `/clock`, it runs by the
+/// host's clock. As a source, this reports each such break as an event of the session.
 pub struct SimulatedClock {
     following: Arc<Mutex<Following>>,
     _subscription: Subscription,
@@ -47,8 +47,8 @@ impl Following {
     }
 }
 
-/// Makes a clock follow `/clock` on a bus, and waits until it runs. Returns `None` when nothing publishes
-/// `/clock` within `patience`.
+/// Makes a clock follow `/clock` on a bus, and waits until it runs. Returns `None` if nothing publishes `/clock` within
+/// `patience`.
 pub async fn follow_clock(
     bus: &dyn Bus,
     clock: &Clock,

@@ -17,9 +17,9 @@ use super::events::Refusals;
 /// The topic on which nodes may send commands, if allowed.
 pub(super) const COMMANDS: &str = "/session/commands";
 const STRING: &str = "std_msgs/msg/String";
-/// How many commands are kept until they are taken.
+/// The queue size of the subscription to commands.
 const DEPTH: u32 = 100;
-/// The longest message that may be a command [bytes].
+/// The longest message that is read as a command [bytes].
 const LARGEST_BYTES: usize = 4096;
 
 /// Commands from ROS nodes: a `std_msgs/String` with the text of a [`Command`] on `/session/commands`.
@@ -30,12 +30,12 @@ pub struct RosCommands {
 }
 
 impl RosCommands {
-    /// Commands from this bus.
+    /// Creates the source of commands from a bus.
     pub fn new(bus: Arc<dyn Bus>) -> RosCommands {
         RosCommands { bus }
     }
 
-    /// The node that published a message, by its name on the bus.
+    /// Returns the node that published a message, by its name on the bus.
     fn sender(graph: &Graph, publisher: Gid) -> Sender {
         let known = graph.publishers(COMMANDS).find(|endpoint| endpoint.gid == publisher);
         let node = known.and_then(|endpoint| endpoint.node.clone());
@@ -50,7 +50,7 @@ impl Source for RosCommands {
         let (to, graph) = (outlet.clone(), self.bus.graph());
         let refusals = Refusals::new(COMMANDS, "the command is not carried out");
         let deliver = Arc::new(move |arrival: Arrival| match read(&arrival.bytes) {
-            // What is not allowed is reported as an event.
+            // The session reports a command that is not allowed as an event.
             Ok(command) => {
                 let sender = RosCommands::sender(&graph.borrow(), arrival.publisher);
                 drop(to.command(&sender, command));
@@ -59,7 +59,7 @@ impl Source for RosCommands {
         });
         let gone =
             |error: BusError| SourceError::Gone { message: error.to_string(), hint: String::new() };
-        // Nothing that is sent once may be lost: the subscription is never chosen anew.
+        // A command is sent only once, so it must not be lost: the subscription's QoS never changes.
         let asked = Asked::Exactly(Qos::reliable(DEPTH));
         let _commands = self.bus.subscribe(COMMANDS, STRING, asked, deliver).map_err(gone)?;
         outlet.closed().await;

@@ -8,13 +8,13 @@ use teampulse_core::source::{Source, SourceError};
 use teampulse_ros::bus::Bus;
 use teampulse_ros::clocks::probe_clocks;
 
-/// Probes the clocks of the computers on a bus during the session. Not in simulated time.
+/// Probes the clocks of the computers on a bus during the session; does nothing in simulated time.
 pub struct Computers {
     bus: Arc<dyn Bus>,
 }
 
 impl Computers {
-    /// The computers on this bus.
+    /// Creates a prober of the computers on a bus.
     pub fn new(bus: Arc<dyn Bus>) -> Computers {
         Computers { bus }
     }

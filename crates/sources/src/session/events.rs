@@ -18,18 +18,18 @@ use super::commands::COMMANDS;
 use super::{ScheduleHandle, happen};
 
 const EVENT: &str = "teampulse_msgs/msg/Event";
-/// The most reasons for unreadable events that are reported, and the length of each [characters].
+/// The largest number of reasons for unreadable events that are reported, and the longest reason [characters].
 const MOST_REASONS: usize = 100;
 const LONGEST_REASON: usize = 300;
-/// The longest text that sets a marker [bytes].
+/// The longest text accepted as a marker [bytes].
 const LARGEST_MARKER_BYTES: usize = 1 << 20;
-/// How many events are kept until they are taken.
+/// The queue size of the subscription to events.
 const DEPTH: u32 = 1000;
 
-/// Events published by any ROS node on `/session/events`: a `teampulse_msgs/Event`, or a `std_msgs/String`
-/// whose text is the label of a marker.
+/// Events published by any ROS node on `/session/events`: a `teampulse_msgs/Event`, or a `std_msgs/String` whose text
+/// is the label of a marker.
 ///
-/// Events of the kind `clock` are ignored: they are a session's own reports about its clock and its end, and those of
+/// Events of the kind `clock` are ignored: with them a session reports about its own clock and its end, so those of
 /// another session, or of a recording that is played, do not apply to this one. Events of the kind `command` are
 /// ignored, too.
 pub struct RosEvents {
@@ -39,12 +39,12 @@ pub struct RosEvents {
 }
 
 impl RosEvents {
-    /// Events from this bus.
+    /// Creates the source of events from a bus.
     pub fn new(bus: Arc<dyn Bus>) -> RosEvents {
         RosEvents { bus, schedule: ScheduleHandle::default() }
     }
 
-    /// The same events; the schedule of the study follows the phases among them.
+    /// Makes the schedule of the study follow the phases among the events.
     #[must_use]
     pub fn with_schedule(mut self, schedule: ScheduleHandle) -> RosEvents {
         self.schedule = schedule;
@@ -90,7 +90,7 @@ impl Source for RosEvents {
             tokio::select! {
                 incident = incidents.recv() => match incident {
                     Ok(Incident::IncompatibleQos { topic, policy, ours: false }) => {
-                        let label = format!("{topic}: a subscriber requests more {policy} than is offered");
+                        let label = format!("{topic}: a subscriber requests more {policy} than offered");
                         if reported.insert(label.clone()) {
                             happen(outlet, EventKind::Fault, &label, 0.0);
                         }
@@ -105,8 +105,8 @@ impl Source for RosEvents {
     }
 }
 
-/// Reports why messages on a topic can't be read, each reason once: as a fault of the session, so that it is
-/// on the screen and in the bag.
+/// Reports why messages on a topic can't be read, each reason once. The reports are faults of the session, so that they
+/// appear on the screen and in the bag.
 pub(super) struct Refusals {
     topic: &'static str,
     consequence: &'static str,
@@ -118,7 +118,7 @@ impl Refusals {
         Refusals { topic, consequence, known: Mutex::default() }
     }
 
-    /// Reports a reason that fits after "failed to".
+    /// Reports a reason, which fits after "failed to".
     pub(super) fn report(&self, outlet: &Outlet, reason: &str) {
         let reason: String = reason.chars().take(LONGEST_REASON).collect();
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);

@@ -27,7 +27,7 @@ pub enum Key {
 #[derive(Debug, Default)]
 pub(super) struct Decoder {
     state: State,
-    /// The parameters of a sequence, as far as needed.
+    /// The parameters of a sequence, as far as they are needed.
     parameters: Vec<u8>,
     /// Whether the input is pasted text, which is ignored.
     is_pasted: bool,
@@ -122,7 +122,7 @@ impl Decoder {
     }
 }
 
-/// The key of a single byte.
+/// Returns the key of a single byte.
 fn plain(byte: u8) -> Option<Key> {
     match byte {
         b' '..=b'~' => Some(Key::Char(char::from(byte))),
@@ -131,7 +131,7 @@ fn plain(byte: u8) -> Option<Key> {
     }
 }
 
-/// The key of a sequence's last byte.
+/// Returns the key of a sequence's last byte.
 fn last(byte: u8) -> Option<Key> {
     match byte {
         b'A' => Some(Key::Up),

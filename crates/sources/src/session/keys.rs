@@ -12,18 +12,18 @@ use tokio::sync::mpsc;
 
 use super::keyboard::{Decoder, Key};
 
-/// The terminal's keys, which may send commands.
+/// The keyboard of the terminal, whose keys may send commands.
 pub struct Keys {
     commands: mpsc::Receiver<Command>,
     /// The terminal's mode while keys are read.
     raw: Termios,
-    /// Restores the terminal.
+    /// Restores the terminal when dropped.
     _restore: Restore,
 }
 
 impl Keys {
-    /// Starts to read the keyboard; `None` when standard input is not a terminal, or is another job's.
-    /// `pressed` returns the command of each key.
+    /// Starts to read the keyboard; `None` if standard input is not a terminal, or belongs to another job. `pressed`
+    /// returns the command of each key.
     pub fn open(pressed: impl FnMut(Key) -> Option<Command> + Send + 'static) -> Option<Keys> {
         let stdin = std::io::stdin();
         let was = termios::tcgetattr(&stdin).ok()?;
@@ -32,7 +32,7 @@ impl Keys {
         }
         let mut raw = was.clone();
         raw.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
-        // Ctrl-Z is next to Ctrl-X, and would suspend a recording.
+        // Ctrl-Z, next to Ctrl-X on the keyboard, would suspend a recording.
         raw.special_codes[SpecialCodeIndex::VSUSP] = 0;
         termios::tcsetattr(&stdin, OptionalActions::Now, &raw).ok()?;
         let (sender, commands) = mpsc::channel(16);
@@ -41,13 +41,13 @@ impl Keys {
     }
 }
 
-/// Whether the terminal is this job's: a background job would be stopped by a change of its modes.
+/// Whether the terminal belongs to this job: a background job that changes its modes would be stopped.
 fn is_ours() -> bool {
     let foreground = termios::tcgetpgrp(std::io::stdin());
     foreground.is_ok_and(|group| group == rustix::process::getpgrp())
 }
 
-/// The default marker of a key: for a letter or digit one named after it, for the space bar one named `mark`.
+/// Returns the default marker of a key: a letter or digit sets a marker named after it, the space bar one named `mark`.
 pub fn marker(key: Key) -> Option<Command> {
     match key {
         Key::Char(' ') => Some(Command::Mark("mark".to_owned())),
@@ -56,7 +56,7 @@ pub fn marker(key: Key) -> Option<Command> {
     }
 }
 
-/// Reads keys until cancelled; blocked in a read, it ends with the process.
+/// Reads keys until cancelled; if it is blocked in a read, it ends with the process.
 fn read(
     mut from: impl Read,
     sender: &mpsc::Sender<Command>,
@@ -113,8 +113,8 @@ async fn heard(signal: &mut Option<Signal>) {
     }
 }
 
-/// Lets the space bar of the terminal call `pause`, and `q` call `quit`, as long as the keys are held;
-/// `None` if standard input is not a terminal.
+/// Makes the space bar call `pause` and `q` call `quit`, until the returned value is dropped; `None` if standard input
+/// is not a terminal.
 pub fn pause_by_key(
     mut pause: impl FnMut() + Send + 'static,
     quit: impl Fn() + Send + 'static,
@@ -130,7 +130,7 @@ pub fn pause_by_key(
     Keys::open(pressed).map(PauseKeys)
 }
 
-/// The keys of a playback; restores the terminal when dropped.
+/// The keys of a playback. Restores the terminal when dropped.
 pub struct PauseKeys(#[expect(dead_code, reason = "held for its end")] Keys);
 
 struct Restore(Termios);

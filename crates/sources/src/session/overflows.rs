@@ -15,14 +15,14 @@ use super::happen;
 /// The shortest interval between reports.
 const EVERY: Duration = Duration::from_secs(10);
 
-/// Reports, as faults of the session, how many packets of a bus this machine dropped: losses that a larger
-/// receive buffer avoids.
+/// Reports, as faults of the session, how many packets from a bus this machine dropped because a receive buffer was
+/// full; a larger buffer avoids these losses.
 pub struct Overflows {
     bus: Arc<dyn Bus>,
 }
 
 impl Overflows {
-    /// The packets of this bus.
+    /// Creates the source for the packets of a bus.
     pub fn new(bus: Arc<dyn Bus>) -> Overflows {
         Overflows { bus }
     }

@@ -15,39 +15,40 @@ use teampulse_core::time::Time;
 
 use super::schedule::{Change, PhaseEvent, Schedule, ScheduleHandle};
 
-/// The interval at which the session's clock is checked, and so the largest delay of a phase.
+/// The interval at which the session's clock is checked, and thus the largest delay of a phase.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// A phase of a study. The one named `baseline` is the reference for everything after it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Phase {
-    /// Its name.
+    /// The name of the phase.
     pub name: String,
-    /// When it begins, after the start of the session [s]. By default it begins manually: with Ctrl-N, or with a phase
-    /// of its name on `/session/events`.
+    /// When the phase begins, after the start of the session [s]. By default it begins manually: with Ctrl-N, or with a
+    /// phase of its name on `/session/events`.
     pub from_secs: Option<f64>,
-    /// When it ends [s]; by default at the start of the next phase, or with the session.
+    /// When the phase ends [s]; by default at the start of the next phase, or with the session.
     pub to_secs: Option<f64>,
-    /// How long it lasts [s], instead of when it ends.
+    /// How long the phase lasts [s], as an alternative to when it ends.
     pub lasts_secs: Option<f64>,
 }
 
 impl Phase {
-    /// How long it lasts [s]; `None` until the next one begins.
+    /// How long the phase lasts [s]; `None` if it lasts until the next one begins.
     pub fn length_secs(&self) -> Option<f64> {
         let until =
             self.to_secs.zip(self.from_secs).map(|(to_secs, from_secs)| to_secs - from_secs);
         self.lasts_secs.or(until)
     }
 
-    /// Its end [s], if both end and start are set.
+    /// When the phase ends [s], if both its start and its end are set.
     fn end_secs(&self) -> Option<f64> {
         Some(self.from_secs? + self.length_secs()?)
     }
 }
 
-/// Returns an error at the first phase that is invalid or overlaps another; its path starts at the phases.
+/// Returns an error for the first phase that is invalid or overlaps another; the error's path is relative to the
+/// phases.
 pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
     for (place, phase) in phases.iter().enumerate() {
         let wrong = |key, message: &str, hint: &str| {
@@ -58,7 +59,7 @@ pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
             return wrong(
                 "name",
                 "a phase has no name",
-                "give it the name that you will look for later",
+                "give it the name that you will look for in the recording",
             );
         }
         if let Some(from_secs) = phase.from_secs.filter(|secs| !is_after_start(*secs)) {
@@ -101,7 +102,7 @@ pub fn check_phases(phases: &[Phase]) -> Result<(), SettingsError> {
     check_order(phases)
 }
 
-/// The hint on invalid times.
+/// The hint for invalid times.
 const TIMES: &str = "times count from the start of the session: from 0 to 1000000000 s";
 
 /// The latest start or end of a phase [s]: far beyond any session, and still a valid time.
@@ -150,7 +151,7 @@ fn check_order(phases: &[Phase]) -> Result<(), SettingsError> {
     Ok(())
 }
 
-/// The error about a phase that begins before one that is listed before it, where one of the phases begins manually.
+/// Returns the error for a phase that begins before one listed earlier, if one of the phases begins manually.
 fn out_of_order(
     (first, first_secs): (&Phase, f64),
     (next, next_secs): (&Phase, f64),
@@ -164,7 +165,7 @@ fn out_of_order(
     SettingsError::new(message).with_hint(hint).at(format!("{place}.from_secs"))
 }
 
-/// The phases of a study, published as events when they begin: as planned, or by hand.
+/// The phases of a study, published as events when they begin: as planned or manually.
 pub struct Phases {
     schedule: Schedule,
     handle: ScheduleHandle,
@@ -174,7 +175,7 @@ pub struct Phases {
 }
 
 impl Phases {
-    /// The source of these phases, in any order.
+    /// Creates the source of these phases, which may be in any order.
     pub fn new(phases: Vec<Phase>, handle: ScheduleHandle) -> Phases {
         Phases { schedule: Schedule::new(phases), handle, started: None, changed: None }
     }
@@ -206,7 +207,7 @@ impl Phases {
         }
     }
 
-    /// Publishes the change due at a time after the start [s].
+    /// Publishes the change of phase that is due now.
     fn happen(&mut self, outlet: &Outlet, started: Time) {
         let now = outlet.clock().now();
         let elapsed_secs = now.secs_since(started);

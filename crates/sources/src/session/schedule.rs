@@ -7,7 +7,7 @@ use teampulse_core::command::Command;
 
 use super::phases::{Phase, in_order};
 
-/// The most phases begun by other programs that wait to be taken.
+/// The largest number of phases begun by other programs that wait to be processed.
 const MOST_BEGUN: usize = 100;
 
 /// A change to the schedule of phases.
@@ -17,12 +17,12 @@ pub(super) enum Change {
     Next,
     /// Restarts the current or last phase.
     Repeat,
-    /// Ends the current phase; nothing begins by itself until `Next` or `Repeat`.
+    /// Ends the current phase; no other begins until `Next` or `Repeat`.
     Abort,
 }
 
 impl Change {
-    /// The change that a command requests, if any.
+    /// Returns the change that a command requests, if any.
     pub fn of(command: &Command) -> Option<Change> {
         match command {
             Command::NextPhase => Some(Change::Next),
@@ -32,7 +32,7 @@ impl Change {
         }
     }
 
-    /// Why it changes nothing where there is no such phase.
+    /// Returns why the change has no effect if there is no such phase.
     pub fn without_effect(self) -> &'static str {
         match self {
             Change::Next => "no phase follows",
@@ -54,7 +54,7 @@ struct Shown {
 }
 
 impl ScheduleHandle {
-    /// The next phase as displayed; `None` after the last.
+    /// Returns the next phase as displayed; `None` after the last.
     pub fn next(&self) -> Option<String> {
         self.lock().next.clone()
     }
@@ -83,7 +83,7 @@ impl ScheduleHandle {
 /// A change of phase.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum PhaseEvent {
-    /// A phase begins, with its length [s]; NaN if that is open.
+    /// A phase begins, with its length [s]; NaN if the length is open.
     Begins(String, f64),
     /// A phase was aborted.
     Aborted(String),
@@ -93,9 +93,9 @@ pub(super) enum PhaseEvent {
 #[derive(Clone, Debug)]
 pub(super) struct Schedule {
     phases: Vec<Phase>,
-    /// The index of the next one.
+    /// The index of the next phase.
     next: usize,
-    /// The end of the phase that last began [s]; `None` before the first, and after an abort.
+    /// The end of the phase that began last [s]; `None` before the first phase and after an abort.
     until_secs: Option<f64>,
     /// The delay of the remaining phases relative to the plan [s].
     moved_secs: f64,
@@ -103,13 +103,13 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    /// These phases, as planned.
+    /// Creates a schedule of these phases as planned.
     pub fn new(mut phases: Vec<Phase>) -> Schedule {
         in_order(&mut phases, |phase| phase);
         Schedule { phases, next: 0, until_secs: None, moved_secs: 0.0, is_held: false }
     }
 
-    /// The change due at a time after the start [s].
+    /// Returns the change that is due at a time after the start [s].
     pub fn due(&mut self, elapsed_secs: f64) -> Option<PhaseEvent> {
         let planned_secs = self.phases.get(self.next)?.from_secs? + self.moved_secs;
         (!self.is_held && elapsed_secs >= planned_secs).then(|| self.begin(elapsed_secs))
@@ -135,8 +135,8 @@ impl Schedule {
         }
     }
 
-    /// Notes that another program has begun a phase of this name at a time after the start [s]: it stands for the next
-    /// manual phase of that name, if any.
+    /// Records that another program has begun a phase of this name at a time after the start [s]: it stands for the
+    /// next manual phase of that name, if any.
     pub fn begun_elsewhere(&mut self, label: &str, elapsed_secs: f64) {
         let is_meant = |phase: &Phase| phase.from_secs.is_none() && phase.name == label;
         if let Some(skipped) = self.phases[self.next..].iter().position(is_meant) {

@@ -1,4 +1,4 @@
-//! Encodes telegrams as ROS messages.
+//! Encodes the output of the simulation as ROS messages.
 
 use bytes::Bytes;
 use teampulse_core::time::Time;
@@ -16,11 +16,11 @@ use teampulse_messages::standard::wireless_msgs::Connection;
 
 use super::published::frame;
 
-/// The variances of the pose and the twist along x, y and about z [m², rad²].
+/// The variances of the pose and the twist along x, along y and about z [m², rad²].
 const POSE_VARIANCES: [f64; 3] = [0.01, 0.01, 0.01];
 const TWIST_VARIANCES: [f64; 3] = [1e-4, 1e-9, 1e-3];
 
-/// A telegram on a topic as a ROS message with a stamp: CDR with its four-byte header.
+/// Encodes a topic's data as a ROS message with a stamp: CDR with its four-byte header.
 pub(super) fn encode(body: &Body, stamp: Time, published: &Published) -> Bytes {
     let robot = published.robot.as_str();
     let header = |frame_id: String| Header { stamp, frame_id };

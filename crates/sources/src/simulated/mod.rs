@@ -1,9 +1,9 @@
-//! A simulated team, published on ROS as a real one would be: robots, and people who wear sensors and
-//! command them. All of it follows from a seed.
+//! A simulated team, published on ROS like a real one: robots, and people who wear sensors and command the robots.
+//! Everything is determined by a seed.
 //!
 //! The models are those of `teampulse_emulators`; this module drives them in real time and turns their output into
-//! readings. [`SimulatedTeam`] holds the settings and builds the source of the robots; the people are
-//! [`SimulatedPerson`]s, sources of their own.
+//! readings. [`SimulatedTeam`] holds the settings and builds the source of the robots; each person is a separate
+//! source, a [`SimulatedPerson`].
 
 mod settings;
 mod source;

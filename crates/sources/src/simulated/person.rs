@@ -17,30 +17,30 @@ use super::settings::SimulatedTeam;
 use super::worn::Worn;
 use crate::emulated::EmulatedWearable;
 
-/// The length of each chunk of a signal [s]: one sample of the slowest signal.
+/// The length of each chunk of a signal [s], which is one sample of the slowest signal.
 const CHUNK_SECS: f64 = 0.25;
-/// The interval at which due chunks are checked.
+/// The interval between checks for due chunks.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// A person who performs a task and wears sensors: the signals as waves of a quarter of a second, offered
-/// when the last sample was taken. The same seed gives the same signals, at any speed.
+/// A person who performs a task and wears sensors. The signals are waves of a quarter of a second, offered when the
+/// last sample was taken. The same seed gives the same signals, at any speed.
 pub struct SimulatedPerson {
     id: String,
     operator: Operator,
     rates: Rates,
     until_secs: Option<f64>,
-    /// The time since which the body lives, if devices share it.
+    /// The clock that the body runs on, if it is shared with devices.
     lives: Option<Stopwatch>,
 }
 
 impl SimulatedPerson {
-    /// The people of a team, by id: `p001` and so on. The settings have been checked.
+    /// Returns the people of a team, by id: `p001` and so on. The settings must have been checked.
     pub fn of(team: &SimulatedTeam) -> Vec<(String, Box<dyn Source>)> {
         SimulatedPerson::wearing(team, &[], None)
     }
 
-    /// The same people, without the sensors of the wearables that they also wear, which measure the same body at the
-    /// same time.
+    /// Returns the same people, without the sensors of the wearables that they also wear; those measure the same body
+    /// at the same time.
     pub fn wearing(
         team: &SimulatedTeam,
         wearables: &[EmulatedWearable],
@@ -121,13 +121,13 @@ impl Streams {
         Streams(Worn::ALL.map(|worn| Some(outlet.declare(worn.stream(id, rates)?))))
     }
 
-    /// The stream; `None` if it is not worn.
+    /// Returns the stream; `None` if the sensor is not worn.
     fn of(&self, worn: Worn) -> Option<StreamId> {
         self.0[Worn::ALL.iter().position(|each| *each == worn)?]
     }
 }
 
-/// Where a person's readings are handed over.
+/// Offers a person's readings to the session.
 struct PersonOutlet<'a> {
     start: Time,
     streams: &'a Streams,
@@ -136,7 +136,7 @@ struct PersonOutlet<'a> {
 
 impl PersonOutlet<'_> {
     fn offer_signals(&self, record: &Record) {
-        // A dead sensor sends nothing, as with an empty battery.
+        // A sensor without values sends nothing, as if its battery were empty.
         let is_there = |samples: &[f64]| samples.iter().any(|sample| !sample.is_nan());
         for wave in record.waves().filter(|wave| is_there(&wave.samples)) {
             let data = Data::Wave(Wave {
@@ -199,7 +199,7 @@ impl PersonOutlet<'_> {
     }
 }
 
-/// The numbers of [`Worn::TrueState`].
+/// Returns the values of [`Worn::TrueState`].
 fn numbers(moment: &Moment) -> [f64; 7] {
     [
         moment.state.workload,

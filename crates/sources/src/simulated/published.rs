@@ -11,10 +11,10 @@ use teampulse_messages::standard::nav_msgs::Odometry;
 use teampulse_messages::standard::sensor_msgs::{BatteryState, Image, Temperature};
 use teampulse_messages::standard::wireless_msgs::Connection;
 
-/// The start of the names of the topics with the ground truth.
+/// The prefix of the topics with the ground truth.
 pub(crate) const TRUTH: &str = "/sim/truth/";
 
-/// The stream to declare for a topic. The ground truth has no signal, so that no feature runs on it.
+/// Returns the stream to declare for a topic. The ground truth has no signal, so that no feature runs on it.
 pub(super) fn stream(published: &Published) -> Stream {
     let shape = Shape::Message(shipped_or_bare(type_name(published.topic)));
     let mut stream = Stream::raw(name(published), Subject::robot(&published.robot), shape);
@@ -26,7 +26,7 @@ pub(super) fn stream(published: &Published) -> Stream {
     stream.with_channels(channels(published.topic))
 }
 
-/// The frame of the poses in a topic.
+/// Returns the frame of the poses in a topic.
 pub(super) fn frame(published: &Published) -> String {
     let on_map = published.topic.is_truth() || published.topic == Topic::GoalPose;
     if on_map { "map".into() } else { format!("{}/odom", published.robot) }

@@ -9,29 +9,29 @@ use teampulse_emulators::task::Plan;
 
 use crate::emulated::EmulatedWearable;
 
-/// A team of simulated robots that drive through an arena, discharge, and receive a router more or less well.
+/// A team of simulated robots that drive through an arena, discharge, and have better or worse reception of a router.
 ///
-/// Every robot publishes its odometry, battery, Wi-Fi and diagnostics, and on request its
-/// temperature and camera, below its own name: `/robot1/odom`. The ground truth is published on `/sim/truth/robot1`.
-/// The same seed gives the same team, byte for byte.
+/// Every robot publishes its odometry, battery, Wi-Fi and diagnostics, and on request its temperature and camera, below
+/// its own name: `/robot1/odom`. The ground truth is published on `/sim/truth/robot1`. The same seed gives the same
+/// team, byte for byte.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimulatedTeam {
-    /// How many robots. Default: 5.
+    /// The number of robots. Default: 5.
     pub robots: u32,
     /// The prefix of the robots' names; they are numbered from 1. Default: `robot`.
     pub prefix: String,
-    /// The seed of everything random. Default: 1.
+    /// The seed of all random numbers. Default: 1.
     pub seed: u64,
     /// How much faster than real time [1], from 0.01 to 1000. Default: 1.
     pub speed: f64,
-    /// How many steps of one second the simulation lasts [s of simulated time]; by default endless.
+    /// The length of the simulation in steps of one second [s of simulated time]; by default endless.
     pub steps: Option<u32>,
     /// The side of the square arena [m]. Default: 10.
     pub arena_side_m: f64,
-    /// How many boxes are in the arena. Default: 5.
+    /// The number of boxes in the arena. Default: 5.
     pub boxes: u32,
-    /// How many obstacles move in the arena. Default: 3.
+    /// The number of moving obstacles in the arena. Default: 3.
     pub obstacles: u32,
     /// The top speed of a robot [m/s]. Default: 0.35.
     pub top_speed_mps: f64,
@@ -53,16 +53,16 @@ pub struct SimulatedTeam {
     pub camera_hz: f64,
     /// The rate of `/sim/truth` [Hz]; 0 for none. Default: 1.
     pub truth_hz: f64,
-    /// How many people work with the robots: `p001` and so on. Each wears sensors and performs a task;
-    /// their signals are published below `/humans/persons/<id>/simulated`, as they do not belong to a real person, and
-    /// the ground truth below `/humans/persons/<id>/truth`. Their commands to a robot are published on
+    /// The number of people who work with the robots: `p001` and so on. Each wears sensors and performs a task. Their
+    /// signals are published below `/humans/persons/<id>/simulated`, as they do not belong to a real person, and the
+    /// ground truth below `/humans/persons/<id>/truth`. Their commands to a robot are published on
     /// `/<robot>/goal_pose`, as for Nav2; the robot drives there unless it is off or out of reach. Default: 0.
     pub people: u32,
-    /// What the people do.
+    /// The task that the people perform.
     pub task: Plan,
     /// The sensors that the people wear: their rates and artefacts.
     pub body: body::Settings,
-    /// The script: which robot changes how, and when: faults, and the load of computers.
+    /// The script of changes to robots, each with its time: faults, and the load of computers.
     pub script: Vec<Scene>,
     /// Wearables on their own transports, which `teampulse emulate` and `simulate --wearables` serve; they publish
     /// nothing on ROS.
@@ -101,7 +101,7 @@ impl Default for SimulatedTeam {
 
 /// The highest rate of a topic [Hz].
 const MOST_HZ: f64 = 1000.0;
-/// The floor area that a robot needs, as a multiple of its own.
+/// The floor area that a robot needs, as a multiple of the area it covers.
 const ROOM: f64 = 6.0;
 
 impl SimulatedTeam {
@@ -110,7 +110,7 @@ impl SimulatedTeam {
         (1..=self.robots).map(|k| format!("{}{k}", self.prefix)).collect()
     }
 
-    /// The settings of the model: without those about its speed and wearables.
+    /// The settings of the model, without those about its speed and wearables.
     pub(crate) fn model(&self) -> robots::Settings {
         let rates = self.rates().into_iter().filter(|(_, rate_hz)| *rate_hz > 0.0);
         robots::Settings {

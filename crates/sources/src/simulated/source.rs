@@ -17,14 +17,14 @@ use super::encode::encode;
 use super::published::stream;
 use super::settings::SimulatedTeam;
 
-/// The shortest sleep: with many robots one wake-up serves several of them.
+/// The shortest sleep: with many robots, one wake-up serves several of them.
 const GRAIN: Duration = Duration::from_millis(2);
 
 /// The simulated team, in real time or faster.
 struct Simulation(SimulatedTeam);
 
 impl SimulatedTeam {
-    /// The source of the team's robots.
+    /// Builds the source of the team's robots.
     pub fn build(self) -> Result<Box<dyn Source>, SettingsError> {
         self.check()?;
         Ok(Box::new(Simulation(self)))
@@ -45,7 +45,7 @@ impl Source for Simulation {
 }
 
 impl Simulation {
-    /// Offers every telegram when it is due; returns after the last step.
+    /// Offers the data of every topic when they are due; returns after the last step.
     async fn report(&self, team: &mut Team, streams: &[StreamId], outlet: &Outlet) {
         let end = self.0.steps.map(|steps| SimTime::START + Duration::from_secs(steps.into()));
         let (start, began) = (outlet.clock().now(), Instant::now());

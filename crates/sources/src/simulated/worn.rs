@@ -5,7 +5,7 @@ use teampulse_core::qos::Qos;
 use teampulse_core::stream::{About, Shape, Signal, Stream, Subject};
 use teampulse_emulators::body::{Rates, Sensor};
 
-/// The history depth for slow subscribers: half a minute.
+/// The history depth for slow subscribers: enough for half a minute.
 const DEPTH: u32 = 120;
 
 /// The number of phases kept for late joiners.
@@ -20,9 +20,9 @@ pub enum Worn {
     Phases,
     /// The letters shown.
     Stimuli,
-    /// The keys that are pressed; the number is the reaction time [s].
+    /// The keys that are pressed; the value is the reaction time [s].
     Presses,
-    /// Commands to robots; the number is the robot's, from 1.
+    /// Commands to robots; the value is the robot's number, from 1.
     Commands,
     /// Self-reports (ISA, 1 to 5).
     Reports,
@@ -30,14 +30,14 @@ pub enum Worn {
     TrueState,
     /// The true beats of the heart.
     TrueBeats,
-    /// The true skin conductance responses; the number is the amplitude [µS].
+    /// The true skin conductance responses; the value is the amplitude [µS].
     TrueResponses,
-    /// The true breaths; the number is the depth.
+    /// The true breaths; the value is the depth.
     TrueBreaths,
 }
 
 impl Worn {
-    /// All of them.
+    /// All streams of a simulated person.
     pub const ALL: [Worn; 18] = [
         Worn::Sensor(Sensor::Ecg),
         Worn::Sensor(Sensor::Ppg),
@@ -59,8 +59,8 @@ impl Worn {
         Worn::TrueBreaths,
     ];
 
-    /// The stream to declare; `None` for a sensor that is not worn. The ground truth has no signal, so that
-    /// no feature runs on it.
+    /// Returns the stream to declare; `None` for a sensor that is not worn. The ground truth has no signal, so that no
+    /// feature runs on it.
     pub fn stream(self, person: &str, rates: &Rates) -> Option<Stream> {
         let (device, name, doc) = self.named();
         let subject = Subject { about: About::Person, id: person.to_owned() };
@@ -98,7 +98,7 @@ impl Worn {
         })
     }
 
-    /// The kind of its events.
+    /// The kind of the stream's events.
     pub fn happens(self) -> EventKind {
         match self {
             Worn::Phases => EventKind::Phase,
@@ -110,7 +110,7 @@ impl Worn {
         }
     }
 
-    /// Its device, its name within that, and its signal.
+    /// Returns the stream's device, its name within the device, and its description.
     fn named(self) -> (&'static str, &'static str, &'static str) {
         match self {
             Worn::Sensor(sensor) => {
@@ -124,7 +124,9 @@ impl Worn {
             Worn::Reports => ("task", "reports", "workload reported by a simulated person"),
             Worn::TrueState => ("truth", "state", "true state of a simulated person"),
             Worn::TrueBeats => ("truth", "beats", "true beats of a simulated heart"),
-            Worn::TrueResponses => ("truth", "responses", "true responses of a simulated skin"),
+            Worn::TrueResponses => {
+                ("truth", "responses", "true skin conductance responses of a simulated person")
+            }
             Worn::TrueBreaths => ("truth", "breaths", "true breaths of a simulated person"),
         }
     }
@@ -151,14 +153,14 @@ fn signal(sensor: Sensor) -> Signal {
 
 fn sensor_named(sensor: Sensor) -> (&'static str, &'static str) {
     match sensor {
-        Sensor::Ecg => ("ecg", "the electrocardiogram of a simulated person"),
-        Sensor::Ppg => ("ppg", "the pulse at a simulated finger"),
+        Sensor::Ecg => ("ecg", "electrocardiogram of a simulated person"),
+        Sensor::Ppg => ("ppg", "pulse wave at a simulated finger"),
         Sensor::EdaWrist => ("eda_wrist", "skin conductance at a simulated wrist"),
         Sensor::EdaFingers => ("eda_fingers", "skin conductance at simulated fingers"),
-        Sensor::Emg => ("emg", "muscles of a simulated forearm"),
-        Sensor::Eeg => ("eeg", "the electroencephalogram of a simulated person"),
-        Sensor::Respiration => ("respiration", "a belt around a simulated chest"),
-        Sensor::Temperature => ("temperature", "the temperature of a simulated skin"),
+        Sensor::Emg => ("emg", "muscle activity of a simulated forearm"),
+        Sensor::Eeg => ("eeg", "electroencephalogram of a simulated person"),
+        Sensor::Respiration => ("respiration", "respiration, from a belt around a simulated chest"),
+        Sensor::Temperature => ("temperature", "skin temperature of a simulated person"),
         Sensor::Acceleration => ("acceleration", "acceleration of a simulated wrist"),
     }
 }

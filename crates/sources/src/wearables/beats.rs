@@ -1,40 +1,41 @@
-//! The times of beats, for straps that report only the intervals.
+//! The times of beats from straps that report only intervals.
 
 use std::collections::VecDeque;
 
-/// How far the clock of the beats is set back when intervals are missing \[ms\]: two days, so that it is recognised as
-/// restarted, however long it ran.
+/// How far the beat clock is set back when intervals are missing \[ms\]: two days, so that this is recognised as a
+/// restart, however long the clock ran.
 const RESTART_MS: f64 = 172_800_000.0;
 /// The number of notifications whose bounds are kept: about a minute, in which no two clocks drift far apart.
 const REMEMBERED: usize = 64;
-/// The middle between the bounds is used once they are this close \[ms\].
+/// The most that the estimate stays below the upper bound; once the bounds are closer than twice this, it is their
+/// middle \[ms\].
 const MIDDLE_MS: f64 = 20.0;
 
 /// A clock that advances by each interval, which is all that a strap reports about the time of its beats.
 ///
 /// Its reading when a notification is sent is bounded on two sides: it is past the last beat in the notification and
-/// not yet at the next one. As beats are irregular relative to notifications, a minute of them narrows this to some
-/// milliseconds. When intervals are missing the clock restarts, as their sum is unknown.
+/// not yet at the next one. As beats are irregular relative to notifications, a minute of notifications narrows this to
+/// some milliseconds. When intervals are missing, the clock restarts, as their sum is unknown.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BeatClock {
-    /// The last beat \[ms\]; `None` before the first, and when intervals are missing.
+    /// The time of the last beat \[ms\]; `None` before the first, and when intervals are missing.
     beat: Option<f64>,
     /// The total time set back so far \[ms\].
     set_back: f64,
-    /// When the last two notifications arrived \[ms\]: this one, and the previous one.
+    /// When the last two notifications arrived \[ms\], the newest first.
     arrivals: [Option<f64>; 2],
-    /// The least and the greatest lead of arrivals over this clock, from each notification \[ms\].
+    /// The smallest and the largest lead of arrivals over this clock, from each notification \[ms\].
     ahead: VecDeque<(f64, f64)>,
 }
 
 impl BeatClock {
-    /// Takes in a notification; returns the time of this clock when it was sent \[ns\].
+    /// Handles a notification; returns the time of this clock when it was sent \[ns\].
     pub fn notified(&mut self, arrival_ms: f64) -> i64 {
         self.arrivals = [Some(arrival_ms), self.arrivals[0]];
         self.nanos(arrival_ms - self.ahead_ms())
     }
 
-    /// The times of the beats at the ends of the intervals in the last notification \[ns\].
+    /// Returns the times of the beats that end the intervals in the last notification \[ns\].
     pub fn beats(&mut self, intervals_ms: &[f64]) -> Vec<i64> {
         let [Some(arrival_ms), before_ms] = self.arrivals else { return Vec::new() };
         let sum_ms: f64 = intervals_ms.iter().sum();
@@ -52,7 +53,7 @@ impl BeatClock {
         beats.into_iter().map(|beat_ms| self.nanos(beat_ms)).collect()
     }
 
-    /// The times of the beats of a notification by the clock of arrivals \[ms\].
+    /// Returns the times of a notification's beats by the clock of arrivals \[ms\].
     pub fn arrived(&mut self, arrival_ms: f64, intervals_ms: &[f64]) -> Vec<f64> {
         self.notified(arrival_ms);
         let beats = self.beats(intervals_ms);
@@ -71,7 +72,7 @@ impl BeatClock {
         while self.ahead.len() > REMEMBERED {
             self.ahead.pop_front();
         }
-        // Clocks drift apart, and packets are late now and then: what is older than a contradiction does not count.
+        // Clocks drift apart, and packets are sometimes late: bounds older than a contradiction do not count.
         while self.ahead.len() > 1 && self.bounds().0 > self.bounds().1 {
             self.ahead.pop_front();
         }
@@ -84,7 +85,7 @@ impl BeatClock {
         })
     }
 
-    /// The lead of arrivals. As the time filter keeps the smallest value it sees, the greatest is used at first.
+    /// The lead of arrivals over this clock. The time filter keeps the smallest value, so a large one is used at first.
     fn ahead_ms(&self) -> f64 {
         match self.bounds() {
             (_, f64::INFINITY) => 0.0,

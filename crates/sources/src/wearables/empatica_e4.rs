@@ -1,4 +1,4 @@
-//! An Empatica E4, through Empatica's streaming server.
+//! An Empatica E4, read through Empatica's streaming server.
 
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ use super::uses::Use;
 use super::worn::Worn;
 use crate::SourceContext;
 
-/// Its name in a study and in the table of latencies.
+/// The name of the device in a study and in the table of latencies.
 pub(super) const DEVICE: &str = "empatica_e4";
 /// How long the server may take to accept a connection.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -26,18 +26,18 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// An Empatica E4 that a person wears: PPG (64 Hz), skin conductance and temperature (4 Hz), acceleration
 /// (32 Hz), intervals between beats, battery, and a marker when its button is pressed.
 ///
-/// It is reached through Empatica's streaming server, a program on the computer with the E4's dongle, which may be this
-/// one or another. The server counts samples from the arrival of the first: times are as accurate as its Bluetooth link
-/// was then, which the stated uncertainty includes.
+/// It is reached through Empatica's streaming server, a program on the computer with the E4's dongle; that may be this
+/// computer or another. The server counts samples from the arrival of the first one, so times are as accurate as its
+/// Bluetooth link was then; the stated uncertainty includes this.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EmpaticaE4 {
-    /// The person who wears it, by pseudonym: `p001`.
+    /// The person who wears the E4, by pseudonym: `p001`.
     pub person: String,
     /// The address of the streaming server.
     #[serde(default = "server")]
     pub server: String,
-    /// The E4's id, such as `9ff167`; without it the first that the server lists.
+    /// The E4's id, such as `9ff167`; by default the first one that the server lists.
     #[serde(default)]
     pub device: Option<String>,
 }
@@ -65,7 +65,9 @@ impl Component<dyn Source, SourceContext> for EmpaticaE4 {
         let device = uses.begin(of_server.join("/")).ok_or_else(|| {
             let error =
                 SettingsError::new(format!("two sources read the same E4 of {}", self.server));
-            error.at("device").with_hint("give each the id of its own E4, such as \"9ff167\"")
+            error
+                .at("device")
+                .with_hint("give each source the id of a different E4, such as \"9ff167\"")
         })?;
         let session = E4Session::new(E4Settings { device: self.device, ..E4Settings::default() });
         let conversation = Conversation { session, worn, clock: SessionTime::start() };
@@ -73,7 +75,7 @@ impl Component<dyn Source, SourceContext> for EmpaticaE4 {
     }
 }
 
-/// An E4 at work.
+/// A running E4.
 struct E4 {
     server: String,
     conversation: Conversation<E4Session>,

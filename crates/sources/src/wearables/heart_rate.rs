@@ -11,18 +11,18 @@ use crate::SourceContext;
 
 /// The type of the source in a study.
 pub(super) const KIND: &str = "heart_rate";
-/// The device name in its streams and in the table of latencies.
+/// The device name in streams and in the table of latencies.
 pub(super) const DEVICE: &str = "heart_rate_strap";
 
 /// A heart rate strap of any make that a person wears, over Bluetooth: heart rate, every interval between beats
 /// (`rr_interval`), skin contact, battery.
 ///
-/// Straps do not time-stamp their intervals: beats are placed by the sum of the intervals against the arrivals, minus
-/// the strap's delay, which the stated uncertainty includes until `calibrate` has measured it.
+/// Straps do not time-stamp their intervals: beats are timed by the sum of the intervals relative to the arrivals,
+/// minus the strap's delay, which the stated uncertainty includes until `calibrate` has measured it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeartRate {
-    /// The person who wears it, by pseudonym: `p001`.
+    /// The person who wears the strap, by pseudonym: `p001`.
     pub person: String,
     /// The strap's Bluetooth address, such as `A0:9E:1A:00:00:01`; by default the only strap in range.
     #[serde(default)]

@@ -1,4 +1,4 @@
-//! A session with a device over a link of bytes.
+//! A session with a device over a byte stream.
 
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use tokio::time::{sleep, timeout};
 use super::session_time::SessionTime;
 use super::worn::Worn;
 
-/// The longest time without a check of the session.
+/// The longest time between two checks of the session.
 const LOOK: Duration = Duration::from_secs(1);
 /// How long a device may take to accept written bytes.
 const WRITE_PATIENCE: Duration = Duration::from_secs(5);
@@ -28,8 +28,8 @@ pub(super) struct Conversation<S> {
 }
 
 impl<S: ByteSession> Conversation<S> {
-    /// Holds it over a link until the link is lost, the device gives up or the teampulse session is over; the device is
-    /// then asked to stop.
+    /// Runs the session over a link until the link is lost, the device gives up or the teampulse session is over; the
+    /// device is then asked to stop.
     pub(super) async fn hold<L>(&mut self, mut link: L, outlet: &Outlet) -> Result<(), SourceError>
     where
         L: AsyncRead + AsyncWrite + Unpin,
@@ -74,7 +74,7 @@ impl<S: ByteSession> Conversation<S> {
             match output {
                 Output::Request(request) => {
                     let written = timeout(WRITE_PATIENCE, link.write_all(&request)).await;
-                    let late = |_| gone("write to the device: it accepts nothing");
+                    let late = |_| gone("write to the device: it accepts no data");
                     let failed = |error| gone(&format!("write to the device: {error}"));
                     written.map_err(late)?.map_err(failed)?;
                 }
@@ -91,7 +91,10 @@ impl<S: ByteSession> Conversation<S> {
     }
 }
 
-/// An error after which the device is retried.
+/// Returns an error after which the device is retried.
 fn gone(message: &str) -> SourceError {
-    SourceError::Gone { message: message.to_owned(), hint: "is the device on, and near?".into() }
+    SourceError::Gone {
+        message: message.to_owned(),
+        hint: "is the device switched on and near?".into(),
+    }
 }

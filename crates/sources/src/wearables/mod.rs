@@ -1,4 +1,4 @@
-//! Wearables that this computer reads itself, over their own protocols (`teampulse-devices`).
+//! Wearables that this computer reads directly, over their own protocols (`teampulse-devices`).
 
 mod link;
 mod session_time;
@@ -23,15 +23,15 @@ use bluetooth::{Seen, Wearable};
 struct Kind {
     /// The `type` of the source in a study.
     name: &'static str,
-    /// Whether it reads a device, by the device of its streams.
+    /// Whether the source reads a device, by the device name of its streams.
     reads: fn(device: &str) -> bool,
-    /// Whether it reads a Bluetooth device in range; `None` if it is reached otherwise.
+    /// Whether the source reads a Bluetooth device in range; `None` if its devices don't use Bluetooth Low Energy.
     is_in_range: Option<fn(&Seen) -> bool>,
-    /// Whether its devices have the Heart Rate service, so that a source of any strap could take them, too.
+    /// Whether the devices have the Heart Rate service, so that a source for any strap could take them, too.
     is_strap: bool,
 }
 
-/// All kinds. A Polar is more than a strap, so it comes first.
+/// All kinds of sources. Polar comes before the generic strap, as its sensors measure more.
 const KINDS: &[Kind] = &[
     Kind {
         name: polar::DEVICE,
@@ -65,17 +65,17 @@ const KINDS: &[Kind] = &[
     },
 ];
 
-/// The kinds of sources for devices worn by people, by their `type` in a study.
+/// Returns the kinds of sources for devices worn by people, by their `type` in a study.
 pub fn kinds() -> impl Iterator<Item = &'static str> {
     KINDS.iter().map(|kind| kind.name)
 }
 
-/// Fails if a person's id can't be a part of a topic.
+/// Returns an error if a person's id can't be part of a topic.
 pub(crate) fn check_person(person: &str) -> Result<(), SettingsError> {
     worn::Worn::check(person)
 }
 
-/// The kind of source that reads a Bluetooth device in range.
+/// Returns the kind of source that reads a Bluetooth device in range.
 pub fn kind_in_range(seen: &Seen) -> Option<&'static str> {
     let is_it = |kind: &&Kind| kind.is_in_range.is_some_and(|is_in_range| is_in_range(seen));
     KINDS.iter().find(is_it).map(|kind| kind.name)
@@ -86,13 +86,13 @@ fn is_strap(kind: &str) -> bool {
     KINDS.iter().any(|known| known.name == kind && known.is_strap)
 }
 
-/// The kind of source that reads a device, by the device of its streams.
+/// Returns the kind of source that reads a device, by the device name of its streams.
 pub fn kind_of(device: &str) -> Option<&'static str> {
     let sensor = sensor_of(device);
     KINDS.iter().find(|kind| (kind.reads)(sensor)).map(|kind| kind.name)
 }
 
-/// The sensor of a device of streams: the beats that a Polar reports have the clock of a strap.
+/// Returns the sensor behind a stream's device: the beats that a Polar reports have the clock of a strap.
 pub fn sensor_of(device: &str) -> &str {
     device.strip_prefix("heart_rate_strap_").unwrap_or(device)
 }

@@ -10,24 +10,24 @@ use teampulse_devices::myo::{Command, EmgMode, MyoSession, MyoSettings, SERVICE,
 use super::bluetooth::{Pairing, Seen, Wearable, Wireless};
 use crate::SourceContext;
 
-/// Its name in a study and in the table of latencies.
+/// The name of the device in a study and in the table of latencies.
 pub(super) const DEVICE: &str = "myo";
 /// The longest vibration that counts as short, and the longest that counts as medium \[s\].
 const SHORT_SECS: f64 = 0.3;
 const MEDIUM_SECS: f64 = 0.7;
 
-/// A Myo armband that a person wears, over Bluetooth: EMG of eight electrodes (200 Hz), orientation, acceleration and
-/// rotation (50 Hz), battery; poses and taps are markers. It vibrates when it is connected, and on the command
-/// `vibrate`.
+/// A Myo armband that a person wears, over Bluetooth: EMG of eight electrodes (200 Hz); orientation, acceleration and
+/// rotation (50 Hz); and battery. Poses and taps are markers. The armband vibrates when it is connected, and on the
+/// command `vibrate`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Myo {
-    /// The person who wears it, by pseudonym: `p001`.
+    /// The person who wears the Myo, by pseudonym: `p001`.
     pub person: String,
-    /// Its Bluetooth address, such as `C0:FF:EE:00:00:01`; by default the only Myo in range.
+    /// The Bluetooth address, such as `C0:FF:EE:00:00:01`; by default the only Myo in range.
     #[serde(default)]
     pub address: Option<String>,
-    /// The name that its owner gave it, instead of its address.
+    /// The name that its owner gave the Myo, instead of its address.
     #[serde(default)]
     pub name: Option<String>,
     /// Whether to measure EMG.

@@ -1,4 +1,4 @@
-//! Polar H10, Verity Sense and OH1.
+//! Polar H10, Verity Sense and OH1 sensors.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -9,27 +9,27 @@ use teampulse_devices::polar::{Measurement, PolarSession, Selection};
 use super::bluetooth::{Pairing, Seen, Wearable, Wireless};
 use crate::SourceContext;
 
-/// The type of the source in a study, and the prefix of its devices' names.
+/// The type of the source in a study, and the prefix of the device names.
 pub(super) const DEVICE: &str = "polar";
 const H10: &str = "polar_h10";
 
 /// A Polar sensor that a person wears, over Bluetooth: an H10 on the chest (ECG at 130 Hz), or a Verity Sense or OH1
 /// on the arm (PPG and intervals between pulses); heart rate, intervals between beats, battery.
 ///
-/// Its streams are those of `polar_h10`, `polar_verity_sense` or `polar_oh1`. The first ECG may arrive half a minute
-/// after the connection.
+/// The streams belong to the device `polar_h10`, `polar_verity_sense` or `polar_oh1`. The first ECG may arrive half a
+/// minute after the connection.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Polar {
-    /// The person who wears it, by pseudonym: `p001`.
+    /// The person who wears the sensor, by pseudonym: `p001`.
     pub person: String,
-    /// Its Bluetooth address, such as `A0:9E:1A:00:00:01`; by default the only one in range.
+    /// The Bluetooth address, such as `A0:9E:1A:00:00:01`; by default the only Polar sensor in range.
     #[serde(default)]
     pub address: Option<String>,
-    /// The name that it advertises, instead of its address: `Polar H10 12345678`.
+    /// The name that the sensor advertises, instead of its address: `Polar H10 12345678`.
     #[serde(default)]
     pub name: Option<String>,
-    /// What to measure, besides heart rate: any of `ecg`, `ppg`, `pp_interval`, `acceleration`, `gyroscope`,
+    /// What to measure besides heart rate: any of `ecg`, `ppg`, `pp_interval`, `acceleration`, `gyroscope`,
     /// `magnetometer`. By default an H10 measures ECG, the others PPG and intervals between pulses. An H10 that sends
     /// ECG and acceleration together may lose its link.
     #[serde(default)]
@@ -54,7 +54,7 @@ pub enum Measured {
     Magnetometer,
 }
 
-/// What a model measures by default.
+/// Returns what a model measures by default.
 fn usual(device: &str) -> Vec<Measured> {
     if device == H10 { vec![Measured::Ecg] } else { vec![Measured::Ppg, Measured::PpInterval] }
 }
@@ -93,12 +93,12 @@ impl Wearable for PolarSession {
     }
 
     fn is_kind(seen: &Seen) -> bool {
-        // Polar's watches have such names, too.
+        // The names of Polar's watches begin with `Polar`, too.
         Self::device(seen) != DEVICE
     }
 
     fn device(seen: &Seen) -> &'static str {
-        // The last word is the number of each sensor.
+        // The last word of the name is the serial number.
         match seen.name.as_str() {
             name if name.starts_with("Polar H10") => H10,
             name if name.starts_with("Polar OH1") => "polar_oh1",

@@ -1,23 +1,23 @@
-//! The time of a session with a device.
+//! The time within a session with a device.
 
 use std::time::Duration;
 
 use teampulse_core::clock::Stopwatch;
 
-/// A wait that takes this much longer than intended means that teampulse itself stood still.
+/// A wait that exceeds its intended length by this much means that teampulse itself stood still.
 const STANDSTILL: Duration = Duration::from_secs(1);
-/// What the device sent during a standstill is received within this time.
+/// Data that the device sent during a standstill are received within this time.
 const CATCHING_UP: Duration = Duration::from_secs(1);
 
-/// The time since the start of a session, without the time that teampulse itself stood still: the device was not silent
-/// then.
+/// The time since the start of a session, without periods in which teampulse itself stood still: the device was not
+/// silent then.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SessionTime {
     started: Stopwatch,
     stood_still: Duration,
     /// When the last wait began, and when it should end at the latest; `None` once it has ended.
     wait: Option<(Duration, Duration)>,
-    /// Time never goes back.
+    /// The lower bound that keeps the time from going back.
     least: Duration,
 }
 
@@ -31,7 +31,7 @@ impl SessionTime {
         self.at(self.started.elapsed())
     }
 
-    /// Begins a wait until then, at most this long; returns how long it should last.
+    /// Begins a wait until a time, at most `most` long; returns how long it should last.
     pub(super) fn wait(&mut self, until: Option<Duration>, most: Duration) -> Duration {
         let now = self.now();
         let pause = until.map_or(most, |until| until.saturating_sub(now)).min(most);

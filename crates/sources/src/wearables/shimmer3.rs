@@ -1,4 +1,4 @@
-//! A Shimmer3, over a serial port.
+//! A Shimmer3, read over a serial port.
 
 use std::time::Duration;
 
@@ -18,13 +18,13 @@ use super::worn::Worn;
 use crate::SourceContext;
 use crate::serial::SerialPort;
 
-/// Its name in a study and in the table of latencies.
+/// The name of the device in a study and in the table of latencies.
 pub(super) const DEVICE: &str = "shimmer3";
-/// The baud rate of its dock; Bluetooth ports have none.
+/// The baud rate of the dock; Bluetooth ports have none.
 const BAUD: u32 = 115_200;
 /// How long a port may take to open: Bluetooth pages a device for up to 20 s.
 const PATIENCE: Duration = Duration::from_secs(25);
-/// The rates that the device can be set to \[Hz\], and the rate that its radio can carry.
+/// The range of rates to which the device can be set \[Hz\].
 const LEAST_HZ: f64 = 1.0;
 const MOST_HZ: f64 = 1024.0;
 
@@ -32,20 +32,19 @@ const MOST_HZ: f64 = 1024.0;
 /// rotation, magnetic field, battery.
 ///
 /// It is reached through a serial port: `sudo rfcomm bind 0 ADDRESS` makes a paired device available as `/dev/rfcomm0`.
-/// Its own clock times the samples. A byte that the link loses costs its packet, which is counted, and shifts no
-/// channel.
+/// Its own clock times the samples. If the link loses a byte, one packet is lost, which is counted; no channel shifts.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shimmer3 {
-    /// The person who wears it, by pseudonym: `p001`.
+    /// The person who wears the device, by pseudonym: `p001`.
     pub person: String,
     /// The serial port.
     #[serde(default = "port")]
     pub port: String,
-    /// What it measures.
+    /// The sensors to measure with.
     #[serde(default = "sensors")]
     pub sensors: Vec<ShimmerSensor>,
-    /// Samples per second \[Hz\], from 1 to 1024. Above 256 Hz with several sensors, the radio loses bytes.
+    /// The sampling rate \[Hz\], from 1 to 1024. Above 256 Hz with several sensors, the radio loses bytes.
     #[serde(default = "rate_hz")]
     pub rate_hz: f64,
 }
@@ -107,7 +106,7 @@ impl Component<dyn Source, SourceContext> for Shimmer3 {
         }
         let bits = self.sensors.iter().map(|sensor| sensor.bits());
         let Some(sensors) = bits.reduce(|all, sensor| all | sensor) else {
-            let error = SettingsError::new("it has no sensors").at("sensors");
+            let error = SettingsError::new("no sensors are listed").at("sensors");
             return Err(error.with_hint("name some, such as [\"eda\", \"ppg\"]"));
         };
         let uses = &context.claims.uses;
@@ -115,7 +114,7 @@ impl Component<dyn Source, SourceContext> for Shimmer3 {
         let names = worn.names(uses)?;
         let port = uses.begin(&*self.port).ok_or_else(|| {
             let error = SettingsError::new(format!("two sources read the port {}", self.port));
-            error.at("port").with_hint("give each the port of its own device")
+            error.at("port").with_hint("give each source the port of a different device")
         })?;
         let settings =
             ShimmerSettings { rate_hz: self.rate_hz, sensors, ..ShimmerSettings::default() };
@@ -142,7 +141,7 @@ impl Source for Shimmer {
         };
         let opened = opened.map_err(|_elapsed| SourceError::Gone {
             message: format!("open {}: the device does not answer", self.port),
-            hint: "is it on, paired and near?".into(),
+            hint: "is it switched on, paired and near?".into(),
         })?;
         let link = opened
             .map_err(|error| SourceError::Gone { message: error.to_string(), hint: error.hint })?;
@@ -151,12 +150,12 @@ impl Source for Shimmer {
     }
 }
 
-/// The same error with the port.
+/// Returns the same error with the port.
 fn at_port(error: SourceError, port: &str) -> SourceError {
     match error {
         SourceError::Gone { message, .. } => SourceError::Gone {
             message: format!("{message} (Shimmer3 at {port})"),
-            hint: "is this the port of a Shimmer3 with LogAndStream, and is it on and near?".into(),
+            hint: "is this the port of a Shimmer3 with LogAndStream, switched on and near?".into(),
         },
         fatal @ SourceError::Fatal { .. } => fatal,
     }

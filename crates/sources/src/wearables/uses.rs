@@ -1,21 +1,21 @@
-//! What the wearables of a session use: a port, a server, and names of streams, each by one source only.
+//! What the wearables of a session use, each by one source only: ports, servers and stream names.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{heart_rate, is_strap};
 
-/// What is in use; clones share it.
+/// The resources in use; clones share them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Uses(Arc<Mutex<Used>>);
 
 #[derive(Debug, Default)]
 struct Used {
     things: Vec<String>,
-    /// Kinds of devices of which any is taken, each with the person who wears it.
+    /// The kinds of devices of which any is taken, each with the person who wears it.
     kinds: Vec<(&'static str, String)>,
 }
 
-/// The use of something, until it is dropped.
+/// The use of a resource, until it is dropped.
 #[derive(Debug)]
 pub(crate) struct Use {
     uses: Uses,
@@ -23,8 +23,8 @@ pub(crate) struct Use {
 }
 
 impl Uses {
-    /// The use of something, and of all that is below it, as `127.0.0.1:28000/9ff167` is below `127.0.0.1:28000`;
-    /// `None` if a part of it is in use.
+    /// Begins the use of a resource and of everything below it, as `127.0.0.1:28000/9ff167` is below `127.0.0.1:28000`;
+    /// `None` if any part of it is in use.
     pub(crate) fn begin(&self, what: impl Into<String>) -> Option<Use> {
         let what = what.into();
         let mut used = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -38,12 +38,12 @@ impl Uses {
         Some(Use { uses: self.clone(), what })
     }
 
-    /// Takes any device of a kind, rather than one with an address or a name; fails with the kind and the person of
-    /// another source that could take the same device.
+    /// Takes any device of a kind, rather than one with an address or a name; returns the rival if another source could
+    /// take the same device.
     pub(crate) fn take_any(&self, kind: &'static str, person: &str) -> Result<(), Rival> {
         let mut used = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let rival = used.kinds.iter().find(|(other, wearer)| {
-            // A source of any strap could also take a Polar, and straps of one person can't be distinguished.
+            // A source for any strap could also take a Polar, and the straps of one person can't be distinguished.
             let is_any_strap = [*other, kind].contains(&heart_rate::KIND);
             is_any_strap && is_strap(other) && is_strap(kind) || *other == kind && wearer != person
         });
@@ -56,9 +56,9 @@ impl Uses {
 /// Another source that could take the same device.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Rival {
-    /// The kind of its device.
+    /// The kind of the other source.
     pub(crate) kind: &'static str,
-    /// Who wears that.
+    /// The person who wears that source's device.
     pub(crate) person: String,
 }
 

@@ -1,4 +1,4 @@
-//! The readings of a device's session, as streams of the person who wears it.
+//! The readings of a device's session, as streams of the person who wears the device.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -19,41 +19,41 @@ use super::uses::{Use, Uses};
 
 /// The namespace of people's streams.
 const PEOPLE: &str = "/humans/persons";
-/// The names of devices' streams of intervals between beats.
+/// The names of streams with intervals between beats.
 const INTERVALS: [&str; 2] = ["ibi", BEATS];
-/// The stream of intervals without times, and the stream that each of their notifications contains.
+/// The stream of intervals between beats, whose beats have no times of their own.
 const BEATS: &str = "rr_interval";
-/// The stream of intervals between pulses, several seconds of which arrive at once.
+/// The stream of intervals between pulses; several seconds of them arrive at once.
 const PULSES: &str = "pp_interval";
-/// If the elapsed time exceeds the received intervals by this much, some are missing \[ms\].
+/// If the elapsed time exceeds the sum of the received intervals by this much, some are missing \[ms\].
 const MISSING_MS: f64 = 2500.0;
-/// The clock of the beats that a strap reports: it is as late as they are.
+/// The device whose clock is the beats that a strap reports; it is as late as they are.
 const STRAP: &str = "heart_rate_strap";
 
-/// The prefix of acceleration streams: a device may have several such sensors.
+/// The prefix of acceleration streams, as a device may have several accelerometers.
 const ACCELERATION: &str = "acceleration";
-/// The suffix of streams with raw numbers, beside the streams in units that are computed from them.
+/// The suffix of streams with raw numbers, from which the streams in units are computed.
 const RAW: &str = "_raw";
 
 /// A device and the person who wears it.
 #[derive(Clone, Debug)]
 pub(super) struct Worn {
     person: String,
-    /// Its name, as in the table of latencies: `empatica_e4`.
+    /// The device's name, as in the table of latencies: `empatica_e4`.
     device: &'static str,
     streams: BTreeMap<&'static str, WornStream>,
     markers: Option<StreamId>,
     link: Option<StreamId>,
-    /// The clock of the beats, and that of their arrivals.
+    /// The clock of the beats, and the clock of their arrivals.
     beats: BeatClock,
     clock: Stopwatch,
-    /// The clock of pulses without times, and when the last ones arrived \[ms\]; if there are any, no beats are
-    /// reported, and the clock of beats is that of arrivals.
+    /// The clock of pulses without times, and when the last ones arrived \[ms\]. If there are pulses, no beats are
+    /// reported, and the clock of beats is the clock of arrivals.
     pulses: BeatClock,
     pulses_ms: Option<f64>,
-    /// Whether device times are from a clock in the device.
+    /// Whether device times come from a clock in the device.
     has_clock: bool,
-    /// What was reported already, of reports that may recur.
+    /// The kinds of recurring reports that were made already.
     reported: BTreeSet<&'static str>,
 }
 
@@ -66,23 +66,23 @@ struct WornStream {
     in_runs: bool,
     /// Whether the beats that the device reports are its clock.
     by_beats: bool,
-    /// The time since its last reading arrived.
+    /// The time since the stream's last reading arrived.
     last: Option<Stopwatch>,
     /// Whether an unknown number of samples is missing before the next one.
     has_gap: bool,
 }
 
 impl Worn {
-    /// A device of a person; fails if the person's id can't be a part of a topic.
+    /// Creates a device of a person; fails if the person's id can't be part of a topic.
     pub(super) fn new(person: String, device: &'static str) -> Result<Worn, SettingsError> {
         Worn::check(&person)?;
         Ok(Worn::of(person, device))
     }
 
-    /// Fails if a person's id can't be a part of a topic.
+    /// Returns an error if a person's id can't be part of a topic.
     pub(super) fn check(person: &str) -> Result<(), SettingsError> {
         let is_plain = |each: char| each.is_ascii_alphanumeric() || each == '_';
-        // ROS refuses topics with parts that begin with a digit.
+        // ROS refuses topics with tokens that begin with a digit.
         let begins_well = person.starts_with(|first: char| first.is_ascii_alphabetic());
         if !begins_well || !person.chars().all(is_plain) {
             let error = SettingsError::new(format!("`{person}` can't be the id of a person"));
@@ -92,17 +92,17 @@ impl Worn {
         Ok(())
     }
 
-    /// The use of the names of its streams; fails if another source has the same ones.
+    /// Reserves the names of the device's streams; fails if another source has the same ones.
     pub(super) fn names(&self, uses: &Uses) -> Result<Use, SettingsError> {
         let Worn { person, device, .. } = self;
         uses.begin(format!("{PEOPLE}/{person}/{device}")).ok_or_else(|| {
             let error = SettingsError::new(format!("{person} wears two devices of the kind {device}"));
-            let hint = format!("their streams would have the same names: give one a person of its own, such as \"{person}_left\"");
+            let hint = format!("their streams would have the same names: give one another person, such as \"{person}_left\"");
             error.at("person").with_hint(hint)
         })
     }
 
-    /// A device of a person whose id has been checked.
+    /// Creates a device of a person whose id has been checked.
     pub(super) fn of(person: String, device: &'static str) -> Worn {
         Worn {
             person,
@@ -125,7 +125,7 @@ impl Worn {
         Stream { device: self.device.to_owned(), ..Stream::raw(name, subject, shape) }
     }
 
-    /// Declares a stream that begins, or whose scale or rate changed.
+    /// Declares a stream that is new, or whose scale or rate has changed.
     pub(super) fn declare(&mut self, described: &devices::Stream, outlet: &Outlet) {
         let signal = match described.name {
             name if INTERVALS.contains(&name) => Signal::Interval,
@@ -154,7 +154,7 @@ impl Worn {
         let (last, has_gap) = known.map_or((None, false), |known| (known.last, known.has_gap));
         let worn = WornStream { id, width, rate_hz, in_runs, by_beats, last, has_gap };
         if self.streams.insert(name, worn).is_none() && rate_hz.is_some() {
-            // The device numbers its samples: what is lost is known.
+            // The device numbers its samples, so losses are known.
             outlet.lost(id, 0);
         }
     }
@@ -200,8 +200,8 @@ impl Worn {
         outlet.offer_together(reading.values.iter().zip(times).map(beat).collect());
     }
 
-    /// Offers intervals between pulses, each with the time of the pulse at its end: the last was just before they were
-    /// sent.
+    /// Offers intervals between pulses, each with the time of the pulse at its end; the last pulse was just before they
+    /// were sent.
     fn offer_pulses(
         &mut self,
         stream: WornStream,
@@ -232,7 +232,7 @@ impl Worn {
         for (place, values) in reading.values.chunks(stream.width).enumerate() {
             let after_ns =
                 reading.period_ns.map(|period_ns| (period_ns * place as f64).round() as i64);
-            // Of irregular samples only the first has a time.
+            // Of irregular samples, only the first has a time.
             let after_ns = after_ns.or((place == 0).then_some(0));
             let stamp = reading.device_time_ns.zip(after_ns);
             let stamp = stamp.map(|(at_ns, after_ns)| at_ns.saturating_add(after_ns));
@@ -247,12 +247,13 @@ impl Worn {
         }
     }
 
-    /// The stamp of a program that passed on data from a device without a clock; regular samples are counted instead.
+    /// Returns the stamp of a program that passes on data of a device without a clock; regular samples are counted
+    /// instead.
     fn source_time(&self, stamp_ns: Option<i64>) -> Option<Time> {
         stamp_ns.filter(|_| !self.has_clock).map(Time::from_nanos)
     }
 
-    /// Reports anything else that a session reports.
+    /// Reports a session's events.
     pub(super) fn report(&mut self, event: devices::Event, outlet: &Outlet) {
         use devices::Event::{Discarded, Gap, Marker, Refused, Stalled, Wearable};
         match event {
@@ -260,10 +261,7 @@ impl Worn {
             Gap { stream, samples } => self.miss(stream, samples, outlet),
             Stalled { stream, quiet } => {
                 let secs = quiet.as_secs_f64();
-                self.fault(
-                    &format!("{stream}: nothing came for {secs:.0} s, requested again"),
-                    outlet,
-                );
+                self.fault(&format!("{stream}: no data for {secs:.0} s, requested again"), outlet);
             }
             Refused { stream, reason } => {
                 self.fault(&format!("the device refuses {stream}: {reason}"), outlet);
@@ -284,8 +282,8 @@ impl Worn {
         }
     }
 
-    /// Reports samples missing before the next ones: as many as the device states, or else, once samples come again, as
-    /// many as fit into the silence.
+    /// Reports samples missing before the next ones: as many as the device states, or else, once samples arrive again,
+    /// as many as fit into the silence.
     fn miss(&mut self, name: &str, samples: Option<u64>, outlet: &Outlet) {
         if name == BEATS {
             self.beats.restart();
@@ -304,7 +302,8 @@ impl Worn {
         let stream = self.link.unwrap_or_else(|| {
             let link = self.stream("link", Shape::Sample);
             let link = link.with_channels(&[("connected", "1"), ("rssi", "dBm")]);
-            let doc = "whether the device is connected, and its signal strength when it was".into();
+            let doc =
+                "whether the device is connected, and its signal strength at connection".into();
             outlet.declare(Stream { signal: Signal::Link, doc, ..link })
         });
         self.link = Some(stream);
@@ -313,7 +312,7 @@ impl Worn {
         outlet.offer(Reading { stream, index: None, device_time: None, source_time: None, data });
     }
 
-    /// Counts notifications that were lost in this computer.
+    /// Reports notifications that were lost on this computer.
     pub(super) fn count_lost(&mut self, notifications: u64, outlet: &Outlet) {
         if notifications > 0 {
             let what =
@@ -345,7 +344,7 @@ impl Worn {
 }
 
 impl WornStream {
-    /// Reports as many samples as fit into the silence before a reading of `samples`.
+    /// Reports as many lost samples as fit into the silence before a reading of `samples`.
     fn report_gap(&self, samples: usize, outlet: &Outlet) {
         let of_silence = || {
             let due = (self.rate_hz? * self.last?.elapsed().as_secs_f64()).round();
@@ -364,7 +363,7 @@ impl WornStream {
     }
 }
 
-/// Offers successive samples as one wave. Samples missing before it are reported by their own event.
+/// Offers successive samples as one wave. Samples missing before it are reported by a separate event.
 fn offer_run(stream: WornStream, reading: &devices::Reading, outlet: &Outlet) {
     let nominal_ns = stream.rate_hz.map(|rate_hz| 1e9 / rate_hz);
     let wave = Wave {

@@ -11,7 +11,7 @@ pub(super) const ADAPTER_PATH: &str = "/org/bluez/hci0";
 #[derive(Debug)]
 pub(super) struct Central {
     pub connection: Connection,
-    /// The time of all devices and their wearers.
+    /// The time base of all devices and their wearers.
     pub clock: Stopwatch,
     discovering: Mutex<BTreeSet<String>>,
     powered: Mutex<bool>,

@@ -11,8 +11,8 @@ use tokio::time::sleep;
 
 use super::EmulatedBluetoothError;
 
-/// Runs a daemon until standard input is closed, which happens however the process that holds it ends. A folder of its
-/// own is then removed, too.
+/// Runs a daemon until standard input is closed, which happens however the process that holds it ends. A temporary
+/// folder of the daemon is then removed, too.
 const GUARD: &str = r#"command -v dbus-daemon >/dev/null || exit 127
 exec 3>&1 >/dev/null
 dbus-daemon --nofork --nopidfile --print-address=1 --config-file "$1" >&3 3>&- &
@@ -22,26 +22,26 @@ kill $!
 wait $!
 rm -f "$1"
 [ -z "$2" ] || rmdir "$2" 2>/dev/null"#;
-/// How long the daemon of an emulation that has ended may take to leave its socket.
+/// How long a daemon that is shutting down may take to remove its socket.
 const LEAVING: Duration = Duration::from_secs(2);
-/// How often to check whether it has left.
+/// How often to check whether the socket is gone.
 const LOOK: Duration = Duration::from_millis(10);
-/// The shell's exit code when there is no such program.
+/// The shell's exit code for a missing program.
 const NO_PROGRAM: i32 = 127;
 
-/// A `dbus-daemon` of our own, on which every process of this user may do everything. It ends when this is
-/// dropped, or with this process.
+/// A private `dbus-daemon` on which every process of this user may do everything. It ends when this is dropped, or with
+/// this process.
 #[derive(Debug)]
 pub(super) struct Daemon {
-    /// The address, as D-Bus writes it.
+    /// The address in D-Bus notation.
     pub address: String,
-    // Holds the standard input open.
+    // Keeps the standard input open.
     _guard: Child,
     _folder: Option<TempDir>,
 }
 
 impl Daemon {
-    /// Starts one in a folder of its own, which is removed with it.
+    /// Starts a daemon in a temporary folder, which is removed with it.
     pub async fn start() -> Result<Self, EmulatedBluetoothError> {
         let folder = tempfile::Builder::new().prefix("teampulse-dbus-").tempdir();
         let folder = folder.map_err(|error| EmulatedBluetoothError::Daemon(error.to_string()))?;
@@ -49,15 +49,15 @@ impl Daemon {
         Ok(Self { _folder: Some(folder), ..daemon })
     }
 
-    /// Starts one whose socket is `bus` in an existing folder, which is kept.
+    /// Starts a daemon whose socket is `bus` in an existing folder, which is kept.
     pub async fn start_in(folder: &Path) -> Result<Self, EmulatedBluetoothError> {
-        // Its address is also used by programs in other folders.
+        // Programs running in other folders use this address, too.
         let folder = std::path::absolute(folder)
             .map_err(|error| EmulatedBluetoothError::Daemon(error.to_string()))?;
         Self::guarded(&folder, OsStr::new("")).await
     }
 
-    /// Starts one whose guard removes a folder.
+    /// Starts a daemon whose guard removes the folder `removed`, if that is not empty.
     async fn guarded(folder: &Path, removed: &OsStr) -> Result<Self, EmulatedBluetoothError> {
         let failed =
             |error: &dyn std::fmt::Display| EmulatedBluetoothError::Daemon(error.to_string());
@@ -73,7 +73,7 @@ impl Daemon {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
-            // Ctrl-C in a terminal is for us: the guard must outlive it.
+            // Ctrl-C in a terminal is meant for this process: the guard must outlive it.
             .process_group(0)
             .spawn();
         let mut guard = guard.map_err(|error| failed(&error))?;
@@ -91,7 +91,7 @@ impl Daemon {
     }
 }
 
-/// Waits until an earlier daemon has removed its socket; if one does not, it is dead, and its socket is removed.
+/// Waits until an earlier daemon has removed its socket; a socket that remains belongs to a dead daemon and is removed.
 async fn left(socket: &Path) -> std::io::Result<()> {
     let since = Stopwatch::start();
     while socket.exists() && since.elapsed() < LEAVING {
@@ -100,7 +100,7 @@ async fn left(socket: &Path) -> std::io::Result<()> {
     if socket.exists() { std::fs::remove_file(socket) } else { Ok(()) }
 }
 
-/// Whether there is a `dbus-daemon` on this machine.
+/// Whether `dbus-daemon` is installed on this machine.
 pub async fn is_installed() -> bool {
     let asked = Command::new("dbus-daemon")
         .arg("--version")

@@ -38,7 +38,7 @@ pub(super) struct State {
     pub listeners: BTreeMap<u128, BTreeSet<String>>,
 }
 
-/// A request to the task of a link, which answers when it is done.
+/// A request to the task of a link; `Answer` is sent when it is done.
 pub(super) enum Request {
     Connect(Answer),
     /// Disconnects, after the reply to the client has been sent.
@@ -49,7 +49,7 @@ pub(super) enum Request {
 
 pub(super) type Answer = oneshot::Sender<Result<(), BluezError>>;
 
-/// The most requests that may wait for a device.
+/// The largest number of requests that may wait for a device.
 const REQUESTS: usize = 64;
 
 impl Handle {
@@ -97,7 +97,7 @@ impl Handle {
         self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The state of a device that is connected; otherwise the error with which BlueZ refuses requests.
+    /// Returns the state of a connected device, or else the error with which BlueZ refuses requests.
     pub fn connected(&self) -> Result<MutexGuard<'_, State>, BluezError> {
         let state = self.state();
         if state.is_connected { Ok(state) } else { Err(BluezError::Failed("Not connected".into())) }
@@ -163,7 +163,7 @@ impl Handle {
         }
     }
 
-    /// The data that the device sends until now.
+    /// Returns the data that the device has sent since the last call.
     pub fn sent(&self) -> Vec<Notice> {
         let mut state = self.state();
         let secs = self.central().now_secs();
@@ -171,7 +171,7 @@ impl Handle {
         peripheral.until(secs, wearer.as_mut())
     }
 
-    /// Keeps the value of a characteristic and emits its change, as BlueZ does for notifications and for reads.
+    /// Stores the value of a characteristic and emits its change, as BlueZ does for notifications and reads.
     pub async fn value(&self, characteristic: u128, value: Vec<u8>) -> zbus::Result<()> {
         let Some(path) = self.characteristic_path(characteristic) else { return Ok(()) };
         self.state().values.insert(characteristic, value.clone());

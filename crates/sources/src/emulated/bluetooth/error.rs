@@ -1,15 +1,15 @@
 use teampulse_emulators::devices::AttError;
 
-/// Why the emulated Bluetooth did not start, or ended.
+/// Why the emulated Bluetooth did not start, or why it ended.
 #[derive(Debug, thiserror::Error)]
 pub enum EmulatedBluetoothError {
-    /// There is no `dbus-daemon` on this machine.
+    /// `dbus-daemon` is not installed on this machine.
     #[error("start a private D-Bus: dbus-daemon is not installed")]
     NoDaemon,
-    /// It can't be run, or ended.
+    /// The private `dbus-daemon` can't be run, or has ended.
     #[error("start a private D-Bus: {0}")]
     Daemon(String),
-    /// The connection to it failed.
+    /// The connection to the private D-Bus failed.
     #[error("serve org.bluez on the private D-Bus: {0}")]
     Bus(#[from] zbus::Error),
     /// Two devices have this address.
@@ -18,12 +18,12 @@ pub enum EmulatedBluetoothError {
 }
 
 impl EmulatedBluetoothError {
-    /// The remedy.
+    /// What the user can do.
     pub const fn hint(&self) -> &'static str {
         match self {
             Self::NoDaemon => "install it: apt install dbus-daemon",
             Self::Daemon(_) | Self::Bus(_) => "does `dbus-daemon --session --nofork` run?",
-            Self::SameAddress(_) => "give each device an address of its own",
+            Self::SameAddress(_) => "give each device a different address",
         }
     }
 }

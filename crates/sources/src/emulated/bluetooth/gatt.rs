@@ -49,7 +49,7 @@ impl GattService {
 /// `org.bluez.GattCharacteristic1`: a characteristic of a connected device.
 pub(super) struct GattCharacteristic {
     pub device: Handle,
-    /// The handle of its service.
+    /// The handle of the service that contains the characteristic.
     pub service: u16,
     pub entry: Entry,
 }

@@ -16,18 +16,18 @@ use super::{LinkFault, LinkIncident};
 const TICK: Duration = Duration::from_millis(5);
 /// The time between two reported advertisements \[s\].
 const ADVERTISE_SECS: f64 = 0.3;
-/// The time that it takes to connect, and again to discover the services \[s\].
+/// The time to connect, and again to discover the services \[s\].
 const SETUP_SECS: f64 = 0.05;
-/// The time after which a device that does not answer is given up \[s\].
+/// The time after which a connection attempt to an unresponsive device is given up \[s\].
 const CONNECT_PATIENCE_SECS: f64 = 20.0;
-/// How long a reply to a client may take to be sent.
+/// How long sending a reply to a client may take.
 const REPLY_PATIENCE: Duration = Duration::from_secs(1);
 
-/// The radio link of a device: advertised, connected, resolved and lost, in this order.
+/// The radio link of a device, through its states: advertised, connected, resolved and lost.
 pub(super) struct Link {
     device: Handle,
     incidents: Vec<LinkIncident>,
-    /// Whether BlueZ has an object of the device.
+    /// Whether BlueZ has an object for the device.
     is_known: bool,
     /// Whether the signal strength of its last advertisement is still valid.
     is_heard: bool,
@@ -45,7 +45,7 @@ struct Connecting {
 }
 
 impl Link {
-    /// A link; `incidents` are in order of time.
+    /// Creates a link; `incidents` are in order of time.
     pub fn new(device: Handle, incidents: Vec<LinkIncident>) -> Self {
         Self {
             device,
@@ -61,7 +61,7 @@ impl Link {
         }
     }
 
-    /// Runs until the bus is gone.
+    /// Runs until the bus is closed.
     pub async fn run(mut self, mut requests: mpsc::Receiver<Request>) -> zbus::Result<()> {
         let mut ticks = interval(TICK);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -159,13 +159,13 @@ impl Link {
         Ok(())
     }
 
-    /// The steps of a connection, each when its time has come.
+    /// Carries out the steps of a connection when they are due.
     async fn establish(&mut self, now_secs: f64) -> zbus::Result<()> {
         let is_due = |one: &mut Connecting| now_secs >= one.since_secs + SETUP_SECS;
         if let Some(connecting) = self.connecting.take_if(is_due) {
             self.device.state().is_connected = true;
             self.device_changed("Connected", true).await?;
-            // As BlueZ, which answers before the services are known.
+            // BlueZ, too, answers before the services are known.
             connecting.answers.into_iter().for_each(|answer| _ = answer.send(Ok(())));
             self.resolve_secs = Some(now_secs + SETUP_SECS);
         }
@@ -207,7 +207,7 @@ impl Link {
         Ok(())
     }
 
-    /// Ends the link, in the order in which BlueZ reports it.
+    /// Ends the link and reports it in the order that BlueZ uses.
     async fn lose(&mut self) -> zbus::Result<()> {
         self.resolve_secs = None;
         if let Some(connecting) = self.connecting.take() {

@@ -1,19 +1,19 @@
-//! Emulated Bluetooth devices behind a BlueZ of our own, for programs that reach devices through BlueZ.
+//! Emulated Bluetooth devices behind a private BlueZ, for programs that reach devices through BlueZ.
 //!
 //! [`EmulatedBluetooth`] starts a private `dbus-daemon` and serves `org.bluez` on it: an adapter, and devices with
 //! their services. Programs use it with its address in `DBUS_SYSTEM_BUS_ADDRESS`; the machine's own Bluetooth is not
 //! touched.
 //!
-//! Like BlueZ 5.66, as far as clients (bleak, btleplug, bluer) depend on it:
-//! - A device has an object from its first advertisement during a discovery; while a client is discovering, its RSSI
-//!   changes; when the discovery stops, that is invalidated.
+//! It behaves like BlueZ 5.66, as far as clients (bleak, btleplug, bluer) depend on it:
+//! - A device has an object from its first advertisement during a discovery. While a client is discovering, the
+//!   device's RSSI changes; when the discovery stops, the RSSI is invalidated.
 //! - `Connect` answers when the link is up, before the services are known; `ServicesResolved` follows.
 //! - Services and characteristics are objects while the device is connected. A characteristic's path contains the
 //!   handle of its declaration.
 //! - A read changes `Value`, as a notification does.
-//! - `Disconnect` answers before it reports anything: bleak 0.20 closes its connection at the report.
+//! - `Disconnect` answers before it reports anything: bleak 0.20 closes its connection when it sees the report.
 //! - A lost link is reported by `ServicesResolved`, then by `Connected`; then the objects of its services are removed.
-//! - Discoveries and subscriptions end with the client that began them; links do not.
+//! - Discoveries and subscriptions end with the client that started them; links do not.
 
 mod device;
 mod link;
@@ -52,13 +52,13 @@ pub use self::wearable::{EmulatedRadio, MyoSettings, Oh1Settings, open};
 
 /// A device for [`EmulatedBluetooth`].
 pub struct EmulatedDevice {
-    /// The address of its radio: `A0:9E:1A:00:00:01`.
+    /// The Bluetooth address: `A0:9E:1A:00:00:01`.
     pub address: String,
     /// The device.
     pub peripheral: Box<dyn Peripheral>,
-    /// Its wearer.
+    /// The person who wears the device.
     pub wearer: Box<dyn Wearer + Send>,
-    /// The faults of its link, in order of time.
+    /// The faults of the link, in order of time.
     pub incidents: Vec<LinkIncident>,
 }
 
@@ -66,7 +66,7 @@ pub struct EmulatedDevice {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LinkIncident {
-    /// When it begins \[s\].
+    /// When the fault begins \[s\].
     pub at_secs: f64,
     /// The fault.
     pub fault: LinkFault,
@@ -76,18 +76,18 @@ pub struct LinkIncident {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinkFault {
-    /// It is lost, and may be set up again at once.
+    /// The link is lost, and may be set up again at once.
     Drop,
-    /// It is lost, and the device is out of range for this long \[s\].
+    /// The link is lost, and the device is out of range for this long \[s\].
     Away(f64),
-    /// It stays up, but nothing arrives for this long \[s\].
+    /// The link stays up, but nothing arrives for this long \[s\].
     Silence(f64),
 }
 
-/// Devices behind a BlueZ on a D-Bus of their own, until this is dropped.
+/// Devices behind a BlueZ on a private D-Bus, until this is dropped.
 pub struct EmulatedBluetooth {
     devices: Vec<Handle>,
-    // Before the daemon, which their connection needs.
+    // Dropped before the daemon, which the tasks' connection needs.
     _tasks: JoinSet<zbus::Result<()>>,
     daemon: Daemon,
 }
@@ -102,7 +102,7 @@ impl EmulatedBluetooth {
         Self::serve(devices, clock, Daemon::start().await?).await
     }
 
-    /// The same, on a D-Bus whose socket is `bus` in an existing folder.
+    /// Starts the devices like [`start`](Self::start), on a D-Bus whose socket is `bus` in an existing folder.
     pub async fn start_in(
         folder: &Path,
         devices: Vec<EmulatedDevice>,
@@ -153,7 +153,7 @@ impl EmulatedBluetooth {
         &self.daemon.address
     }
 
-    /// Triggers a fault in the link of the device with this address; it has happened when this returns. Returns whether
+    /// Triggers a fault in the link of the device with this address, and waits until it has happened. Returns whether
     /// there is such a device.
     pub async fn suffer(&self, address: &str, fault: LinkFault) -> bool {
         let found = self.devices.iter().find(|one| one.address().eq_ignore_ascii_case(address));
@@ -171,7 +171,7 @@ impl EmulatedBluetooth {
     }
 }
 
-/// Streams the names that leave the bus.
+/// Returns a stream of the clients that leave the bus, as `NameOwnerChanged` signals.
 async fn departures(connection: &Connection) -> zbus::Result<MessageStream> {
     let rule = MatchRule::builder()
         .msg_type(zbus::message::Type::Signal)

@@ -1,4 +1,4 @@
-//! Bluetooth devices of simulated people: all those of a study are behind one private D-Bus.
+//! Bluetooth devices of simulated people; all devices of a study are behind one private D-Bus.
 
 use std::io;
 use std::path::Path;
@@ -21,13 +21,13 @@ use crate::wearables::bluetooth::check_address;
 pub struct EmulatedRadio<D: Default> {
     /// The person who wears it: `p001`.
     pub person: String,
-    /// The address of its radio, such as `A0:9E:1A:00:00:01`; by default the devices of a study are numbered.
+    /// The device's Bluetooth address, such as `A0:9E:1A:00:00:01`; by default the devices of a study are numbered.
     #[serde(default)]
     pub address: Option<String>,
-    /// The faults of its link, in order of time.
+    /// The faults of the link, in order of time.
     #[serde(default)]
     pub faults: Vec<LinkIncident>,
-    /// The properties of the device itself, and its faults.
+    /// The properties and faults of the device itself.
     #[serde(default)]
     pub device: D,
 }
@@ -36,23 +36,23 @@ pub struct EmulatedRadio<D: Default> {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MyoSettings {
-    /// Its faults, in order of time.
+    /// The faults of the Myo, in order of time.
     pub faults: Vec<MyoIncident>,
 }
 
-/// The settings of an emulated Polar OH1, which are those of a Verity Sense.
+/// The settings of an emulated Polar OH1: the same as those of a Verity Sense.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct Oh1Settings(pub VeritySettings);
 
-/// The settings of a kind of Bluetooth device: all that it needs besides its row in [`EmulatedWearable`].
+/// The settings of a kind of Bluetooth device: everything it needs besides its row in [`EmulatedWearable`].
 trait RadioDevice: Default {
-    /// The type of the source that reads it.
+    /// The type of the source that reads the device.
     const SOURCE: &'static str;
-    /// The body signals that it measures, of those that people may also wear on ROS.
+    /// The body signals that the device measures, among those that simulated people can also publish on ROS.
     const SENSES: &'static [Sensor];
 
-    /// The device, whose radio has an address.
+    /// Creates the device with a Bluetooth address.
     fn peripheral(&self, address: &str) -> io::Result<Box<dyn Peripheral>>;
 }
 
@@ -108,10 +108,10 @@ pub(in crate::emulated) trait Radio {
     /// The person who wears it.
     fn person(&self) -> &str;
 
-    /// The body signals that it measures, of those that people may also wear on ROS.
+    /// The body signals that the device measures, among those that simulated people can also publish on ROS.
     fn senses(&self) -> &'static [Sensor];
 
-    /// The device at its position in a study.
+    /// Returns the device, numbered by its place in the study.
     fn part(&self, place: usize) -> io::Result<Part>;
 }
 
@@ -134,8 +134,8 @@ impl<D: RadioDevice> Radio for EmulatedRadio<D> {
     }
 }
 
-/// Puts Bluetooth devices on a shared D-Bus; other devices are skipped. Its socket is `bus` in an existing folder, or
-/// in one of its own.
+/// Puts Bluetooth devices on a shared D-Bus, whose socket is `bus` in `folder`, or in a temporary folder if that is
+/// `None`; other devices are skipped.
 pub async fn open(
     wearables: &[&EmulatedWearable],
     wardrobe: &Wardrobe,
@@ -179,12 +179,12 @@ pub(in crate::emulated) struct Part {
     person: String,
     address: String,
     faults: Vec<LinkIncident>,
-    /// The source that reads it.
+    /// The type of the source that reads the device.
     source: &'static str,
     peripheral: Box<dyn Peripheral>,
 }
 
-/// An optical sensor of Polar.
+/// Creates a Polar optical sensor.
 fn optical(
     settings: &VeritySettings,
     model: VerityModel,
@@ -195,12 +195,12 @@ fn optical(
     Ok(Box::new(Verity::new(settings)))
 }
 
-/// The ID of a Polar device: the maker prints the end of the address on it.
+/// Returns the ID of a Polar device, which is the end of its address, as printed on it.
 fn serial(address: &str) -> String {
     address.replace(':', "").chars().skip(4).collect()
 }
 
-/// The address of a device without one.
+/// Returns the address of a device for which the study gives none.
 fn numbered(place: usize) -> String {
     let [high, low] = u16::try_from(place).unwrap_or(u16::MAX).to_be_bytes();
     format!("A0:9E:1A:00:{high:02X}:{low:02X}")

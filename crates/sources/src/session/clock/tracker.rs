@@ -4,9 +4,9 @@ use teampulse_core::simulated_time::Break;
 use teampulse_core::time::Time;
 use teampulse_ros::graph::Gid;
 
-/// A smaller step back is a message out of order [s].
+/// A step back smaller than this is a message out of order [s].
 const LEAST_BACK_SECS: f64 = 1.0;
-/// A larger step ahead is a jump, not a fast simulation [s].
+/// A step ahead larger than this is a jump, not a fast simulation [s].
 const MOST_AHEAD_SECS: f64 = 3600.0;
 /// The time without progress after which the clock counts as stopped, by the host's clock [s].
 const STOPPED_AFTER_SECS: f64 = 3.0;
@@ -14,16 +14,16 @@ const STOPPED_AFTER_SECS: f64 = 3.0;
 /// Follows `/clock`. The session's time never goes back and never stands still.
 #[derive(Debug, Default)]
 pub(super) struct ClockTracker {
-    /// The publisher of the time, and the last value; `None` before the first message.
+    /// The followed publisher of `/clock`, and the last published time; `None` before the first message.
     last: Option<(Gid, Time)>,
-    /// How far the session's time is ahead of it [ns].
+    /// How far the session's time is ahead of the published time [ns].
     ahead_nanos: i64,
     session: Time,
-    /// When there was last progress, by the host's clock.
+    /// The time of the last progress, by the host's clock.
     heard: Time,
-    /// When it was found to have stopped, by the host's clock and by the session's.
+    /// When the clock was found to have stopped, by the host's clock and by the session's clock.
     stopped: Option<(Time, Time)>,
-    /// Whether a second node publishes a time, and whether that was reported.
+    /// Whether a second node publishes `/clock`, and whether that was reported.
     has_other: bool,
     has_said_other: bool,
 }
@@ -34,7 +34,7 @@ impl ClockTracker {
         self.ahead_nanos
     }
 
-    /// Takes in a time from a publisher; returns the session's time, and what happened to the clock.
+    /// Handles a time from a publisher; returns the session's time, and the break of the clock if there is one.
     pub(super) fn hear(&mut self, publisher: Gid, now: Time, host: Time) -> (Time, Option<Break>) {
         let Some((known, last)) = self.last else {
             (self.last, self.session, self.heard) = (Some((publisher, now)), now, host);
@@ -83,7 +83,7 @@ impl ClockTracker {
         (self.session, news)
     }
 
-    /// Advances the session's time by the host's clock, while `/clock` has stopped.
+    /// Advances the session's time by the host's clock while `/clock` has stopped.
     fn pass(&mut self, host: Time) {
         if let Some((since, session)) = self.stopped {
             let passed_nanos = host.nanos_since(since).max(0);
@@ -92,7 +92,7 @@ impl ClockTracker {
         }
     }
 
-    /// Reports once that a second node, other than the followed one, publishes a time.
+    /// Reports once that a second node publishes `/clock`.
     fn say_other(&mut self) -> Option<Break> {
         let is_new = self.has_other && !self.has_said_other;
         self.has_said_other |= is_new;

@@ -1,4 +1,4 @@
-//! The connection to `BlueZ`, which all Bluetooth sources of a session share.
+//! The connection to `BlueZ`, shared by all Bluetooth sources of a session.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -28,19 +28,19 @@ const OBJECT_MANAGER: &str = "org.freedesktop.DBus.ObjectManager";
 const DBUS: &str = "org.freedesktop.DBus";
 /// How long D-Bus and `BlueZ` may take to answer requests that need no radio.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
-/// The most signals that may wait: those of many devices for several seconds.
+/// The largest number of D-Bus signals that may wait: several seconds' worth from many devices.
 const QUEUED: NonZeroUsize = NonZeroUsize::new(4096).expect("not zero");
-/// The most notifications of one device that may wait: 20 s of a Myo.
+/// The largest number of notifications of one device that may wait: 20 s of a Myo.
 const NOTIFICATIONS: usize = 4096;
 
-/// `BlueZ` on D-Bus, with the present state of its objects. Closed when dropped.
+/// `BlueZ` on D-Bus, with the present state of its objects. The connection is closed when this is dropped.
 #[derive(Debug)]
 pub(super) struct Bus {
     connection: Connection,
     state: Arc<State>,
-    /// How many want a scan, and how many are connecting.
+    /// The number of searches that need a scan, and of connections being made.
     pub(super) demand: watch::Sender<Demand>,
-    /// Held while connecting to a device: adapters do one at a time.
+    /// Held while connecting to a device, as adapters make one connection at a time.
     pub(super) connecting: tokio::sync::Mutex<()>,
     tasks: Vec<AbortHandle>,
 }
@@ -68,7 +68,7 @@ pub(super) type Value = (Uuid, Vec<u8>);
 #[derive(Debug)]
 pub(super) struct State {
     known: Mutex<Known>,
-    /// Counts changes.
+    /// The number of changes so far.
     changes: watch::Sender<u64>,
 }
 
@@ -76,7 +76,7 @@ pub(super) struct State {
 struct Known {
     objects: Objects,
     links: BTreeMap<String, Subscriber>,
-    /// Why nothing more will arrive.
+    /// The reason why nothing more will arrive, once there is one.
     gone: Option<String>,
 }
 
@@ -92,7 +92,7 @@ struct Subscriber {
 pub(super) struct Refusal {
     /// The name of the error, such as `org.bluez.Error.InProgress`; empty for none.
     pub name: String,
-    /// Its message.
+    /// The error message.
     pub text: String,
 }
 
@@ -103,7 +103,7 @@ impl Drop for Bus {
 }
 
 impl Bus {
-    /// Connects to the system's bus, or to the one at an address, and reads the objects of `BlueZ`.
+    /// Connects to the system bus, or to the bus at an address, and reads the objects of `BlueZ`.
     pub async fn connect(address: Option<&str>) -> Result<Bus, BluetoothError> {
         let builder = address.map_or_else(Builder::system, Builder::address);
         let connecting = timeout(PATIENCE, builder.max_queued(QUEUED).build()).await;
@@ -136,7 +136,7 @@ impl Bus {
         Ok(Bus { connection, state, demand, connecting, tasks })
     }
 
-    /// Whether it is gone, and nothing more will arrive.
+    /// Whether the connection is gone and nothing more will arrive.
     pub fn is_gone(&self) -> bool {
         self.state.known().gone.is_some()
     }
@@ -146,7 +146,7 @@ impl Bus {
         read(&self.state.known().objects)
     }
 
-    /// Waits until `find` finds something; `None` if that takes too long.
+    /// Waits until `find` returns a value; `None` if that takes longer than `limit`.
     pub async fn until<T>(
         &self,
         limit: Duration,
@@ -175,7 +175,7 @@ impl Bus {
         call(&self.connection, object, method, body, limit).await
     }
 
-    /// The notifications of a device from now on, until its link is lost; and how many of them were dropped.
+    /// Returns the notifications of a device from now on, until its link is lost; and a count of those dropped.
     pub fn subscribe(&self, device: &str) -> (mpsc::Receiver<Value>, Arc<AtomicU64>) {
         let (values, receiver) = mpsc::channel(NOTIFICATIONS);
         let lost = Arc::new(AtomicU64::new(0));
@@ -204,7 +204,7 @@ impl State {
         result
     }
 
-    /// As [`Bus::until`].
+    /// Waits like [`Bus::until`].
     pub async fn until<T>(
         &self,
         limit: Duration,
@@ -237,7 +237,7 @@ impl State {
         });
     }
 
-    /// Takes in a signal.
+    /// Handles a signal.
     fn take(&self, message: &Message) {
         let header = message.header();
         let (Some(interface), Some(member)) = (header.interface(), header.member()) else {
@@ -287,7 +287,7 @@ impl State {
         invalidated: &[String],
     ) {
         if interface == CHARACTERISTIC {
-            // Values come often, and nothing waits for them in the objects.
+            // Values change often, and no code waits for them in the objects.
             if let Some(value) = bytes_of(properties, "Value") {
                 self.known().hand_over(path, value);
             }
@@ -302,8 +302,8 @@ impl State {
 }
 
 impl Known {
-    /// Applies a change, and ends the subscription to a device whose link it ends. Without a link, other changes are
-    /// common: when a scan stops, the signal strength of every device disappears.
+    /// Applies a change, and ends the subscription to a device whose link the change ends. Changes of devices without a
+    /// link are common: when a scan stops, the signal strength of every device disappears.
     fn losing_links(&mut self, device: &str, change: impl FnOnce(&mut Objects)) {
         let was_connected = self.objects.is_connected(device);
         change(&mut self.objects);
@@ -323,8 +323,8 @@ impl Known {
     }
 }
 
-/// The value of a characteristic in a signal that contains nothing else. Most signals are like this, and this avoids a
-/// variant for each byte.
+/// Returns the value of a characteristic in a signal that contains nothing else. Most signals are like this, and this
+/// path avoids a variant for each byte.
 fn notified(body: &Body) -> Option<Vec<u8>> {
     type Notification<'a> = (&'a str, BTreeMap<&'a str, Deserialize<'a, Vec<u8>>>, Vec<&'a str>);
     let (interface, mut properties, _) = body.deserialize::<Notification<'_>>().ok()?;

@@ -1,4 +1,4 @@
-//! Choosing the wanted device among those in range.
+//! Chooses the wanted device among those in range.
 
 use std::collections::BTreeSet;
 
@@ -10,17 +10,17 @@ use super::objects::{Device, Objects};
 /// A Bluetooth device in range, as it advertises itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Seen {
-    /// Its address: `A0:9E:1A:00:00:01`.
+    /// The Bluetooth address: `A0:9E:1A:00:00:01`.
     pub address: String,
-    /// The name that it advertises; may be empty.
+    /// The advertised name; may be empty.
     pub name: String,
-    /// Its signal strength \[dBm\]; `None` while it is connected.
+    /// The signal strength \[dBm\]; `None` while the device is connected.
     pub rssi_dbm: Option<i16>,
-    /// Its battery \[%\], if `BlueZ` knows it.
+    /// The battery charge \[%\], if `BlueZ` knows it.
     pub battery_percent: Option<u8>,
-    /// The services that it advertises.
+    /// The advertised services.
     pub services: Vec<Uuid>,
-    /// The path of its object in `BlueZ`.
+    /// The path of the device's object in `BlueZ`.
     pub(super) path: String,
 }
 
@@ -29,11 +29,11 @@ pub struct Seen {
 pub(in crate::wearables) struct Wanted {
     /// The type of the source: `polar`.
     pub kind: &'static str,
-    /// Whether a device is of its kind.
+    /// Whether a device is of the kind that the source reads.
     pub is_kind: fn(&Seen) -> bool,
-    /// Its address, if known from the study or an earlier connection.
+    /// The device's address, if known from the study or an earlier connection.
     pub address: Option<String>,
-    /// Its name, if the study states it.
+    /// The device's name, if the study states it.
     pub name: Option<String>,
 }
 
@@ -49,7 +49,7 @@ impl Seen {
         }
     }
 
-    /// The devices in range of an adapter: advertising now, or connected.
+    /// Returns the devices in range of an adapter: advertising now, or connected.
     pub(super) fn all<'a>(
         objects: &'a Objects,
         adapter: &'a str,
@@ -64,12 +64,12 @@ impl Seen {
 }
 
 impl Wanted {
-    /// Whether the device is identified, so that the first match is the right one.
+    /// Whether the wanted device is identified by its address, so that the first match is the right one.
     pub fn is_certain(&self) -> bool {
         self.address.is_some()
     }
 
-    /// The wanted device among those in range, except those of `others`.
+    /// Returns the wanted device among those in range, except for `others`.
     pub(super) fn choose(
         &self,
         in_range: impl Iterator<Item = Seen>,

@@ -5,10 +5,10 @@ use teampulse_core::source::SourceError;
 /// Why a Bluetooth device can't be used. The message fits after "failed to".
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum BluetoothError {
-    /// There is no D-Bus, or it refuses us.
+    /// D-Bus is not running, or refuses the connection.
     #[error("connect to the system's D-Bus: {0}")]
     Bus(String),
-    /// Nobody owns the name `org.bluez`, or its owner left.
+    /// No program owns the name `org.bluez`, or its owner has left the bus.
     #[error("reach BlueZ on D-Bus: {0}")]
     Daemon(String),
     /// This computer has no adapter, or it is disabled.
@@ -17,7 +17,7 @@ pub enum BluetoothError {
     /// The adapter is present but does not work.
     #[error("use the Bluetooth adapter {0}: it is powered off")]
     Off(String),
-    /// A scan found no match.
+    /// A scan found no matching device.
     #[error("find {0}: it is not in range")]
     NotInRange(String),
     /// Several devices match, but only one is wanted.
@@ -36,7 +36,7 @@ pub enum BluetoothError {
     /// Another session of teampulse, on this computer, holds the device.
     #[error("connect to {0}: another session of teampulse uses it")]
     Elsewhere(String),
-    /// It was found, but connecting failed.
+    /// The device was found, but connecting failed.
     #[error("connect to {device}: {reason}")]
     Connect {
         /// The device.

@@ -18,7 +18,7 @@ use super::objects::{CHARACTERISTIC, DEVICE};
 
 /// How long `BlueZ` may take to connect.
 const CONNECT: Duration = Duration::from_secs(15);
-/// How long a device may take to list its services, from the connection on.
+/// How long a device may take to list its services after connecting.
 const RESOLVE: Duration = Duration::from_secs(10);
 /// How long a device may take to carry out a request.
 const REQUEST: Duration = Duration::from_secs(5);
@@ -29,7 +29,7 @@ const DISCONNECT: Duration = Duration::from_secs(2);
 #[derive(Debug)]
 pub(in crate::wearables) struct GattLink {
     bus: Arc<Bus>,
-    /// What it advertised.
+    /// What the device advertised.
     pub seen: Seen,
     characteristics: BTreeMap<Uuid, String>,
     subscribed: BTreeSet<Uuid>,
@@ -41,14 +41,14 @@ pub(in crate::wearables) struct GattLink {
 /// How a request ended.
 #[derive(Debug, PartialEq, Eq)]
 pub(in crate::wearables) enum Answer {
-    /// It succeeded; with the value that was read.
+    /// The request succeeded, with the value if it was a read.
     Done(Uuid, Option<Vec<u8>>),
-    /// It failed: the device lacks the characteristic, refused, or did not answer.
+    /// The request failed: the device lacks the characteristic, refused, or did not answer.
     Failed(Uuid),
 }
 
 impl GattLink {
-    /// Connects to a device, or takes over its connection, unless the session is closed meanwhile.
+    /// Connects to a device, or takes over its connection, unless the session closes meanwhile.
     pub(super) async fn open(
         bus: Arc<Bus>,
         seen: Seen,
@@ -116,18 +116,18 @@ impl GattLink {
         BluetoothError::Connect { device: format!("`{name}` ({address})"), reason }
     }
 
-    /// The next notification, in order; `None` when the link is lost.
+    /// Returns the next notification, in order; `None` when the link is lost.
     pub async fn next(&mut self) -> Option<Value> {
         loop {
             let (characteristic, value) = self.values.recv().await?;
-            // `BlueZ` repeats what is read as a notification.
+            // `BlueZ` repeats each value that is read as a notification.
             if self.subscribed.contains(&characteristic) {
                 return Some((characteristic, value));
             }
         }
     }
 
-    /// The notifications that were lost here since the last call.
+    /// Returns the number of notifications lost on this computer since the last call.
     pub fn take_lost(&self) -> u64 {
         self.lost.swap(0, Ordering::Relaxed)
     }
@@ -170,7 +170,7 @@ impl Drop for GattLink {
 
 async fn disconnect(bus: &Bus, device: &str) {
     bus.unsubscribe(device);
-    // A device that is gone already can't be disconnected: that is as good.
+    // Disconnecting a device that is already gone fails, which does no harm.
     drop(bus.call(Object::bluez(device, DEVICE), "Disconnect", &(), DISCONNECT).await);
 }
 
@@ -181,7 +181,7 @@ async fn ask(bus: &Bus, path: &str, request: Request, is_again: bool) -> Option<
     match request {
         Request::Subscribe(_) => {
             if is_again {
-                // It fell silent: `BlueZ` would only say that it is on.
+                // The characteristic fell silent; without this, `BlueZ` would only answer that notifications are on.
                 drop(bus.call(characteristic, "StopNotify", &(), PATIENCE).await);
             }
             let asked = bus.call(characteristic, "StartNotify", &(), REQUEST).await;

@@ -1,14 +1,15 @@
-//! A lock on a device between the sessions of one computer: the end of one would disconnect the device of another.
+//! A lock on a device between the sessions of one computer: a session that ends would disconnect another session's
+//! device.
 #![expect(clippy::disallowed_methods, reason = "where the bus is, as zbus reads it")]
 
 use std::env;
 
 use crate::lock::{Lock, Locked};
 
-/// The lock on a device, by the addresses of its bus and of its radio; `None` where locks can't be created.
+/// Takes the lock on a device, by the addresses of its bus and its radio; `None` where locks can't be created.
 pub(super) fn of(bus: Option<&str>, device: &str) -> Result<Option<Lock>, Locked> {
     let bus = bus.map(str::to_owned).or_else(|| env::var("DBUS_SYSTEM_BUS_ADDRESS").ok());
-    // An address may or may not name the bus that it is of.
+    // A bus address may or may not contain the GUID of its bus.
     let bus = bus.as_deref().and_then(|bus| bus.split(",guid=").next());
     Lock::on("device", (bus, device.to_ascii_uppercase()))
 }

@@ -27,19 +27,19 @@ pub(super) use source::{Pairing, Wearable, Wireless};
 
 /// How long a known device may take to appear.
 const SEARCH: Duration = Duration::from_secs(10);
-/// How long to listen for others of the same kind before the only one is chosen.
+/// How long to listen for other devices of the same kind before the only one found is chosen.
 const COMPARE: Duration = Duration::from_secs(3);
 
-/// The Bluetooth of this computer, for all sources of a session; clones share one connection and one scan.
+/// This computer's Bluetooth, for all sources of a session; clones share one connection and one scan.
 #[derive(Clone, Debug, Default)]
 pub struct Bluetooth(Arc<Shared>);
 
 #[derive(Debug, Default)]
 struct Shared {
-    /// The address of the bus; the system's if `None`.
+    /// The address of the bus; `None` for the system bus.
     address: Option<String>,
     bus: tokio::sync::Mutex<Weak<Bus>>,
-    /// The sources that name a device by its address: no other source chooses it.
+    /// The devices that sources name by address, each with the number of those sources; no other source chooses them.
     reserved: Mutex<BTreeMap<String, usize>>,
     in_use: Mutex<BTreeSet<String>>,
 }
@@ -49,23 +49,23 @@ struct Shared {
 pub(super) struct Hold {
     shared: Arc<Shared>,
     address: String,
-    /// The lock that other sessions meet.
+    /// The lock that keeps other sessions from using the device.
     _lock: Option<Lock>,
 }
 
 impl Bluetooth {
-    /// By the `BlueZ` on the D-Bus at an address, such as `unix:path=/tmp/bus`; the default is the system's bus,
-    /// or that of `DBUS_SYSTEM_BUS_ADDRESS`.
+    /// Uses the `BlueZ` on the D-Bus at an address, such as `unix:path=/tmp/bus`; the default is the system bus, or the
+    /// bus of `DBUS_SYSTEM_BUS_ADDRESS`.
     pub fn at(address: impl Into<String>) -> Bluetooth {
         Bluetooth(Arc::new(Shared { address: Some(address.into()), ..Shared::default() }))
     }
 
-    /// The devices in range, after listening for this long.
+    /// Returns the devices in range, after listening for this long.
     pub async fn in_range(&self, listen: Duration) -> Result<Vec<Seen>, BluetoothError> {
         let bus = self.bus().await?;
         let adapter = adapter(&bus)?;
         let scan = bus.scan();
-        // Nothing is awaited but the end of the time, or of `BlueZ`.
+        // This waits only for the end of the time, or of `BlueZ`.
         let nothing: Option<()> = bus.until(listen, |_| None).await?;
         debug_assert!(nothing.is_none());
         let seen = bus.read(|objects| Seen::all(objects, &adapter).collect());
@@ -100,7 +100,7 @@ impl Bluetooth {
         found.unwrap_or_else(|| bus.read(choose))
     }
 
-    /// Connects to a device that was found, unless the session is closed meanwhile.
+    /// Connects to a device that was found, unless the session closes meanwhile.
     pub(super) async fn connect(
         &self,
         seen: Seen,
@@ -123,14 +123,14 @@ impl Bluetooth {
         Ok(Hold { shared: Arc::clone(&self.0), address: seen.address.clone(), _lock: lock })
     }
 
-    /// The devices that belong to other sources.
+    /// Returns the devices that belong to other sources.
     fn others(&self) -> BTreeSet<String> {
         let reserved = self.0.reserved.lock().unwrap_or_else(PoisonError::into_inner);
         let in_use = self.0.in_use.lock().unwrap_or_else(PoisonError::into_inner);
         reserved.keys().chain(&*in_use).cloned().collect()
     }
 
-    /// The connection to `BlueZ` that all share; a new one if there is none, or the last one is gone.
+    /// Returns the shared connection to `BlueZ`; a new one if there is none or the last one is gone.
     async fn bus(&self) -> Result<Arc<Bus>, BluetoothError> {
         let mut shared = self.0.bus.lock().await;
         if let Some(bus) = shared.upgrade().filter(|bus| !bus.is_gone()) {
@@ -149,7 +149,7 @@ impl Drop for Hold {
     }
 }
 
-/// The adapter that is used.
+/// Returns the adapter to use.
 fn adapter(bus: &Bus) -> Result<String, BluetoothError> {
     bus.read(|objects| {
         let off = || {

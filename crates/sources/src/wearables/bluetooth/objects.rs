@@ -1,4 +1,4 @@
-//! The objects of `BlueZ` on D-Bus, as described by its signals.
+//! The objects of `BlueZ` on D-Bus, tracked by its signals.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -18,10 +18,10 @@ pub(super) const DEVICE: &str = "org.bluez.Device1";
 const BATTERY: &str = "org.bluez.Battery1";
 pub(super) const CHARACTERISTIC: &str = "org.bluez.GattCharacteristic1";
 
-/// The most objects that are kept of each kind: a hall full of devices with changing addresses.
+/// The largest number of objects kept of each kind: enough for a hall full of devices with changing addresses.
 const MOST: usize = 10_000;
 
-/// What is known about `BlueZ`'s objects, by their paths.
+/// The known objects of `BlueZ`, by their paths.
 #[derive(Debug, Default)]
 pub(super) struct Objects {
     pub adapters: BTreeMap<String, Adapter>,
@@ -41,7 +41,7 @@ pub(super) struct Adapter {
 pub(super) struct Device {
     pub address: String,
     pub name: String,
-    /// Signal strength [dBm]; only while it is in range.
+    /// The signal strength [dBm], only while the device is in range.
     pub rssi_dbm: Option<i16>,
     pub services: Vec<Uuid>,
     pub connected: bool,
@@ -50,7 +50,7 @@ pub(super) struct Device {
 }
 
 impl Objects {
-    /// Takes in all listed objects.
+    /// Adds all listed objects.
     pub fn add_all(&mut self, managed: &Managed) {
         let by_path = managed.iter().map(|(path, interfaces)| (path.as_str(), interfaces));
         for (path, interfaces) in by_path.collect::<BTreeMap<_, _>>() {
@@ -58,7 +58,7 @@ impl Objects {
         }
     }
 
-    /// Takes in an object that appeared, or has more interfaces.
+    /// Adds an object that appeared, or the new interfaces of a known one.
     pub fn add(&mut self, path: &str, interfaces: &Interfaces) {
         for (interface, properties) in interfaces {
             match interface.as_str() {
@@ -79,7 +79,7 @@ impl Objects {
         }
     }
 
-    /// Removes interfaces that an object lost.
+    /// Removes the interfaces that an object lost.
     pub fn remove(&mut self, path: &str, interfaces: &[String]) {
         for interface in interfaces {
             match interface.as_str() {
@@ -92,7 +92,7 @@ impl Objects {
         }
     }
 
-    /// Takes in changed properties of a known object; those in `invalidated` no longer have a value.
+    /// Applies changed properties of a known object; those in `invalidated` no longer have a value.
     pub fn change(
         &mut self,
         path: &str,
@@ -120,12 +120,12 @@ impl Objects {
         }
     }
 
-    /// Whether there is a link to a device.
+    /// Whether a device is connected.
     pub fn is_connected(&self, device: &str) -> bool {
         self.devices.get(device).is_some_and(|device| device.connected)
     }
 
-    /// The characteristics of a device, each with its path; the first of two with the same UUID.
+    /// Returns the characteristics of a device, each with its path; of two with the same UUID, the first.
     pub fn characteristics_of(&self, device: &str) -> BTreeMap<Uuid, String> {
         let prefix = format!("{device}/");
         let below = self.characteristics.range(prefix.clone()..);
@@ -183,7 +183,7 @@ fn byte_of(properties: &Properties, name: &str) -> Option<u8> {
     }
 }
 
-/// The bytes of a property.
+/// Returns the bytes of a property.
 pub(super) fn bytes_of(properties: &Properties, name: &str) -> Option<Vec<u8>> {
     let Variant::Array(bytes) = &**properties.get(name)? else { return None };
     let byte = |value: &Variant<'_>| match value {

@@ -1,4 +1,4 @@
-//! One scan shared by all searches for a device: `BlueZ` refuses a second one from the same program.
+//! One scan shared by all searches for a device: `BlueZ` refuses a second scan from the same program.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,10 +11,10 @@ use zbus::{Connection, Variant};
 use super::bus::{Bus, Object, PATIENCE, Refusal, State, call};
 use super::objects::{ADAPTER, Objects};
 
-/// How often the scan is requested again: an adapter that was switched off and on has forgotten it.
+/// How often the scan is requested again: an adapter that was switched off and on has forgotten the request.
 const AGAIN: Duration = Duration::from_secs(10);
 
-/// The demands on the radio.
+/// The number of searches that need a scan, and of connections being made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Demand {
     scans: usize,
@@ -60,7 +60,7 @@ impl Drop for Pause<'_> {
     }
 }
 
-/// The adapter to use: the first that is powered.
+/// Returns the adapter to use: the first one that is powered.
 pub(super) fn adapter(objects: &Objects) -> Option<&str> {
     let works = objects.adapters.iter().filter(|(_, adapter)| adapter.powered != Some(false));
     works.map(|(path, _)| path.as_str()).next()
@@ -79,7 +79,7 @@ pub(super) async fn run(
             let found = state.until(AGAIN, |objects| adapter(objects).map(str::to_owned)).await;
             let Ok(found) = found else { return };
             if let Some(path) = found {
-                // What fails is tried again; who waits for a device says that it was not found.
+                // A request that fails is repeated; whatever waits for a device reports that it was not found.
                 drop(switch_on(&connection, &path).await);
                 scanning = Some(path);
             }

@@ -23,11 +23,11 @@ use crate::wearables::session_time::SessionTime;
 use crate::wearables::uses::{Rival, Use, Uses};
 use crate::wearables::worn::Worn;
 
-/// The longest time without a check of the session.
+/// The longest time between two checks of the session.
 const LOOK: Duration = Duration::from_secs(1);
 /// How long a device may take to end its session.
 const FAREWELL: Duration = Duration::from_secs(2);
-/// The most requests that may wait for a device that does not answer.
+/// The largest number of requests that may wait for a device that does not answer.
 const REQUESTS: usize = 256;
 
 /// A protocol over Bluetooth Low Energy, and how its devices are recognised.
@@ -35,24 +35,24 @@ pub(in crate::wearables) trait Wearable: GattSession + Send + 'static {
     /// The type of the source in a study: `polar`.
     const KIND: &'static str;
 
-    /// The settings of its session in a study.
+    /// The settings of the session in a study.
     type Settings: Send + 'static;
 
-    /// A session with a device, which is created once.
+    /// Creates the session with a device, which is done once.
     fn session(settings: &Self::Settings, seen: &Seen) -> Self;
 
     /// Whether a device in range uses this protocol.
     fn is_kind(seen: &Seen) -> bool;
 
-    /// The device name in streams and in the table of latencies: `polar_h10`.
+    /// Returns the device's name in streams and in the table of latencies: `polar_h10`.
     fn device(seen: &Seen) -> &'static str;
 
-    /// Whether it carries out a command for the person who wears it.
+    /// Whether the device carries out a command for the person who wears it.
     fn accepts(_command: &Command, _person: &str) -> bool {
         false
     }
 
-    /// Carries out a command that it accepts.
+    /// Carries out a command that the device accepts.
     fn obey(&mut self, _command: &Command) {}
 }
 
@@ -70,9 +70,9 @@ pub(in crate::wearables) struct Wireless<S: Wearable> {
     wanted: Wanted,
     person: String,
     settings: S::Settings,
-    /// Present once the device is known.
+    /// `None` until the device is known.
     conversation: Option<Conversation<S>>,
-    /// The use of its address, if the study gives it.
+    /// Reserves the device's address, if the study gives one.
     _address: Option<Use>,
 }
 
@@ -82,7 +82,7 @@ struct Conversation<S> {
     worn: Worn,
     /// The time of the session.
     clock: SessionTime,
-    /// The use of the names of its streams.
+    /// Reserves the names of the streams.
     _names: Use,
 }
 
@@ -123,7 +123,7 @@ impl<S: Wearable> Wireless<S> {
 }
 
 impl<S: Wearable> Wireless<S> {
-    /// A session with a device that was found.
+    /// Begins a session with a device that was found.
     fn begin(&self, seen: &Seen) -> Result<Conversation<S>, SourceError> {
         let worn = Worn::of(self.person.clone(), S::device(seen));
         let names = worn.names(&self.uses).map_err(|error| SourceError::Gone {
@@ -136,7 +136,7 @@ impl<S: Wearable> Wireless<S> {
 }
 
 impl<S: Wearable> Conversation<S> {
-    /// Holds the session until the link is lost, the device gives up or the teampulse session is over; the device is
+    /// Runs the session until the link is lost, the device gives up or the teampulse session is over; the device is
     /// then asked to stop.
     async fn hold(
         &mut self,
@@ -155,7 +155,7 @@ impl<S: Wearable> Conversation<S> {
                 pending = next.map(|request| Box::pin(link.carry_out(request)) as Pending);
             }
             match ended {
-                // What it asked for at its end, such as to stop measuring, is still carried out.
+                // Requests that the session made at its end, such as to stop measuring, are still carried out.
                 Some(result) if pending.is_none() => return result.map_err(gone),
                 Some(result) => return farewell(pending, requests, link, result).await,
                 None => {}
@@ -202,7 +202,7 @@ impl<S: Wearable> Conversation<S> {
         }
     }
 
-    /// Hands over the session's readings and queues its requests; returns how it ended, if it has.
+    /// Hands over the session's readings and queues its requests; returns the result of the session if it has ended.
     fn take_outputs(
         &mut self,
         requests: &mut VecDeque<Request>,
@@ -221,10 +221,10 @@ impl<S: Wearable> Conversation<S> {
     }
 }
 
-/// A request under way.
+/// A request being carried out.
 type Pending = Pin<Box<dyn Future<Output = Answer> + Send>>;
 
-/// The answer to the request under way; never resolves if there is none.
+/// Returns the answer to the request being carried out; never resolves if there is none.
 async fn answer(pending: &mut Option<Pending>) -> Answer {
     match pending {
         Some(pending) => pending.await,
@@ -232,7 +232,7 @@ async fn answer(pending: &mut Option<Pending>) -> Answer {
     }
 }
 
-/// Carries out the requests of a session at its end.
+/// Carries out the requests that a session made at its end.
 async fn farewell(
     pending: Option<Pending>,
     requests: VecDeque<Request>,
@@ -247,7 +247,7 @@ async fn farewell(
             link.carry_out(request).await;
         }
     };
-    // A device that accepts nothing any more is left as it is.
+    // A device that no longer accepts anything is left as it is.
     drop(tokio::time::timeout(FAREWELL, all).await);
     result.map_err(gone)
 }
@@ -255,7 +255,7 @@ async fn farewell(
 #[async_trait]
 impl<S: Wearable> Source for Wireless<S> {
     async fn run(&mut self, outlet: &Outlet) -> Result<(), SourceError> {
-        // Held, so that finding and connecting share one connection to `BlueZ`.
+        // Held so that finding and connecting share one connection to `BlueZ`.
         let bus = tokio::select! {
             bus = self.bluetooth.bus() => bus?,
             () = outlet.closed() => return Ok(()),
@@ -264,7 +264,7 @@ impl<S: Wearable> Source for Wireless<S> {
             seen = self.bluetooth.find(&self.wanted) => seen?,
             () = outlet.closed() => return Ok(()),
         };
-        // The same one again, also when another of its kind comes into range.
+        // From now on this device is used, even when another of its kind comes into range.
         self.wanted.address = Some(seen.address.clone());
         let conversation = match self.conversation.take() {
             Some(known) => known,
@@ -287,17 +287,17 @@ impl<S: Wearable> Source for Wireless<S> {
     }
 }
 
-/// An error of a session after which the device is retried.
+/// Returns an error of a session after which the device is retried.
 fn gone(error: Error) -> SourceError {
-    let hint = "is the device on, worn and in range?".into();
+    let hint = "is the device switched on, worn and in range?".into();
     SourceError::Gone { message: format!("continue: {error}"), hint }
 }
 
-/// The use of a device by one source only.
+/// Reserves a device for a single source.
 fn only_use(uses: &Uses, address: &str) -> Result<Use, SettingsError> {
     uses.begin(format!("device {}", address.to_ascii_uppercase())).ok_or_else(|| {
         let error = SettingsError::new(format!("two sources read the device {address}"));
-        error.at("address").with_hint("give each the address of its own device")
+        error.at("address").with_hint("give each source the address of a different device")
     })
 }
 
@@ -306,9 +306,11 @@ fn which_is_whose(kind: &str, person: &str, rival: &Rival) -> SettingsError {
         let other = rival.kind;
         format!("a `{kind}` and a `{other}` without an address may take the same strap")
     } else if rival.person == person {
-        format!("two sources of {person} take any `{kind}`: it can't be known which takes which")
+        format!(
+            "two sources of {person} take any `{kind}`: which source takes which device is undefined"
+        )
     } else {
-        format!("several people wear any `{kind}`: it can't be known who wears which")
+        format!("several people have a `{kind}` without an address: who wears which is unknown")
     };
     SettingsError::new(message)
         .at("person")
