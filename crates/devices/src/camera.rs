@@ -1,9 +1,9 @@
-//! Frames of cameras.
+//! Camera frames.
 
-/// How far before the end of a frame its JPEG may end: some cameras pad their frames.
+/// The most bytes that may follow the JPEG in a frame, as some cameras pad their frames.
 const MOST_FILL_BYTES: usize = 1024;
 
-/// The JPEG in a frame, from its first to its last marker; `None` if one is missing, as in a truncated frame.
+/// Returns the JPEG in a frame, from its first to its last marker; `None` if one is missing, as in a truncated frame.
 pub fn whole_jpeg(frame: &[u8]) -> Option<&[u8]> {
     if !frame.starts_with(&[0xff, 0xd8]) {
         return None;

@@ -1,6 +1,6 @@
 use crate::DecodeError;
 
-/// Reads little-endian fields one after the other.
+/// Reads little-endian fields in sequence.
 pub(crate) struct Cursor<'a> {
     what: &'static str,
     bytes: &'a [u8],
@@ -38,13 +38,13 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// A little-endian number in two's complement of one to four bytes.
+/// Decodes a little-endian two's complement number of one to four bytes.
 pub(crate) fn signed(bytes: &[u8]) -> i32 {
     let unused = 32 - 8 * bytes.len().clamp(1, 4) as u32;
     (unsigned(bytes) << unused) as i32 >> unused
 }
 
-/// A little-endian number of one to four bytes.
+/// Decodes a little-endian unsigned number of one to four bytes.
 pub(crate) fn unsigned(bytes: &[u8]) -> u32 {
     bytes.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
 }

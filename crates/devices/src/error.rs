@@ -2,7 +2,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The device lacks something that the protocol needs: it is not of this kind.
+    /// The device lacks something that the protocol needs, so it is not a device of this kind.
     #[error("the device has no {0}")]
     Missing(&'static str),
     /// The device stopped answering. Close the link and connect again.
@@ -11,7 +11,7 @@ pub enum Error {
     /// A stream stayed silent after all attempts to restart it. Close the link and connect again.
     #[error("the device sends no {0}")]
     Silent(&'static str),
-    /// The device refused a request without which nothing works.
+    /// The device refused a request that the session can't do without.
     #[error("the device refused: {0}")]
     Refused(&'static str),
 }
@@ -33,9 +33,9 @@ pub enum DecodeError {
     /// A field has a value that the protocol's documents don't list.
     #[error("{what} is {got:#x}, which is unknown")]
     Unknown {
-        /// The field.
+        /// The name of the field.
         what: &'static str,
-        /// Its value.
+        /// The value of the field.
         got: u32,
     },
 }

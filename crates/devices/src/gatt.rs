@@ -39,10 +39,10 @@ impl fmt::Debug for Uuid {
 /// [`GattSession::fail`](crate::GattSession::fail); success needs no report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// Enable its notifications or indications.
+    /// Enable notifications or indications of the characteristic.
     Subscribe(Uuid),
-    /// Read it, and pass the value to [`GattSession::receive`](crate::GattSession::receive).
+    /// Read the characteristic, and pass its value to [`GattSession::receive`](crate::GattSession::receive).
     Read(Uuid),
-    /// Write these bytes with response.
+    /// Write these bytes to the characteristic with response.
     Write(Uuid, Vec<u8>),
 }

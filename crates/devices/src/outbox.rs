@@ -45,7 +45,7 @@ impl<R> Outbox<R> {
         self.done
     }
 
-    /// Starts a new connection: requests of the last one are void.
+    /// Starts a new connection: requests of the previous one are discarded.
     pub fn reopen(&mut self) {
         self.queue.retain(|output| !matches!(output, Output::Request(_) | Output::Done(_)));
         self.done = false;

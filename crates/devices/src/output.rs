@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use crate::{Error, Reading, Stream};
 
-/// An output of a session to its caller; `R` is the type of requests on its kind of link.
+/// An output of a session to its caller; `R` is the type of the link's requests.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Output<R> {
     /// A request, to be carried out before the next one.
@@ -11,7 +11,7 @@ pub enum Output<R> {
     Stream(Stream),
     /// Samples.
     Reading(Reading),
-    /// Anything else that became known.
+    /// Something else that the session reports.
     Event(Event),
     /// The session has ended: close the link. After an error, connect again later and
     /// [`start`](crate::Session::start) the session again.
@@ -24,37 +24,37 @@ pub enum Output<R> {
 pub enum Event {
     /// A part of the device's identity.
     Identified {
-        /// Which part.
+        /// The part of the identity.
         part: Identity,
-        /// As the device wrote it.
+        /// The value as the device wrote it.
         value: String,
     },
     /// Samples are missing before the next reading of this stream.
     Gap {
-        /// The stream.
+        /// The name of the stream.
         stream: &'static str,
-        /// How many, if that is known; the next index has jumped by that number.
+        /// The number of missing samples, if known; the next index has jumped by it.
         samples: Option<u64>,
     },
-    /// Bytes that mean nothing or can't be placed arrived, and were skipped.
+    /// Bytes arrived that are invalid or can't be placed, and were skipped.
     Discarded {
-        /// Where they came from: a stream, a service or a protocol.
+        /// The origin of the bytes: a stream, a service or a protocol.
         source: &'static str,
-        /// How many.
+        /// The number of bytes.
         bytes: usize,
     },
     /// A stream was silent for too long; the session requests it again.
     Stalled {
-        /// The stream.
+        /// The name of the stream.
         stream: &'static str,
-        /// How long it was silent.
+        /// How long the stream was silent.
         quiet: Duration,
     },
-    /// The device refused a stream, or has none with this name; the other streams go on.
+    /// The device refused a stream, or has no such stream; the other streams continue.
     Refused {
-        /// The stream.
+        /// The name of the stream.
         stream: &'static str,
-        /// Why, in the protocol's words.
+        /// The reason, in the protocol's words.
         reason: String,
     },
     /// The device's clock was set: device times before and after can't be compared.
@@ -62,7 +62,7 @@ pub enum Event {
         /// The stream on which this was detected.
         stream: &'static str,
     },
-    /// Something that happened at one time: a press, a pose, a tap.
+    /// Something that happened at a single time: a press, a pose, a tap.
     Marker {
         /// What happened, such as `tag`.
         name: &'static str,
@@ -88,6 +88,6 @@ pub enum Identity {
     Serial,
     /// Firmware version.
     Firmware,
-    /// The name that its owner gave it.
+    /// The name given by its owner.
     Name,
 }

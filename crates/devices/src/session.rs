@@ -12,7 +12,7 @@ pub trait Session {
     /// A request of the session to its caller.
     type Request;
 
-    /// Starts when the link is up, or again after it was lost. Indices of samples continue.
+    /// Starts the session when the link is up, for the first time or again. Sample indices continue.
     fn start(&mut self, now: Duration);
 
     /// Advances the time: repeats requests, restarts silent streams, or gives up.
@@ -26,21 +26,21 @@ pub trait Session {
     /// Without this, some devices keep measuring after the link is closed until their battery is empty.
     fn stop(&mut self, now: Duration);
 
-    /// The next output, in order.
+    /// Returns the next output, in order.
     fn poll(&mut self) -> Option<Output<Self::Request>>;
 }
 
 /// A session with a Bluetooth Low Energy device. Requests are carried out one after the other.
 pub trait GattSession: Session<Request = gatt::Request> {
-    /// Takes in a notification or indication of a characteristic, or the value that was read from it.
+    /// Handles a notification or indication of a characteristic, or the value read from it.
     fn receive(&mut self, characteristic: Uuid, value: &[u8], now: Duration);
 
-    /// Notes that a request for this characteristic failed: it is missing, or refused the request.
+    /// Records that a request for this characteristic failed: it is missing, or refused the request.
     fn fail(&mut self, characteristic: Uuid, now: Duration);
 }
 
 /// A session over a stream of bytes: a serial port or a TCP connection.
 pub trait ByteSession: Session<Request = Vec<u8>> {
-    /// Takes in bytes, cut anywhere.
+    /// Handles bytes, split anywhere.
     fn receive(&mut self, bytes: &[u8], now: Duration);
 }

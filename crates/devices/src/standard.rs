@@ -2,10 +2,10 @@ use crate::gatt::{Request, Uuid};
 use crate::outbox::Outbox;
 use crate::{Channel, Event, Identity, Reading, Stream};
 
-/// Battery Level, in percent (Battery Service 1.1, 3.1).
+/// The Battery Level characteristic, in percent (Battery Service 1.1, 3.1).
 pub(crate) const BATTERY_LEVEL: Uuid = Uuid::short(0x2a19);
 
-/// Device Information Service 1.1, table 3.1.
+/// The characteristics of Device Information Service 1.1, table 3.1.
 const INFORMATION: [(Uuid, Identity); 4] = [
     (Uuid::short(0x2a29), Identity::Manufacturer),
     (Uuid::short(0x2a24), Identity::Model),
@@ -15,8 +15,8 @@ const INFORMATION: [(Uuid, Identity); 4] = [
 
 /// The services that any Bluetooth device may have: Device Information (0x180A) and Battery (0x180F).
 ///
-/// A device may lack either: that is not a failure. An unchanged charge is not reported again, since `BlueZ` also
-/// delivers each value that is read as a notification.
+/// A device without one of them is no error. An unchanged battery level is not reported again, as `BlueZ` also delivers
+/// each value that is read as a notification.
 #[derive(Debug, Default)]
 pub(crate) struct StandardServices {
     batteries: u64,
@@ -34,7 +34,7 @@ impl StandardServices {
         out.request(Request::Read(BATTERY_LEVEL));
     }
 
-    /// Takes in a value; returns whether it belongs to one of these services.
+    /// Handles a value; returns whether it belongs to one of these services.
     pub fn receive(&mut self, from: Uuid, value: &[u8], out: &mut Outbox<Request>) -> bool {
         if from == BATTERY_LEVEL {
             self.receive_battery(value, out);
@@ -43,7 +43,7 @@ impl StandardServices {
         let Some((_, part)) = INFORMATION.iter().find(|(uuid, _)| *uuid == from) else {
             return false;
         };
-        // Several makers end their strings as C does.
+        // Several manufacturers end their strings with a zero byte.
         let text = String::from_utf8_lossy(value);
         let value = text.trim_end_matches('\0').trim().to_owned();
         if !value.is_empty() {

@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-/// Expires when something recurrent fails to arrive.
+/// Expires when recurring data fail to arrive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Watchdog {
     fed: Duration,

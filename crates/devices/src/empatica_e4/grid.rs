@@ -5,7 +5,7 @@ pub(super) struct Grid {
     next_index: u64,
 }
 
-/// What lies between a sample and the previous one.
+/// What happened between a sample and the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Before {
     Nothing,
@@ -15,7 +15,7 @@ pub(super) enum Before {
 }
 
 impl Grid {
-    /// The number of the sample, and what precedes it. Without a rate, losses can't be detected.
+    /// Returns the index of a sample, and what happened before it. Without a rate, losses can't be detected.
     pub fn place(&mut self, time_ns: i64, rate_hz: Option<f64>) -> (u64, Before) {
         let before = match (self.last_ns.replace(time_ns), rate_hz) {
             (Some(last_ns), _) if time_ns < last_ns => Before::StepBack,

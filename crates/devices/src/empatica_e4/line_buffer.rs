@@ -1,4 +1,4 @@
-/// The longest line: a list of a hundred devices.
+/// The longest accepted line, enough for a list of a hundred devices [bytes].
 const LONGEST: usize = 4096;
 
 /// Assembles lines that arrive in pieces.
@@ -9,7 +9,7 @@ pub(super) struct LineBuffer {
 }
 
 impl LineBuffer {
-    /// The next whole line, or the length of one that was too long. Removes the bytes that it used from the front of
+    /// Returns the next whole line, or the length of one that was too long. Removes the bytes it used from the front of
     /// `bytes`.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Result<Vec<u8>, usize>> {
         let end = bytes.iter().position(|byte| *byte == b'\n');
@@ -24,7 +24,7 @@ impl LineBuffer {
         Some(if length > LONGEST { Err(length) } else { Ok(line) })
     }
 
-    /// Discards an incomplete line from another connection.
+    /// Discards an incomplete line of an earlier connection.
     pub fn clear(&mut self) {
         *self = Self::default();
     }

@@ -7,18 +7,18 @@ pub enum Message {
     Tag(i64),
     /// The devices that are linked to the server, by their IDs.
     Devices(Vec<String>),
-    /// The answer to a request: its words, such as `device_subscribe bvp`, and the reason of a refusal.
+    /// The answer to a request: its words, such as `device_subscribe bvp`, and the reason if it was refused.
     Answer(String, Result<(), String>),
-    /// The radio link of the E4 was lost or switched off (`false`), or is up again.
+    /// Whether the radio link of the E4 is up: lost or switched off (`false`), or up again.
     Linked(bool),
 }
 
 /// The measurement in one line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
-    /// The signal.
+    /// The signal that was measured.
     pub channels: &'static Channels,
-    /// Its Unix time, as counted by the server \[ns\].
+    /// The Unix time of the sample, as counted by the server \[ns\].
     pub time_ns: i64,
     /// One value for each channel.
     pub values: Vec<f64>,
@@ -27,13 +27,13 @@ pub struct Sample {
 /// A signal of the E4.
 #[derive(Debug, PartialEq)]
 pub struct Channels {
-    /// The word at the start of its lines, after `E4_`.
+    /// The word at the start of the signal's lines, after `E4_`.
     pub word: &'static str,
-    /// Its name in a subscription request.
+    /// The signal's name in a subscription request.
     pub subscription: &'static str,
-    /// The name of its stream.
+    /// The name of the signal's stream.
     pub stream: &'static str,
-    /// The names of its values.
+    /// The names of the values.
     pub names: &'static [&'static str],
     /// The unit of `raw * scale`.
     pub unit: &'static str,
@@ -73,7 +73,7 @@ impl Channels {
 }
 
 impl Message {
-    /// Reads a line without its end; `None` if it is not a line of the protocol.
+    /// Parses a line without its line end; `None` if it is not a line of the protocol.
     ///
     /// ```
     /// use teampulse_devices::empatica_e4::Message;
@@ -115,18 +115,18 @@ impl Message {
     }
 }
 
-/// The IDs in `R device_list 2 | 9ff167 Empatica_E4 | 7a3166 Empatica_E4`.
+/// Returns the IDs in a line such as `R device_list 2 | 9ff167 Empatica_E4 | 7a3166 Empatica_E4`.
 fn listed(line: &str) -> Vec<String> {
     let devices = line.split('|').skip(1);
     devices.filter_map(|device| device.split_whitespace().next()).map(str::to_owned).collect()
 }
 
-/// A number with a decimal point or comma.
+/// Parses a number with a decimal point or comma.
 fn number(text: &str) -> Option<f64> {
     text.replace(',', ".").parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// Seconds since the Unix epoch with up to nine decimals, exactly.
+/// Converts seconds since the Unix epoch, with up to nine decimals, to nanoseconds exactly.
 fn unix_ns(text: &str) -> Option<i64> {
     let (secs, decimals) = text.split_once(['.', ',']).unwrap_or((text, ""));
     let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());

@@ -24,16 +24,16 @@
 //! | `E4_Battery <time> <v>` | `battery` | 0 to 1 | |
 //! | `E4_Tag <time>` | a marker `tag`: the button was pressed | | |
 //!
-//! Device times are Unix times, but not those of any clock: the server counts samples from the arrival of the first
-//! one. They drift against every clock, and start again after the radio link was lost.
+//! Device times are Unix times, but they follow no clock: the server counts samples from the arrival of the first one.
+//! The times drift against every clock, and start again after the radio link was lost.
 //!
 //! Quirks, each with a test:
-//! - Lines are cut anywhere, several arrive at once, and samples arrive before an answer.
-//! - Where Windows writes a decimal comma, so does the server.
+//! - Lines are split anywhere, several arrive at once, and samples arrive before an answer.
+//! - The server writes a decimal comma where Windows does.
 //! - `device_subscribe` is answered with `OK` or with an echo of `ON`.
 //! - Subscriptions outlast a lost radio link; times after it may precede earlier ones.
-//! - If there are no samples despite subscriptions, the driver subscribes again, then gives up; restart the server as
-//!   administrator.
+//! - If there are no samples despite subscriptions, the driver subscribes again, then gives up. Restarting the server
+//!   as administrator helps.
 //! - A conductance that stays 0 means that the E4 is not worn. It is passed on unchanged.
 
 mod session;

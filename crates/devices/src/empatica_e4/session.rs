@@ -14,16 +14,16 @@ const MOST_ATTEMPTS: u32 = 3;
 /// The number of attempts to find an E4 that is off or out of range.
 const MOST_SEARCHES: u32 = 12;
 
-/// After this long without a sample, subscriptions are renewed.
+/// The time without a sample after which subscriptions are renewed.
 const SILENCE: Duration = Duration::from_secs(4);
 const STOP_PATIENCE: Duration = Duration::from_secs(2);
 
 /// Which E4 to read, and which of its signals.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct E4Settings {
-    /// Its ID, such as `9ff167`; `None` for the first that the server lists.
+    /// The E4's ID, such as `9ff167`; `None` for the first one that the server lists.
     pub device: Option<String>,
-    /// The signals to subscribe to, of `acc`, `bvp`, `gsr`, `tmp`, `ibi`, `bat`, `tag`.
+    /// The signals to subscribe to: any of `acc`, `bvp`, `gsr`, `tmp`, `ibi`, `bat`, `tag`.
     pub subscriptions: Vec<&'static str>,
 }
 
@@ -62,7 +62,7 @@ pub struct E4Session {
     searches: u32,
     /// When to look for the E4 again.
     search_at: Option<Duration>,
-    /// Present while samples are expected.
+    /// `Some` while samples are expected.
     watchdog: Option<Watchdog>,
     restarts: u32,
     is_stopping: bool,
@@ -77,7 +77,7 @@ struct Pending {
 }
 
 impl E4Session {
-    /// A session that has not started.
+    /// Creates a session that has not started.
     pub fn new(settings: E4Settings) -> Self {
         Self {
             settings,
@@ -195,7 +195,7 @@ impl E4Session {
         self.requests.push_back("pause OFF".to_owned());
     }
 
-    /// A stream that must not fall silent; those of pulses, presses and the battery may.
+    /// Returns a stream that must not fall silent; those of pulses, presses and the battery may.
     fn watched(&self) -> Option<&'static str> {
         let watched = |one: &&Channels| {
             one.rate_hz.is_some() && self.settings.subscriptions.contains(&one.subscription)
@@ -205,7 +205,7 @@ impl E4Session {
 
     fn receive_link(&mut self, connected: bool, now: Duration) {
         self.out.event(Event::Wearable { connected });
-        // Samples come by themselves again, however long that takes.
+        // Samples resume by themselves, however long that takes.
         let watched = self.watched().filter(|_| connected);
         self.watchdog = watched.map(|_| Watchdog::new(now, SILENCE));
     }

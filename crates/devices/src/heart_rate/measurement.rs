@@ -18,9 +18,9 @@ pub const RR_INTERVAL_MS: f64 = 1000.0 / 1024.0;
 pub struct HeartRateMeasurement {
     /// Heart rate \[1/min\].
     pub heart_rate_bpm: u16,
-    /// Whether the sensor touches the skin; `None` where it can't be measured.
+    /// Whether the sensor touches the skin; `None` if the strap does not measure it.
     pub contact: Option<bool>,
-    /// Energy expended since its last reset \[kJ\]; `None` in most notifications.
+    /// Energy expended since the last reset \[kJ\]; `None` in most notifications.
     pub energy_kj: Option<u16>,
     /// Times between beats \[1/1024 s\], oldest first.
     pub rr_intervals: Vec<u16>,

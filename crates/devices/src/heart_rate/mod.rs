@@ -14,11 +14,11 @@
 //! measured), `rr_interval`, `energy_expended`, `battery`. The service has no clock and no counter.
 //!
 //! Quirks, each with a test:
-//! - One notification carries several intervals, or none. A driver that takes the first one loses beats.
-//! - An interval is 1/1024 s, not 1 ms: the scale of the channel is 1000/1024.
-//! - Intervals arrive up to four seconds late and carry no time: if their sum falls short of the elapsed time, that is
-//!   a gap only above three seconds.
-//! - Where contact is not measured, its bit means nothing.
+//! - One notification carries several intervals, or none. A driver that takes only the first one loses beats.
+//! - An interval is in units of 1/1024 s, not 1 ms: the scale of the channel is 1000/1024.
+//! - Intervals arrive up to four seconds late and have no stamps: only if their sum falls short of the elapsed time by
+//!   more than three seconds is that a gap.
+//! - If contact is not measured, its bit has no meaning.
 
 mod measurement;
 mod receiver;

@@ -5,8 +5,8 @@ use crate::gatt::Request;
 use crate::outbox::Outbox;
 use crate::{Channel, Event, Reading, Stream};
 
-/// How far the sum of intervals may fall short of the elapsed time: they arrive up to four seconds late and so may seem
-/// to be missing, but never too many.
+/// How far the sum of intervals may fall short of the elapsed time before intervals count as missing: they arrive up to
+/// four seconds late.
 const MAY_LACK: Duration = Duration::from_secs(3);
 
 /// Turns notifications of the Heart Rate Measurement characteristic into readings.
@@ -20,7 +20,7 @@ pub(crate) struct HeartRateReceiver {
     account: Option<BeatAccount>,
 }
 
-/// The elapsed time against the time that intervals account for.
+/// The elapsed time, compared with the sum of the received intervals.
 #[derive(Debug)]
 struct BeatAccount {
     since: Duration,
@@ -41,8 +41,8 @@ impl HeartRateReceiver {
         out.request(Request::Subscribe(MEASUREMENT));
     }
 
-    /// Declares the intervals of a device that is known to send some; else they are declared when the first ones come,
-    /// as an optical sensor sends none.
+    /// Declares the stream of intervals, for a device that is known to send some. Otherwise it is declared when the
+    /// first ones arrive, as optical sensors send none.
     pub fn expect_intervals(&mut self, out: &mut Outbox<Request>) {
         if !std::mem::replace(&mut self.has_intervals, true) {
             let interval = Channel::new("rr_interval", "ms").scaled(RR_INTERVAL_MS);
@@ -50,7 +50,7 @@ impl HeartRateReceiver {
         }
     }
 
-    /// Takes in a value; returns whether it is a measurement.
+    /// Handles a value; returns whether it is a measurement.
     pub fn receive(&mut self, value: &[u8], now: Duration, out: &mut Outbox<Request>) -> bool {
         let Ok(measurement) = HeartRateMeasurement::decode(value) else {
             out.discarded("heart_rate", value.len());
@@ -93,13 +93,13 @@ impl HeartRateReceiver {
     }
 }
 
-/// A stream of the measurements, whose only clock are the beats.
+/// Describes a stream of the measurements, whose only clock is the beats.
 fn by_beats(name: &'static str, channels: Vec<Channel>) -> Stream {
     Stream { by_beats: true, ..Stream::irregular(name, channels) }
 }
 
 impl BeatAccount {
-    /// Whether intervals are missing before these, which end now and last for `sum`.
+    /// Whether intervals are missing before the given ones, which end at `now` and last for `sum`.
     fn is_short(account: &mut Option<Self>, sum: Duration, now: Duration) -> bool {
         if let Some(account) = account {
             account.accounted = account.accounted.saturating_add(sum);

@@ -21,7 +21,7 @@ pub struct HeartRateSession {
 }
 
 impl HeartRateSession {
-    /// A session that has not started.
+    /// Creates a session that has not started.
     pub fn new() -> Self {
         Self::default()
     }

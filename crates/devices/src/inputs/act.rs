@@ -2,12 +2,12 @@ use std::fmt;
 
 use super::Kind;
 
-/// Which key or button it is: kept only to match a release with its press, and never shown.
+/// The identity of a key or button: kept only to match a release with its press, and never shown.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Which(u32);
 
 impl Which {
-    /// The key or button of a code.
+    /// Returns the identity of the key or button with a code.
     pub fn of(code: u32) -> Which {
         Which(code)
     }
@@ -24,11 +24,11 @@ impl fmt::Debug for Which {
 pub enum Act {
     /// A key went down or up.
     Key {
-        /// The key.
+        /// The identity of the key.
         which: Which,
         /// Whether it went down.
         is_down: bool,
-        /// Whether it is Backspace or Delete.
+        /// Whether the key is Backspace or Delete.
         corrects: bool,
     },
     /// A button of a mouse went down.
@@ -46,7 +46,7 @@ pub enum Act {
 }
 
 impl Act {
-    /// The kind of device.
+    /// The kind of device on which the action happened.
     pub fn kind(&self) -> Kind {
         match self {
             Act::Key { .. } => Kind::Keyboard,

@@ -40,16 +40,16 @@ const HATS: std::ops::RangeInclusive<u16> = 16..=23;
 /// What a device can do.
 #[derive(Clone, Debug, Default)]
 pub struct Abilities {
-    /// The codes of its keys and buttons.
+    /// The codes of the keys and buttons.
     pub keys: Vec<u16>,
-    /// The codes of its relative axes.
+    /// The codes of the relative axes.
     pub relative: Vec<u16>,
-    /// The codes of its absolute axes, each with its least and greatest value.
+    /// The codes of the absolute axes, each with its minimum and maximum.
     pub absolute: Vec<(u16, i32, i32)>,
 }
 
 impl Abilities {
-    /// The kinds of input devices that it is: a wireless receiver may combine several.
+    /// The kinds of input device that this is: a wireless receiver may combine several.
     pub fn kinds(&self) -> Vec<Kind> {
         let has = |code: &u16| self.keys.contains(code);
         let is_keyboard = OF_KEYBOARDS.iter().all(has);
@@ -70,7 +70,7 @@ impl Abilities {
 #[derive(Clone, Debug)]
 pub struct Translator {
     kinds: Vec<Kind>,
-    /// The least and greatest values of axes.
+    /// The minimum and maximum of each axis.
     ranges: BTreeMap<u16, (i32, i32)>,
     /// The movement since the last report.
     moved: [f64; 2],
@@ -88,12 +88,12 @@ impl Translator {
         Translator { kinds, ranges, moved: [0.0; 2], position: [None; 2] }
     }
 
-    /// The kinds of devices whose actions it reports.
+    /// The kinds of devices whose actions are reported.
     pub fn kinds(&self) -> &[Kind] {
         &self.kinds
     }
 
-    /// The action that an event represents, if any.
+    /// Returns the actions that an event represents, if any.
     pub fn take(&mut self, kind: u16, code: u16, value: i32) -> Vec<Act> {
         let acts = match kind {
             EV_SYN if code == SYN_DROPPED => self.lose(),
@@ -117,7 +117,7 @@ impl Translator {
     }
 
     fn key(&mut self, code: u16, value: i32) -> Option<Act> {
-        // 2 is a repeat.
+        // The value 2 is a repeat.
         let is_down = match value {
             0 => false,
             1 => true,
@@ -172,7 +172,7 @@ impl Translator {
             return None;
         }
         let share = (f64::from(value) - least) / (most - least);
-        // A trigger rests at its least value, a stick in the middle.
+        // A trigger rests at its minimum, a stick in the middle.
         let is_trigger = least >= 0.0 && TRIGGERS.contains(&code);
         let deflection = if is_trigger { share } else { 2.0 * share - 1.0 };
         Some(Act::Stick(u8::try_from(code).ok()?, deflection.clamp(-1.0, 1.0)))

@@ -1,9 +1,9 @@
 use super::Act;
 use super::seconds::Tally;
 
-/// A stick at rest may be deflected by up to this share.
+/// The largest deflection of a stick that counts as rest, as a share of its range.
 pub const DEAD_ZONE: f64 = 0.1;
-/// The number of axes that are distinguished; any above share the last place.
+/// The number of axes that are distinguished; higher axes share the last place.
 const AXES: usize = 8;
 
 pub(super) const CHANNELS: [(&str, &str); 4] =

@@ -4,17 +4,17 @@ use super::seconds::{SECOND_NS, Tally};
 use super::spread::Spread;
 use super::{Act, Which};
 
-/// A longer time between presses is a pause, not an interval of typing \[s\]: the usual threshold in writing research
-/// (Wengelin 2006, "Examining pauses in writing").
+/// A time between presses longer than this is a pause, not an interval of typing \[s\]. This is the usual threshold in
+/// writing research (Wengelin 2006, "Examining pauses in writing").
 pub const PAUSE_SECS: f64 = 2.0;
 const PAUSE_NS: i64 = (PAUSE_SECS * 1e9) as i64;
-/// A key that is held down for longer does not count as typing \[ns\].
+/// A key held down for longer than this does not count as typing \[ns\].
 const LONGEST_HOLD_NS: i64 = 10 * SECOND_NS;
-/// A held key repeats more often than this; after it, another press means that the release was lost \[ns\].
+/// A held key repeats more often than this; a press after a longer time means that the release was lost \[ns\].
 const REPEAT_NS: i64 = 2 * SECOND_NS;
-/// When there are too few times for a mean, they are kept this long \[ns\].
+/// How long times are kept while there are too few for a mean \[ns\].
 const KEPT_NS: i64 = 10 * SECOND_NS;
-/// The most keys that can be down at a time.
+/// The largest number of keys that can be down at a time.
 const MOST_DOWN: usize = 64;
 
 pub(super) const CHANNELS: [(&str, &str); 9] = [
@@ -43,7 +43,7 @@ pub(super) struct Keyboard {
 /// A key that is down.
 struct Held {
     since_ns: i64,
-    /// When it was last pressed or repeated.
+    /// When the key was last pressed or repeated.
     seen_ns: i64,
 }
 

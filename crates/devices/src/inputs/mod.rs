@@ -1,9 +1,9 @@
-//! Keyboards, mice and gamepads: how much a person does at them and when, never what.
+//! Keyboards, mice and gamepads: how much a person uses them and when, never for what.
 //!
 //! Events go in, summaries of whole seconds come out. The times between presses can reveal a text, and so can the times
 //! of single presses; so a summary holds counts, means over at least [`LEAST_GROUP`] times, and idle time in whole
-//! seconds. Which key it was is needed to match its release with its press, is [never shown](Which), and is forgotten
-//! with the release.
+//! seconds. The identity of a key is needed to match its release with its press. It is [never shown](Which), and is
+//! forgotten with the release.
 //!
 //! | kind | channel | unit | |
 //! |---|---|---|---|
@@ -22,7 +22,7 @@
 //! | | `moving` | s | time in which a stick was deflected by more than [`DEAD_ZONE`] |
 //! | | `idle` | s | as above |
 //!
-//! Quirks: a held key repeats, on Linux as a value of its own, on X11 as presses without releases; releases can be lost
+//! Quirks: a held key repeats, on Linux as a separate value, on X11 as presses without releases. Releases can be lost
 //! (a keyboard is unplugged, the kernel's queue overflows), so that a key seems to be held forever.
 
 mod act;
@@ -52,10 +52,10 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds of input device.
     pub const ALL: [Kind; 3] = [Kind::Keyboard, Kind::Mouse, Kind::Gamepad];
 
-    /// Its name, as a part of a topic.
+    /// The name of the kind, as part of a topic.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Keyboard => "keyboard",
@@ -64,7 +64,7 @@ impl Kind {
         }
     }
 
-    /// The channels of its summaries, with their units.
+    /// The channels of the kind's summaries, with their units.
     pub fn channels(self) -> &'static [(&'static str, &'static str)] {
         match self {
             Kind::Keyboard => &keyboard::CHANNELS,

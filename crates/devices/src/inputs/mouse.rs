@@ -4,7 +4,7 @@ use super::{Act, Which};
 /// The same button pressed again within this time is a double click \[s\].
 pub const DOUBLE_SECS: f64 = 0.5;
 const DOUBLE_NS: i64 = (DOUBLE_SECS * 1e9) as i64;
-/// Movements that are farther apart count as separate \[ns\].
+/// Movements farther apart than this count as separate \[ns\].
 const STILL_NS: i64 = 100_000_000;
 
 pub(super) const CHANNELS: [(&str, &str); 6] = [

@@ -5,27 +5,27 @@ use super::{Act, Kind};
 
 /// The length of a summary \[ns\].
 pub(super) const SECOND_NS: i64 = 1_000_000_000;
-/// A longer pause means that the reader was not running: nothing is known about the time in between \[ns\].
+/// A pause longer than this means that the reader was not running: nothing is known about the time in between \[ns\].
 const LONGEST_NS: i64 = 60 * SECOND_NS;
 
 /// The activity at the devices of one kind within one second.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// When the second began \[ns\]: a whole second of the clock that times the actions.
+    /// The start of the second \[ns\], which is a whole second of the clock that times the actions.
     pub begin_ns: i64,
-    /// The values of its [channels](Kind::channels).
+    /// The values of the kind's [channels](Kind::channels).
     pub values: Vec<f64>,
 }
 
 /// Collects the values for the summaries of one kind of device.
 pub(super) trait Tally {
-    /// Takes in an action.
+    /// Adds an action.
     fn take(&mut self, at_ns: i64, act: &Act);
-    /// Ends a second, and returns its values, without the idle time.
+    /// Ends a second, and returns its values without the idle time.
     fn close(&mut self, end_ns: i64, idle_ns: i64) -> Vec<f64>;
 }
 
-/// Actions at the devices of one kind, second by second.
+/// Summarizes actions at the devices of one kind, second by second.
 ///
 /// An action that arrives after its second has ended counts in the present one. If actions arrive in order, any calls
 /// of [`until`](Self::until) up to the time of the next action give the same summaries.
@@ -42,7 +42,7 @@ pub struct Seconds {
 }
 
 impl Seconds {
-    /// Starts at a time \[ns\]; the first summary is that of the first whole second.
+    /// Starts at a time \[ns\]; the first summary is of the first whole second.
     pub fn new(kind: Kind, now_ns: i64) -> Seconds {
         Seconds {
             kind,
@@ -54,14 +54,14 @@ impl Seconds {
         }
     }
 
-    /// Takes in an action at a time \[ns\].
+    /// Adds an action at a time \[ns\].
     pub fn take(&mut self, at_ns: i64, act: &Act) {
         self.end_before(at_ns);
         self.tally.take(at_ns, act);
         self.last_ns = self.last_ns.max(at_ns);
     }
 
-    /// The summaries of the seconds that are over at a time \[ns\].
+    /// Returns the summaries of the seconds that are over at a time \[ns\].
     pub fn until(&mut self, now_ns: i64) -> Vec<Summary> {
         self.end_before(now_ns);
         std::mem::take(&mut self.ended)
@@ -93,7 +93,7 @@ fn tally(kind: Kind, now_ns: i64) -> Box<dyn Tally + Send> {
     }
 }
 
-/// The start of the second that contains a time \[ns\].
+/// Returns the start of the second that contains a time \[ns\].
 fn second_of(at_ns: i64) -> i64 {
     at_ns.saturating_sub(at_ns.rem_euclid(SECOND_NS))
 }

@@ -1,4 +1,4 @@
-/// The minimum number of times for which a mean is given: the mean of fewer would be close to the time of a single
+/// The smallest number of times for which a mean is given: the mean of fewer would be close to the time of a single
 /// press.
 pub const LEAST_GROUP: u32 = 5;
 
@@ -18,8 +18,8 @@ impl Spread {
         self.sum_of_squares += ms * ms;
     }
 
-    /// Returns the number, mean and population SD, and starts again; a count of 0 and NaN if there are too few, which
-    /// are kept for the next second.
+    /// Returns the number, mean and population SD of the times, and starts again. If there are too few, returns a count
+    /// of 0 and NaN, and keeps them for the next second.
     pub(super) fn take(&mut self) -> [f64; 3] {
         if self.count < LEAST_GROUP {
             return [0.0, f64::NAN, f64::NAN];

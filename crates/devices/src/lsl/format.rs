@@ -1,4 +1,4 @@
-//! The formats of values, and the patterns at the start of a feed.
+//! The formats of values, and the test patterns at the start of a feed.
 
 /// The format of a stream's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,12 +39,12 @@ impl Format {
         (Format::Int64, "int64"),
     ];
 
-    /// The format of this name; `None` for any other text.
+    /// Returns the format with this name; `None` for any other text.
     pub fn from_word(word: &str) -> Option<Format> {
         Self::WORDS.iter().find(|(_, known)| *known == word).map(|(format, _)| *format)
     }
 
-    /// Its name.
+    /// The name of the format.
     pub fn word(self) -> &'static str {
         Self::WORDS.iter().find(|(format, _)| *format == self).map_or("", |(_, word)| word)
     }
@@ -60,12 +60,12 @@ impl Format {
         }
     }
 
-    /// Whether its values are floating-point numbers.
+    /// Whether values are floating-point numbers.
     pub fn is_float(self) -> bool {
         matches!(self, Format::Float32 | Format::Double64)
     }
 
-    /// The number in these bytes, little-endian.
+    /// Decodes a little-endian number.
     pub(super) fn number(self, bytes: &[u8]) -> Option<f64> {
         Some(match self {
             Format::Float32 => f32::from_le_bytes(bytes.try_into().ok()?).into(),
@@ -78,8 +78,8 @@ impl Format {
         })
     }
 
-    /// Appends a number, little-endian; a number that does not fit an integer format is clamped to the nearest one that
-    /// does.
+    /// Appends a number in little-endian order; one outside the range of an integer format is clamped to the nearest
+    /// value in range.
     pub(super) fn write(self, number: f64, out: &mut Vec<u8>) {
         match self {
             Format::Float32 => out.extend((number as f32).to_le_bytes()),
@@ -92,7 +92,7 @@ impl Format {
         }
     }
 
-    /// The values of test pattern number 4 or 2: they rise by one, with alternating signs.
+    /// Returns the values of test pattern number 4 or 2: they rise by one, with alternating signs.
     pub(super) fn pattern(self, number: i64, channels: usize) -> Values {
         let (offset, most) = match self {
             Format::Float32 => (0, i64::MAX),

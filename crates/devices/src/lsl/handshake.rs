@@ -2,18 +2,18 @@
 
 use super::{LslError, StreamInfo};
 
-/// The most bytes of a request or of the headers of a reply.
+/// The largest size of a request, or of the headers of a reply [bytes].
 const LARGEST_BYTES: usize = 16 << 10;
 const END: &[u8] = b"\r\n\r\n";
 
 /// A client's request to a stream.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
-    /// The short description, if the query matches it.
+    /// A request for the short description, if the query matches the stream.
     Short(String),
-    /// The whole description.
+    /// A request for the full description.
     Full,
-    /// Samples.
+    /// A request for samples.
     Feed(FeedRequest),
 }
 
@@ -26,7 +26,7 @@ pub struct FeedRequest {
     pub uid: String,
     /// Whether the client reads subnormal numbers.
     pub supports_subnormals: bool,
-    /// How many samples may wait for the client.
+    /// The largest number of samples that may wait for the client.
     pub most_waiting: u32,
 }
 
@@ -40,7 +40,7 @@ pub struct FeedReply {
 }
 
 impl FeedRequest {
-    /// The request for the samples of a stream, of which at most this many may be waiting.
+    /// Encodes a request for the samples of a stream, of which at most `most_waiting` may wait.
     pub fn encode(stream: &StreamInfo, most_waiting: u32) -> String {
         let StreamInfo { uid, hostname, source_id, session_id, .. } = stream;
         let size = stream.format.size();
@@ -72,7 +72,7 @@ impl FeedRequest {
 }
 
 impl FeedReply {
-    /// The headers of the reply.
+    /// Encodes the headers of the reply.
     pub fn encode(self, uid: &str) -> String {
         let order = if self.is_big_endian { 4321 } else { 1234 };
         let suppress = u8::from(self.suppress_subnormals);
@@ -88,7 +88,7 @@ impl FeedReply {
         let mut words = status.split_ascii_whitespace();
         let is_lsl = words.next().is_some_and(|word| word.starts_with("LSL/"));
         if !is_lsl {
-            return Err(LslError::Headers("the reply is not that of an LSL outlet"));
+            return Err(LslError::Headers("the reply is not from an LSL outlet"));
         }
         if words.next() != Some("200") {
             return Err(LslError::Refused(status.chars().take(100).collect()));
@@ -102,7 +102,9 @@ impl FeedReply {
                     return Err(LslError::Headers("the stream was replaced by another one"));
                 }
                 "data-protocol-version" if value != "110" => {
-                    return Err(LslError::Headers("the sender speaks another version of LSL"));
+                    return Err(LslError::Headers(
+                        "the sender uses another version of the LSL protocol",
+                    ));
                 }
                 _ => {}
             }
@@ -111,12 +113,12 @@ impl FeedReply {
     }
 }
 
-/// The refusal of a request for another outlet.
+/// Returns the reply that refuses a request for another outlet.
 pub fn not_found() -> &'static str {
     "LSL/110 404 Not found\r\n\r\n"
 }
 
-/// Name and value of a header, both in lower case.
+/// Returns the name and value of a header, both in lower case.
 fn header(line: &str) -> Option<(String, String)> {
     let line = line.split(';').next()?;
     let (name, value) = line.split_once(':')?;
@@ -132,7 +134,7 @@ fn on_one_line(text: &str) -> String {
 pub struct RequestReader(Vec<u8>);
 
 impl RequestReader {
-    /// Takes in bytes; returns the request once it is complete.
+    /// Adds bytes; returns the request once it is complete.
     pub fn push(&mut self, bytes: &[u8]) -> Result<Option<Request>, LslError> {
         self.0.extend(bytes.iter().take(LARGEST_BYTES + 1));
         if self.0.len() > LARGEST_BYTES {
@@ -149,9 +151,9 @@ impl RequestReader {
             return Ok(Some(Request::Short(text(rest.get(..end))?.trim().to_owned())));
         }
         if !method.starts_with("LSL:streamfeed/") {
-            return Err(LslError::Headers("the request is not that of an LSL inlet"));
+            return Err(LslError::Headers("the request is not from an LSL inlet"));
         }
-        // The line's own end may be the first half of the empty line.
+        // The end of the line may be the first half of the empty line.
         let Some(end) = find(&self.0, END) else { return Ok(None) };
         let headers = text(self.0.get(..end))?;
         FeedRequest::parse(method, headers).map(|request| Some(Request::Feed(request)))
@@ -163,7 +165,7 @@ impl RequestReader {
 pub struct ReplyReader(Vec<u8>);
 
 impl ReplyReader {
-    /// Takes in bytes; returns the reply once it is complete, with the bytes that follow it.
+    /// Adds bytes; returns the reply once it is complete, with the bytes that follow it.
     pub fn push(
         &mut self,
         bytes: &[u8],
@@ -171,7 +173,7 @@ impl ReplyReader {
     ) -> Result<Option<(FeedReply, Vec<u8>)>, LslError> {
         self.0.extend(bytes);
         let Some(end) = find(&self.0, END) else {
-            // A refusal may be a line alone.
+            // A refusal may be a single line.
             let is_refusal = find(&self.0, b"\n").is_some() && !self.0.starts_with(b"LSL/110 200");
             if is_refusal {
                 FeedReply::parse(text(Some(&self.0))?, uid)?;

@@ -3,9 +3,9 @@
 use super::xml::{self, Element};
 use super::{Format, LslError};
 
-/// The most channels.
+/// The largest number of channels.
 const MOST_CHANNELS: u32 = 16_384;
-/// The longest text that is kept [characters].
+/// The length to which texts are truncated [characters].
 const LONGEST: usize = 512;
 /// The version of the protocol, as written in descriptions.
 const VERSION: &str = "1.10";
@@ -13,47 +13,47 @@ const VERSION: &str = "1.10";
 /// The description of a stream, and where its sender serves it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreamInfo {
-    /// Its name.
+    /// The name of the stream.
     pub name: String,
-    /// Its type: `EEG`, `Markers`, `Gaze`.
+    /// The type of the stream: `EEG`, `Markers`, `Gaze`.
     pub kind: String,
-    /// The number of its channels.
+    /// The number of channels.
     pub channel_count: usize,
-    /// The rate of its samples [Hz]; 0 where they are irregular.
+    /// The sampling rate [Hz]; 0 for irregular samples.
     pub rate_hz: f64,
-    /// The format of its values.
+    /// The format of the values.
     pub format: Format,
-    /// The id of its origin, which stays the same when the sender restarts; may be empty.
+    /// The id of the source, which stays the same when the sender restarts; may be empty.
     pub source_id: String,
     /// The id of this particular outlet.
     pub uid: String,
-    /// The session; by default `default`.
+    /// The id of the LSL session; by default `default`.
     pub session_id: String,
-    /// The computer of the sender.
+    /// The host name of the sender's computer.
     pub hostname: String,
-    /// The TCP port of its samples.
+    /// The TCP port that serves samples.
     pub data_port: u16,
-    /// The UDP port of its services.
+    /// The UDP port that serves probes of the clock.
     pub service_port: u16,
-    /// When it was created, by the sender's clock [s].
+    /// When the outlet was created, by the sender's clock [s].
     pub created_secs: f64,
-    /// The descriptions of its channels: all of them, or none.
+    /// The descriptions of the channels: all of them, or none.
     pub channels: Vec<ChannelInfo>,
 }
 
 /// A channel of a stream; each text may be empty.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ChannelInfo {
-    /// Its label: `Fp1`.
+    /// The label of the channel: `Fp1`.
     pub label: String,
-    /// Its unit, as the sender spells it: `microvolts`.
+    /// The unit as the sender spells it: `microvolts`.
     pub unit: String,
-    /// Its type: `EEG`.
+    /// The type of the channel: `EEG`.
     pub kind: String,
 }
 
 impl StreamInfo {
-    /// Reads a description.
+    /// Parses a description.
     pub fn parse(document: &str) -> Result<StreamInfo, LslError> {
         let root = Element::parse(document)?;
         if root.name != "info" {
@@ -92,12 +92,12 @@ impl StreamInfo {
         })
     }
 
-    /// The description without its channels, as discovery sends it.
+    /// Returns the description without its channels, as sent in discovery.
     pub fn short_xml(&self) -> String {
         self.xml("")
     }
 
-    /// The whole description.
+    /// Returns the full description.
     pub fn full_xml(&self) -> String {
         let mut channels = String::new();
         for ChannelInfo { label, unit, kind } in &self.channels {
@@ -119,7 +119,7 @@ impl StreamInfo {
         out
     }
 
-    /// The elements of a description, in their order, with their texts.
+    /// Returns the elements of a description, in order, with their texts.
     pub(super) fn fields(&self) -> [(&'static str, String); 17] {
         [
             ("name", self.name.clone()),
@@ -153,7 +153,7 @@ fn channels(root: &Element, count: usize) -> Vec<ChannelInfo> {
         kind: kept(channel.text_of("type")),
     });
     let channels: Vec<ChannelInfo> = channels.take(count + 1).collect();
-    // A list of another length does not say which channel is which.
+    // If the list has a different length, it is unknown which channel is which.
     if channels.len() == count { channels } else { Vec::new() }
 }
 

@@ -12,16 +12,16 @@
 //! | samples | TCP, the data port | `LSL:streamfeed/110 <uid>\r\n`, headers, an empty line | `LSL/110 200 OK`, headers, an empty line, samples |
 //! | clock | UDP, the service port | `LSL:timedata\r\n<wave> <t0>\r\n` | ` <wave> <t0> <t1> <t2>` |
 //!
-//! A sample is a byte, a stamp where that byte is 2 (`f64`, seconds of the sender's clock), and its values. With a byte
-//! of 1 its stamp is one period after the previous stamp. A text is the size of its length field in bytes, its length,
+//! A sample is a byte, a stamp if that byte is 2 (`f64`, seconds of the sender's clock), and its values. If the byte is
+//! 1, the stamp is one period after the previous stamp. A text is the size of its length field in bytes, its length,
 //! and UTF-8. The first two samples are known patterns, by which both sides check that they agree on the format.
 //!
 //! Quirks, each with a test:
 //! - One stream answers several times: over each multicast group and each interface.
-//! - Numbers are little-endian unless the reply says `Byte-Order: 4321`; `0` means the sender's own order, which is
+//! - Numbers are little-endian unless the reply says `Byte-Order: 4321`; `0` means the sender's native order, which is
 //!   little-endian.
 //! - A sender's clock counts from when its computer was switched on; only probes relate it to another clock.
-//! - Texts may hold anything; lengths come in sizes of 1, 2, 4 or 8 bytes.
+//! - Texts may hold any bytes; their lengths have sizes of 1, 2, 4 or 8 bytes.
 
 mod xml;
 mod format;
@@ -53,8 +53,8 @@ pub const GROUPS: [[u8; 4]; 4] =
 /// The prefix of the source ids of teampulse's outlets.
 pub const OWN: &str = "teampulse:";
 
-/// The addresses of this computer, from the kernel's routing table (`/proc/net/fib_trie`): multicast is sent through
-/// each.
+/// Returns the addresses of this computer from the kernel's routing table (`/proc/net/fib_trie`); multicast is sent
+/// through each of them.
 pub fn addresses(table: &str) -> Vec<Ipv4Addr> {
     let mut addresses = Vec::new();
     let mut last: Option<Ipv4Addr> = None;
@@ -74,28 +74,28 @@ pub fn addresses(table: &str) -> Vec<Ipv4Addr> {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum LslError {
-    /// A description that is not XML, or too large.
+    /// A description is not XML, or is too large.
     #[error("read the description of a stream: {0}")]
     Description(&'static str),
-    /// A description lacks something, or has an impossible value.
+    /// A description lacks an element, or an element has an impossible value.
     #[error("read the description of a stream: its {field} is `{got}`")]
     Field {
-        /// The element.
+        /// The name of the element.
         field: &'static str,
-        /// Its text.
+        /// The text of the element.
         got: String,
     },
-    /// Something that is not a valid request or reply.
+    /// The headers are not a valid request or reply.
     #[error("read the headers of a stream: {0}")]
     Headers(&'static str),
-    /// The other side refused.
-    #[error("be served: the sender replied `{0}`")]
+    /// The other side refused the request.
+    #[error("read the stream: the sender replied `{0}`")]
     Refused(String),
     /// The first samples are not the agreed patterns.
     #[error("read samples: the sender's first samples are not LSL's test pattern")]
     Pattern,
-    /// A text that is too long.
-    #[error("read samples: a text of {0} bytes")]
+    /// A text is too long.
+    #[error("read samples: a text has {0} bytes, which is too long")]
     Long(u64),
     /// A byte of a sample has an impossible value.
     #[error("read samples: a byte is {0:#x}, expected {1}")]

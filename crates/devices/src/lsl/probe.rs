@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// The most bytes of a request or a reply.
+/// The largest size of a request or a reply [bytes].
 const LARGEST_BYTES: usize = 512;
 
 /// A request for the time of a stream's sender.
@@ -10,7 +10,7 @@ const LARGEST_BYTES: usize = 512;
 pub struct ProbeRequest {
     /// The number of the probe.
     pub wave: i32,
-    /// When it was sent, by the clock of the requester [s].
+    /// When the request was sent, by the clock of the requester [s].
     pub sent_secs: f64,
 }
 
@@ -21,19 +21,19 @@ pub struct ProbeReply {
     pub wave: i32,
     /// When the request was sent, by the clock of the requester [s].
     pub sent_secs: f64,
-    /// When it arrived, by the clock of the replier [s].
+    /// When the request arrived, by the clock of the replier [s].
     pub received_secs: f64,
-    /// When the reply was sent, by that clock [s].
+    /// When the reply was sent, by the clock of the replier [s].
     pub replied_secs: f64,
 }
 
 impl ProbeRequest {
-    /// The datagram.
+    /// Encodes the request as a datagram.
     pub fn encode(&self) -> String {
         format!("LSL:timedata\r\n{} {}\r\n", self.wave, self.sent_secs)
     }
 
-    /// Reads a datagram; `None` if it is not such a request.
+    /// Parses a datagram; `None` if it is not a probe request.
     pub fn parse(datagram: &[u8]) -> Option<ProbeRequest> {
         let text = std::str::from_utf8(datagram.get(..datagram.len().min(LARGEST_BYTES))?).ok()?;
         let (method, rest) = text.split_once('\n')?;
@@ -45,17 +45,17 @@ impl ProbeRequest {
 }
 
 impl ProbeReply {
-    /// The datagram.
+    /// Encodes the reply as a datagram.
     pub fn encode(&self) -> String {
         let mut text = format!(" {}", self.wave);
         for secs in [self.sent_secs, self.received_secs, self.replied_secs] {
-            // To a string it can always be written.
+            // Writing to a string can't fail.
             write!(text, " {secs}").ok();
         }
         text
     }
 
-    /// Reads a datagram; `None` if it is not such a reply.
+    /// Parses a datagram; `None` if it is not a reply to a probe.
     pub fn parse(datagram: &[u8]) -> Option<ProbeReply> {
         let text = std::str::from_utf8(datagram.get(..datagram.len().min(LARGEST_BYTES))?).ok()?;
         let mut words = text.split_ascii_whitespace();

@@ -2,7 +2,7 @@
 
 use super::{LslError, StreamInfo};
 
-/// The most bytes of a discovery request, and how deep a query may be nested.
+/// The largest size of a discovery request [bytes], and the deepest nesting of a query.
 const LARGEST_BYTES: usize = 4096;
 const DEEPEST: usize = 32;
 
@@ -18,12 +18,12 @@ pub struct Discovery {
 }
 
 impl Discovery {
-    /// The datagram.
+    /// Encodes the request as a datagram.
     pub fn encode(&self) -> String {
         format!("LSL:shortinfo\r\n{}\r\n{} {}\r\n", self.query, self.port, self.id)
     }
 
-    /// Reads a datagram; `None` if it is not such a request.
+    /// Parses a datagram; `None` if it is not a discovery request.
     pub fn parse(datagram: &[u8]) -> Option<Discovery> {
         let text = std::str::from_utf8(datagram).ok().filter(|text| text.len() <= LARGEST_BYTES)?;
         let mut lines = text.split('\n');
@@ -36,21 +36,21 @@ impl Discovery {
         Some(Discovery { query, port, id: words.next()?.to_owned() })
     }
 
-    /// The reply with the description of a stream.
+    /// Returns the reply with the description of a stream.
     pub fn reply(&self, stream: &StreamInfo) -> String {
         format!("{}\r\n{}", self.id, stream.short_xml())
     }
 }
 
-/// The stream in a reply to the request with this id; `None` for a reply to any other.
+/// Returns the stream in a reply to the request with this id; `None` for a reply to another request.
 pub fn discovered(datagram: &[u8], id: &str) -> Option<Result<StreamInfo, LslError>> {
     let text = std::str::from_utf8(datagram).ok()?;
     let (first, document) = text.split_once('\n')?;
     (first.trim() == id).then(|| StreamInfo::parse(document))
 }
 
-/// A question about the description of a stream: a condition in `XPath`, of which comparisons of elements with texts,
-/// `and`, `or`, `not`, `starts-with` and `contains` are supported.
+/// A condition on the description of a stream, in `XPath`. Comparisons of elements with texts, `and`, `or`, `not`,
+/// `starts-with` and `contains` are supported.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Query(Condition);
 
@@ -73,7 +73,7 @@ enum Comparison {
 }
 
 impl Query {
-    /// Reads a query; an empty one matches all streams. `None` if it is not supported.
+    /// Parses a query; an empty one matches all streams. Returns `None` if the query is not supported.
     pub fn parse(text: &str) -> Option<Query> {
         if text.trim().is_empty() {
             return Some(Query(Condition::Always));
@@ -83,7 +83,7 @@ impl Query {
         parser.rest.trim().is_empty().then_some(Query(condition))
     }
 
-    /// Whether it matches a stream.
+    /// Whether the query matches a stream.
     pub fn matches(&self, stream: &StreamInfo) -> bool {
         self.0.holds(&stream.fields())
     }
@@ -111,7 +111,7 @@ impl Condition {
     }
 }
 
-/// Whether two texts are equal, or the same number: each library formats rates in its own way.
+/// Whether two texts are equal, or the same number, as libraries format rates differently.
 fn is_same(text: &str, value: &str) -> bool {
     let numbers = (text.parse::<f64>(), value.parse::<f64>());
     text == value || matches!(numbers, (Ok(a), Ok(b)) if a.total_cmp(&b).is_eq())
@@ -183,7 +183,7 @@ impl Parser<'_> {
         self.takes(")").then_some(Condition::Is(comparison, field, value))
     }
 
-    /// The name of an element of the description, or of a function.
+    /// Parses the name of an element of the description, or of a function.
     fn name(&mut self) -> Option<String> {
         self.rest = self.rest.trim_start();
         for root in ["/info/", "//info/", "./"] {

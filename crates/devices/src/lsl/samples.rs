@@ -2,25 +2,25 @@
 
 use super::{FeedReply, Format, LslError, StreamInfo, Values};
 
-/// Whether a stamp is one period after the previous one, or follows.
+/// The first byte of a sample: whether its stamp is one period after the previous one, or follows.
 const DEDUCED: u8 = 1;
 const STAMPED: u8 = 2;
 /// The stamp of test patterns [s].
 const PATTERN_SECS: f64 = 123_456.789;
 const PATTERNS: [i64; 2] = [4, 2];
-/// The most bytes of all texts of a sample together.
+/// The largest total size of the texts in a sample [bytes].
 const LONGEST_TEXTS: u64 = 4 << 20;
 
 /// A sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
-    /// When it was taken, by the sender's clock [s].
+    /// When the sample was taken, by the sender's clock [s].
     pub stamp_secs: f64,
-    /// Its values.
+    /// The values of the sample.
     pub values: Values,
 }
 
-/// Reads the samples of a stream from bytes that arrive in pieces. The test patterns come first, and are checked.
+/// Reads the samples of a stream from bytes that arrive in pieces. The test patterns at the start are checked.
 #[derive(Clone, Debug)]
 pub struct SampleReader {
     format: Format,
@@ -28,14 +28,14 @@ pub struct SampleReader {
     period_secs: f64,
     reply: FeedReply,
     waiting: Vec<u8>,
-    /// How many bytes there must be before parsing is worth another attempt.
+    /// The number of bytes that must be present before parsing is worth another attempt.
     needed: usize,
     last_secs: f64,
     patterns: usize,
 }
 
 impl SampleReader {
-    /// A reader of the samples that follow this reply.
+    /// Creates a reader of the samples that follow this reply.
     pub fn new(stream: &StreamInfo, reply: FeedReply) -> SampleReader {
         SampleReader {
             format: stream.format,
@@ -49,7 +49,7 @@ impl SampleReader {
         }
     }
 
-    /// Takes in bytes; returns the samples that they complete.
+    /// Adds bytes; returns the samples that they complete.
     pub fn push(&mut self, bytes: &[u8]) -> Result<Vec<Sample>, LslError> {
         self.waiting.extend(bytes);
         let mut samples = Vec::new();
@@ -75,7 +75,7 @@ impl SampleReader {
         }
     }
 
-    /// The sample, or nothing for a correct test pattern.
+    /// Returns the sample, or `None` for a correct test pattern.
     fn checked(&mut self, sample: Sample) -> Result<Option<Sample>, LslError> {
         let Some(pattern) = PATTERNS.get(self.patterns) else {
             self.last_secs = sample.stamp_secs;
@@ -117,7 +117,7 @@ impl SampleReader {
         Ok(all.chunks_exact(size).map(number).collect())
     }
 
-    /// Replaces a subnormal number by zero if the sender asked for that.
+    /// Replaces a subnormal number with zero if the sender requested that.
     fn flushed(&self, number: f64) -> f64 {
         let least = if self.format == Format::Float32 {
             f32::MIN_POSITIVE.into()
@@ -160,7 +160,7 @@ enum Stop {
     Wrong(LslError),
 }
 
-/// Bytes that are not yet read.
+/// Bytes that have not been read yet.
 struct Bytes<'a> {
     rest: &'a [u8],
     is_big_endian: bool,
@@ -179,7 +179,7 @@ impl<'a> Bytes<'a> {
         self.array().map(|[byte]| byte)
     }
 
-    /// The bytes of a number, little-endian.
+    /// Returns the bytes of a number in little-endian order.
     fn array<const N: usize>(&mut self) -> Result<[u8; N], Stop> {
         let mut array = [0; N];
         array.copy_from_slice(self.take(N)?);
@@ -198,17 +198,17 @@ pub struct SampleWriter {
 }
 
 impl SampleWriter {
-    /// A writer of the samples of a stream.
+    /// Creates a writer for the samples of a stream.
     pub fn new(stream: &StreamInfo) -> SampleWriter {
         SampleWriter { format: stream.format, channels: stream.channel_count }
     }
 
-    /// A writer of samples of this format and number of channels.
+    /// Creates a writer for samples with this format and number of channels.
     pub fn of(format: Format, channels: usize) -> SampleWriter {
         SampleWriter { format, channels }
     }
 
-    /// The test patterns at the start of a feed.
+    /// Returns the test patterns at the start of a feed.
     pub fn patterns(self) -> Vec<u8> {
         let mut out = Vec::new();
         for pattern in PATTERNS {

@@ -1,14 +1,14 @@
-//! XML, as far as descriptions of streams need it: elements and text. Memory and depth are bounded for any input.
+//! XML, as far as stream descriptions need it: elements and text. Memory and depth are bounded for any input.
 
 use super::LslError;
 
-/// The most elements, and how deep they may be nested.
+/// The largest number of elements, and their deepest nesting.
 const MOST_ELEMENTS: usize = 100_000;
 const DEEPEST: usize = 32;
 /// The largest document [bytes].
 pub(super) const LARGEST_BYTES: usize = 4 << 20;
 
-/// An element: its name, its text without that of its children, and its children.
+/// An element: its name, its text without the text of its children, and its children.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Element {
     pub name: String,
@@ -17,7 +17,7 @@ pub(super) struct Element {
 }
 
 impl Element {
-    /// Reads a document; returns its root.
+    /// Parses a document; returns its root.
     pub fn parse(document: &str) -> Result<Element, LslError> {
         if document.len() > LARGEST_BYTES {
             return Err(LslError::Description("it is too large"));
@@ -26,12 +26,12 @@ impl Element {
         reader.read()
     }
 
-    /// The first child of this name.
+    /// Returns the first child with this name.
     pub fn child(&self, name: &str) -> Option<&Element> {
         self.children.iter().find(|child| child.name == name)
     }
 
-    /// The text of the first child of this name, without surrounding space; empty where there is none.
+    /// Returns the text of the first child with this name, without surrounding space; empty if there is none.
     pub fn text_of(&self, name: &str) -> &str {
         self.child(name).map_or("", |child| child.text.trim())
     }
@@ -59,7 +59,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads markup that begins with `<`; returns the root once that is closed.
+    /// Parses markup that begins with `<`; returns the root once it is closed.
     fn tag(&mut self) -> Result<Option<Element>, LslError> {
         if let Some(rest) = self.rest.strip_prefix("!--") {
             self.rest = rest;
@@ -150,7 +150,7 @@ pub(super) fn write(out: &mut String, name: &str, text: &str) {
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
-            // No document may have control characters.
+            // XML documents may not contain control characters.
             each if each.is_control() => out.push(' '),
             each => out.push(each),
         }

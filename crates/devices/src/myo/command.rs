@@ -7,20 +7,20 @@
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Selects what to send: EMG, IMU with taps, poses.
+    /// Selects the data to send: EMG, IMU with taps, poses.
     SetMode {
-        /// EMG.
+        /// The EMG data to send.
         emg: EmgMode,
-        /// IMU and taps.
+        /// Whether to send IMU data and taps.
         imu: bool,
-        /// Recognised poses.
+        /// Whether to send recognised poses.
         poses: bool,
     },
-    /// Vibrates.
+    /// Makes the armband vibrate.
     Vibrate(Vibration),
-    /// Whether to stay awake without movement.
+    /// Sets whether to stay awake without movement.
     StayAwake(bool),
-    /// Switches off until it is charged.
+    /// Switches the armband off until it is charged.
     DeepSleep,
 }
 
@@ -28,11 +28,11 @@ pub enum Command {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum EmgMode {
-    /// Nothing.
+    /// No EMG.
     Off = 0,
-    /// With mains hum filtered out.
+    /// EMG with mains hum filtered out.
     Filtered = 2,
-    /// As measured.
+    /// EMG as measured.
     #[default]
     Raw = 3,
 }
@@ -41,16 +41,16 @@ pub enum EmgMode {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Vibration {
-    /// Short.
+    /// A short vibration.
     Short = 1,
-    /// Medium.
+    /// A medium vibration.
     Medium = 2,
-    /// Long.
+    /// A long vibration.
     Long = 3,
 }
 
 impl Command {
-    /// The bytes to write: command, length, payload.
+    /// Returns the bytes to write: command, length, payload.
     pub fn encode(self) -> Vec<u8> {
         match self {
             Self::SetMode { emg, imu, poses } => {

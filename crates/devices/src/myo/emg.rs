@@ -6,7 +6,7 @@ const CHARACTERISTICS: usize = 4;
 const SAMPLES: u64 = 2;
 const ELECTRODES: usize = 8;
 
-/// Counts EMG notifications by the characteristics, which take turns.
+/// Counts EMG notifications by the order of their characteristics, which take turns.
 #[derive(Debug, Default)]
 pub(super) struct Emg {
     last: Option<usize>,
@@ -14,14 +14,14 @@ pub(super) struct Emg {
 }
 
 impl Emg {
-    /// Notes that the link was lost: the turns start again.
+    /// Records that the link was lost: the turns start again.
     pub fn lose_link(&mut self, out: &mut Outbox<Request>) {
         if self.last.take().is_some() {
             out.event(Event::Gap { stream: "emg", samples: None });
         }
     }
 
-    /// Takes in a notification, of the characteristic whose turn it is or of a later one; returns whether it was one of
+    /// Handles a notification of the characteristic whose turn it is, or of a later one; returns whether it contained
     /// EMG.
     pub fn receive(&mut self, turn: usize, value: &[u8], out: &mut Outbox<Request>) -> bool {
         if value.len() != SAMPLES as usize * ELECTRODES {

@@ -20,11 +20,11 @@
 //! Quirks, each with a test:
 //! - A notification holds two samples, 5 ms apart, and the four characteristics take turns: all four are subscribed to.
 //! - Which of the four sends next acts as a two-bit counter: up to three lost notifications are a gap of known length.
-//! - After a silence on a link that is up the count goes on: Bluetooth repeats what was not acknowledged.
+//! - After a silence on a link that stays up, the count continues: Bluetooth repeats what was not acknowledged.
 //! - It sleeps after 30 s without movement, even with sleep switched off, unless that command is repeated: every 15 s.
 //! - It may stop sending: its mode is set again after two seconds.
 //! - A user can't see whether it is connected, so it vibrates briefly.
-//! - Left in streaming mode it empties its battery: the mode is reset at the end.
+//! - Left in streaming mode, it drains its battery: the mode is reset at the end.
 
 mod session;
 mod command;
@@ -35,31 +35,31 @@ pub use session::{MyoSession, MyoSettings};
 
 use crate::gatt::Uuid;
 
-/// The UUID of a Myo's service or characteristic.
+/// Returns the UUID of a Myo's service or characteristic, by its number in the table.
 pub const fn uuid(number: u16) -> Uuid {
     Uuid(0xd506_0000_a904_deb9_4748_2c7f_4a12_4842 | (number as u128) << 96)
 }
 
-/// The control service, by which a Myo is found, as users can change its name.
+/// The control service, by which a Myo is recognised, as users can change its name.
 pub const SERVICE: Uuid = uuid(0x0001);
 
-/// Takes commands.
+/// The characteristic for commands.
 pub const COMMAND: Uuid = uuid(0x0401);
 
-/// Serial number and other information.
+/// The characteristic with the serial number and other information.
 pub const INFORMATION: Uuid = uuid(0x0101);
 
-/// Version of the firmware.
+/// The characteristic with the firmware version.
 pub const FIRMWARE: Uuid = uuid(0x0201);
 
-/// Orientation, acceleration, rotation.
+/// The characteristic with orientation, acceleration and rotation.
 pub const IMU: Uuid = uuid(0x0402);
 
-/// Taps.
+/// The characteristic with taps.
 pub const MOTION: Uuid = uuid(0x0502);
 
-/// Poses.
+/// The characteristic with poses.
 pub const CLASSIFIER: Uuid = uuid(0x0103);
 
-/// EMG, on four characteristics that take turns.
+/// The four characteristics with EMG, which take turns.
 pub const EMG: [Uuid; 4] = [uuid(0x0105), uuid(0x0205), uuid(0x0305), uuid(0x0405)];

@@ -13,7 +13,7 @@ use crate::{Channel, Error, Event, GattSession, Identity, Output, Reading, Sessi
 const PATIENCE: Duration = Duration::from_secs(2);
 const MOST_RESTARTS: u32 = 3;
 
-/// It sleeps after 30 s unless it is kept awake.
+/// How often the command to stay awake is repeated; without it, a Myo sleeps after 30 s.
 const KEEP_AWAKE: Duration = Duration::from_secs(15);
 
 const EMG_HZ: f64 = 200.0;
@@ -22,13 +22,13 @@ const IMU_HZ: f64 = 50.0;
 /// The data that a Myo sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MyoSettings {
-    /// EMG at 200 Hz.
+    /// Whether and how to send EMG at 200 Hz.
     pub emg: EmgMode,
-    /// Orientation, acceleration and rotation at 50 Hz, and taps.
+    /// Whether to send orientation, acceleration and rotation at 50 Hz, and taps.
     pub imu: bool,
-    /// Poses, as the armband recognises them.
+    /// Whether to send the poses that the armband recognises.
     pub poses: bool,
-    /// Whether it vibrates when it is connected.
+    /// Whether the armband vibrates when it is connected.
     pub vibrates: bool,
 }
 
@@ -63,14 +63,14 @@ pub struct MyoSession {
     standard: StandardServices,
     emg: Emg,
     imu_samples: u64,
-    /// Present while samples are expected.
+    /// `Some` while samples are expected.
     watchdog: Option<Watchdog>,
     keep_awake_at: Option<Duration>,
     restarts: u32,
 }
 
 impl MyoSession {
-    /// A session that has not started.
+    /// Creates a session that has not started.
     pub fn new(settings: MyoSettings) -> Self {
         Self {
             settings,
@@ -84,7 +84,7 @@ impl MyoSession {
         }
     }
 
-    /// Sends a command beside those of the session, such as a vibration.
+    /// Sends a command besides those of the session, such as a vibration.
     pub fn command(&mut self, command: Command) {
         self.out.request(Request::Write(COMMAND, command.encode()));
     }
@@ -201,7 +201,7 @@ impl MyoSession {
     }
 }
 
-/// A stream of the IMU, in the order of the notification: name, channels, unit, one step.
+/// A stream of the IMU, in the order of the notification: its name, channels, unit, and the size of one step.
 type ImuStream = (&'static str, &'static [&'static str], &'static str, f64);
 const IMU_STREAMS: [ImuStream; 3] = [
     ("orientation", &["w", "x", "y", "z"], "", 1.0 / 16384.0),

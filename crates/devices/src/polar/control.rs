@@ -5,7 +5,7 @@ use crate::cursor::Cursor;
 /// Commands written to the control point.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Requests the settings that a measurement offers.
+    /// Requests the settings that the device offers for a measurement.
     Settings(Measurement),
     /// Starts a measurement with one value of each setting.
     Start(Measurement, SettingsList),
@@ -14,7 +14,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// The bytes to write.
+    /// Returns the bytes to write.
     pub fn encode(&self) -> Vec<u8> {
         let mut bytes = vec![self.code(), self.measurement() as u8];
         if let Self::Start(_, settings) = self {
@@ -23,7 +23,7 @@ impl Command {
         bytes
     }
 
-    /// Its measurement.
+    /// The measurement that the command is about.
     pub const fn measurement(&self) -> Measurement {
         match self {
             Self::Settings(measurement) | Self::Start(measurement, _) | Self::Stop(measurement) => {
@@ -41,7 +41,7 @@ impl Command {
     }
 }
 
-/// Messages of the control point: read from it, or indicated.
+/// Messages of the control point: read from it, or sent as indications.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ControlMessage {
     /// What the device can measure. Every read of the control point returns this.
@@ -68,12 +68,12 @@ impl ControlMessage {
     }
 }
 
-/// The first byte of the features: bit n is the measurement with code n.
+/// The measurements that a device has: bit n is set for the measurement with code n.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Features(pub u8);
 
 impl Features {
-    /// Whether the device can measure this.
+    /// Whether the device can make this measurement.
     pub const fn has(self, measurement: Measurement) -> bool {
         self.0 & 1 << measurement as u8 != 0
     }
@@ -82,15 +82,15 @@ impl Features {
 /// The answer to a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Response {
-    /// The command's code: 1 settings, 2 start, 3 stop.
+    /// The code of the command: 1 settings, 2 start, 3 stop.
     pub command: u8,
     /// The code of the measurement.
     pub measurement: u8,
-    /// Whether it was carried out.
+    /// Whether the command was carried out.
     pub status: Status,
     /// Whether parameters continue in another answer.
     pub more: bool,
-    /// Settings, to be decoded once no more follow.
+    /// The settings, to be decoded once no more follow.
     pub parameters: Vec<u8>,
 }
 
@@ -111,7 +111,7 @@ impl Response {
 pub struct Status(pub u8);
 
 impl Status {
-    /// Carried out.
+    /// The command was carried out.
     pub const SUCCESS: Self = Self(0);
     /// The measurement is on already, or was off.
     pub const ALREADY_IN_STATE: Self = Self(6);
@@ -120,7 +120,7 @@ impl Status {
     /// The device is in its charger.
     pub const IN_CHARGER: Self = Self(13);
 
-    /// In the words of the specification.
+    /// The status in the words of the specification.
     pub const fn text(self) -> &'static str {
         match self.0 {
             0 => "success",

@@ -2,8 +2,8 @@ use super::layout::Layout;
 use crate::DecodeError;
 use crate::cursor::{Cursor, signed};
 
-/// The samples of a compressed payload, channel by channel: a whole sample, then blocks of a bit width, a
-/// count and that many samples as differences from the previous one, packed from the lowest bit up.
+/// Decompresses the samples of a payload, channel by channel: a whole sample, then blocks of a bit width, a count and
+/// that many samples as differences from the previous one, packed from the lowest bit up.
 pub(super) fn decompress(payload: &[u8], layout: &Layout) -> Result<Vec<i32>, DecodeError> {
     let truncated =
         |expected, got| DecodeError::Truncated { what: "a compressed payload", expected, got };

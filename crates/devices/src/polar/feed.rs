@@ -11,29 +11,30 @@ use crate::outbox::Outbox;
 use crate::watchdog::Watchdog;
 use crate::{Channel, Event, Reading, Stream};
 
-/// The first ECG of an H10 may take 20 to 30 s after a connection.
+/// The time within which the first ECG of an H10 arrives after a connection, which may take 20 to 30 s.
 const FIRST_PATIENCE: Duration = Duration::from_secs(30);
 const PATIENCE: Duration = Duration::from_secs(3);
-/// How long after an answered start without a frame the device is asked to start again: if it is measuring, it answers
-/// that it is already on, and continues.
+/// The time without a frame after which the device is asked once more to start: if it is measuring, it answers that the
+/// measurement is already on, and continues.
 const DOUBT: Duration = Duration::from_secs(10);
-/// Optical sensors send their first pulse interval after about 25 s, and then every few seconds.
+/// The time within which pulse intervals arrive: optical sensors send the first after about 25 s, then one every few
+/// seconds.
 const INTERVAL_PATIENCE: Duration = Duration::from_secs(30);
 
-/// The rates of devices that do not state them.
+/// The assumed rate of devices that do not state one.
 const DEFAULT_RATE_HZ: f64 = 130.0;
 
-/// One selected measurement: its settings, its time, its watchdog.
+/// One selected measurement, with its settings, timeline and watchdog.
 #[derive(Debug)]
 pub(super) struct Feed {
     pub selection: Selection,
-    /// How often it was restarted since the last frame.
+    /// The number of restarts since the last frame.
     pub restarts: u32,
-    /// Whether the device reported that it was on before it was started.
+    /// Whether the device reported that the measurement was on before it was started.
     pub was_already_on: bool,
-    /// Whether it was asked to start once more, to see if it is measuring.
+    /// Whether the device was asked to start once more, to find out whether it is measuring.
     pub is_doubted: bool,
-    /// When to ask that.
+    /// When to ask the device to start once more.
     doubted_at: Option<Duration>,
     settings: SettingsList,
     factor: f64,
@@ -43,13 +44,13 @@ pub(super) struct Feed {
     intervals: u64,
     /// Whether the last intervals had times.
     stamps_intervals: Option<bool>,
-    /// Present while it runs.
+    /// `Some` while the measurement runs.
     watchdog: Option<Watchdog>,
 }
 
 impl Feed {
     pub fn new(selection: Selection) -> Self {
-        // What a Verity Sense says of its PPG may be wrong by more than twice.
+        // The PPG rate that a Verity Sense states may be wrong by more than a factor of two.
         let nominal_is_true = selection.measurement != Measurement::Ppg;
         Self {
             selection,
@@ -68,7 +69,7 @@ impl Feed {
         }
     }
 
-    /// Keeps the settings; returns the command that starts the measurement with them.
+    /// Stores the settings; returns the command that starts the measurement with them.
     pub fn configure(&mut self, settings: SettingsList) -> Command {
         self.settings = settings;
         if let Some(rate @ 1..) = self.settings.values(SettingKind::Rate).first() {
@@ -82,24 +83,24 @@ impl Feed {
         Command::Start(self.selection.measurement, self.settings.clone())
     }
 
-    /// Notes that it was started: frames are expected.
+    /// Records that the measurement was started, so that frames are expected.
     pub fn run(&mut self, factor: Option<f64>, now: Duration) {
         self.factor = factor.unwrap_or(self.factor);
         self.watchdog = Some(Watchdog::new(now, FIRST_PATIENCE));
-        // What starts at the second request needs no third, and pulse intervals take half a minute in any case.
+        // After the second start request no third is needed, and pulse intervals take half a minute in any case.
         let is_again = std::mem::take(&mut self.is_doubted) || self.was_already_on;
         let is_slow = self.selection.measurement == Measurement::PpInterval;
         self.doubted_at = (!is_again && !is_slow).then_some(now.saturating_add(DOUBT));
     }
 
-    /// Whether it is time to ask it to start again, to see if it is measuring at all; once per start.
+    /// Whether it is time to ask the device once more to start, to find out whether it is measuring; once per start.
     pub fn doubt(&mut self, now: Duration) -> bool {
         let is_due = self.doubted_at.take_if(|at| *at <= now).is_some();
         self.is_doubted |= is_due;
         is_due
     }
 
-    /// Prepares a restart; returns how long it was silent, if it was running.
+    /// Prepares a restart; returns how long the measurement was silent, if it was running.
     pub fn halt(&mut self, now: Duration) -> Option<Duration> {
         let watchdog = self.watchdog.take()?;
         (self.is_doubted, self.doubted_at) = (false, None);
@@ -107,7 +108,7 @@ impl Feed {
         Some(watchdog.quiet(now))
     }
 
-    /// Resets it when the link or the session ends.
+    /// Resets the state when the link or the session ends.
     pub fn forget(&mut self) {
         self.restarts = 0;
         self.was_already_on = false;
@@ -115,7 +116,7 @@ impl Feed {
         self.watchdog = None;
     }
 
-    /// Notes that the link was lost.
+    /// Records that the link was lost.
     pub fn lose_link(&mut self) {
         self.timeline.lose_link();
     }
@@ -228,7 +229,7 @@ impl Feed {
     }
 }
 
-/// Each pulse with its time; the frame states that of the last one.
+/// Returns each pulse with its time; the frame states the time of the last one.
 fn dated(last_ns: i64, pulses: &[PpInterval]) -> impl Iterator<Item = (i64, PpInterval)> {
     let after = |pulse: &PpInterval| i64::from(pulse.interval_ms) * 1_000_000;
     let after_first: i64 = pulses.iter().skip(1).map(after).sum();

@@ -3,7 +3,7 @@ use super::layout::{Layout, Measurement};
 use crate::cursor::{Cursor, signed};
 use crate::{Channel, DecodeError};
 
-/// Seconds from the Unix epoch to that of Polar devices, 2000-01-01 UTC.
+/// Seconds from the Unix epoch to the epoch of Polar devices, 2000-01-01 UTC.
 pub const EPOCH_UNIX_SECS: i64 = 946_684_800;
 
 /// A notification of the data characteristic.
@@ -11,7 +11,7 @@ pub const EPOCH_UNIX_SECS: i64 = 946_684_800;
 pub struct Frame<'a> {
     /// What was measured.
     pub measurement: Measurement,
-    /// The device's clock at the **last** sample \[ns\] since [`EPOCH_UNIX_SECS`].
+    /// The device's clock at the **last** sample, in nanoseconds since [`EPOCH_UNIX_SECS`].
     pub timestamp_ns: u64,
     /// Whether the payload holds differences.
     pub compressed: bool,
@@ -21,17 +21,17 @@ pub struct Frame<'a> {
     pub payload: &'a [u8],
 }
 
-/// The samples of a frame before any factor.
+/// The samples of a frame, before any factor is applied.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
     /// The channels of a sample, with the scale for a factor of 1.
     pub channels: Vec<Channel>,
-    /// Sample by sample, each with all channels.
+    /// The values, sample by sample, each with all channels.
     pub values: Vec<f64>,
 }
 
 impl<'a> Frame<'a> {
-    /// Decodes the value of the characteristic; the samples are not decoded.
+    /// Decodes the header of a notification; the samples are not decoded.
     pub fn decode(value: &'a [u8]) -> Result<Self, DecodeError> {
         let mut fields = Cursor::new("a PMD frame", value);
         let code = fields.u8()?;
@@ -43,7 +43,7 @@ impl<'a> Frame<'a> {
         Ok(Self { measurement, timestamp_ns, compressed, kind, payload: fields.rest() })
     }
 
-    /// Decodes the samples; those of pulse intervals are [`PpInterval::decode_all`].
+    /// Decodes the samples; for pulse intervals, use [`PpInterval::decode_all`].
     ///
     /// ```
     /// use teampulse_devices::polar::Frame;
@@ -81,7 +81,7 @@ impl<'a> Frame<'a> {
 /// A pulse-to-pulse interval of an optical sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PpInterval {
-    /// Heart rate \[1/min\]; 0 while it is not known.
+    /// Heart rate \[1/min\]; 0 while it is unknown.
     pub heart_rate_bpm: u8,
     /// The interval \[ms\].
     pub interval_ms: u16,
@@ -94,7 +94,7 @@ pub struct PpInterval {
 }
 
 impl PpInterval {
-    /// Decodes the payload of a frame of [`Measurement::PpInterval`]; an incomplete one at the end is ignored.
+    /// Decodes the payload of a frame of [`Measurement::PpInterval`]; an incomplete interval at the end is ignored.
     pub fn decode_all(payload: &[u8]) -> Vec<Self> {
         payload.as_chunks().0.iter().copied().map(Self::decode).collect()
     }

@@ -30,12 +30,12 @@ impl Measurement {
         Self::Magnetometer,
     ];
 
-    /// The measurement with this code, in the lower six bits.
+    /// Returns the measurement with this code, which is in the lower six bits.
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|measurement| *measurement as u8 == code & 0x3f)
     }
 
-    /// The name of its stream.
+    /// The name of the measurement's stream.
     pub const fn stream(self) -> &'static str {
         match self {
             Self::Ecg => "ecg",
@@ -47,14 +47,14 @@ impl Measurement {
         }
     }
 
-    /// Which settings a start request needs; the device offers values of each.
+    /// Whether a start request for the measurement needs this kind of setting; the device offers values for each.
     pub(super) const fn is_configured_by(self, kind: SettingKind) -> bool {
         !matches!(self, Self::PpInterval)
             && !matches!(kind, SettingKind::Factor | SettingKind::Security)
     }
 }
 
-/// How the samples of a frame type are written.
+/// How the samples of a frame type are encoded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Layout {
     pub channels: &'static [&'static str],
@@ -68,7 +68,7 @@ const XYZ: &[&str] = &["x", "y", "z"];
 const PPG: &[&str] = &["ppg0", "ppg1", "ppg2", "ambient"];
 
 impl Layout {
-    /// The layout of a frame type; `None` if it is not documented.
+    /// Returns the layout of a frame type; `None` if it is not documented.
     pub fn of(measurement: Measurement, compressed: bool, kind: u8) -> Option<Self> {
         use Measurement::{Acceleration, Ecg, Gyroscope, Magnetometer, Ppg};
         let integers = |channels, bits, unit, scale| {
@@ -92,12 +92,12 @@ impl Layout {
         }
     }
 
-    /// The size of one sample in bytes.
+    /// The size of one sample [bytes].
     pub fn sample_bytes(&self) -> usize {
         self.channels.len() * self.bits.div_ceil(8) as usize
     }
 
-    /// The channels, with the factor from the device's answer to the start request.
+    /// Returns the channels, with the factor from the device's answer to the start request.
     pub fn channels_with_factor(&self, factor: f64) -> Vec<Channel> {
         let scale = self.scale * factor;
         let channel = |name: &&'static str| match *name {

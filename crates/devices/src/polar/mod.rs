@@ -28,17 +28,18 @@
 //!
 //! Quirks, each with a test:
 //! - Streams must be stopped before the link is closed, or an H10 keeps measuring until its battery is removed.
-//! - After a lost link a stream may still be on: start answers *already in state*. It is stopped and started again; if
-//!   it is still on, arriving data are accepted (issues 186, 255).
-//! - An answer that says *invalid MTU* after a reconnect passes by itself: disconnect, wait, connect (issue 222).
+//! - After a lost link a stream may still be on: a start is answered with *already in state*. The stream is stopped and
+//!   started again; if it is still on, arriving data are accepted (issues 186, 255).
+//! - The answer *invalid MTU* after a reconnect is temporary: disconnect, wait, connect (issue 222).
 //! - A read of the control point returns the features, never an answer, and `BlueZ` repeats it as an indication (issue
 //!   360).
-//! - The stamp is of the last sample. After a lost frame the samples keep their period: the gap is before them.
+//! - The stamp is the time of the last sample. After a lost frame the samples keep their period: the gap is before
+//!   them.
 //! - Stamps may jump back or repeat (issue 387): such frames are dropped.
-//! - The rate is 130 Hz within 2 %, and a Verity Sense before 2.1.0 sends 55 Hz PPG that it calls 135 Hz: the period is
+//! - The rate is 130 Hz within 2 %, and a Verity Sense before 2.1.0 sends PPG at 55 Hz but states 135 Hz: the period is
 //!   measured.
-//! - The first ECG after a connection may take 20 to 30 s. After ten seconds it is asked to start again: a strap that
-//!   is measuring answers *already in state*, and one that is not starts.
+//! - The first ECG after a connection may take 20 to 30 s. After ten seconds the device is asked once more to start: a
+//!   strap that is measuring answers *already in state*; one that is not starts.
 //! - Intervals between pulses arrive five seconds' worth at a time, the first after 25 s, and without a time (issue
 //!   484).
 //! - While ECG is on, a strap without skin contact keeps its link and sends noise (issue 383).
@@ -64,8 +65,8 @@ use crate::gatt::Uuid;
 /// The Polar Measurement Data service.
 pub const SERVICE: Uuid = Uuid(0xfb00_5c80_02e7_f387_1cad_8acd_2d8d_f0c8);
 
-/// Its control point: features, commands and answers.
+/// The control point of the service: features, commands and answers.
 pub const CONTROL: Uuid = Uuid(0xfb00_5c81_02e7_f387_1cad_8acd_2d8d_f0c8);
 
-/// Its data.
+/// The data characteristic of the service.
 pub const DATA: Uuid = Uuid(0xfb00_5c82_02e7_f387_1cad_8acd_2d8d_f0c8);

@@ -11,29 +11,29 @@ use crate::outbox::Outbox;
 use crate::standard::StandardServices;
 use crate::{Error, Event, GattSession, Output, Session};
 
-/// How long a command waits for its answer, and how often it is repeated.
+/// How long a command waits for its answer, and how many times it is sent.
 const ANSWER_PATIENCE: Duration = Duration::from_secs(5);
 const MOST_ATTEMPTS: u32 = 3;
 
 /// The pause between the stop and the start of a stream that was already on.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// How long stopping may take at most.
+/// The longest time that stopping may take.
 const STOP_PATIENCE: Duration = Duration::from_secs(3);
 
-/// A measurement to start. Options left open take the largest value that the device offers.
+/// A measurement to start. Options that are `None` take the largest value that the device offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Selection {
     /// What to measure.
     pub measurement: Measurement,
-    /// Samples per second \[Hz\], if the device offers this rate.
+    /// The sampling rate \[Hz\], if the device offers it.
     pub rate_hz: Option<u32>,
-    /// Range in the measurement's unit (g, deg/s, G), if the device offers it.
+    /// The range in the measurement's unit (g, deg/s, G), if the device offers it.
     pub range: Option<u32>,
 }
 
 impl Selection {
-    /// With the greatest rate and range.
+    /// Selects a measurement with the greatest rate and range.
     pub const fn of(measurement: Measurement) -> Self {
         Self { measurement, rate_hz: None, range: None }
     }
@@ -80,10 +80,10 @@ pub struct PolarSession {
     heart_rate: HeartRateReceiver,
     feeds: Vec<Feed>,
     features: Option<Features>,
-    /// The deadline for the features, and how often they were requested; present until they are known.
+    /// The deadline for the features, and how often they were requested; `None` once they are known.
     features_by: Option<(Duration, u32)>,
     commands: VecDeque<Command>,
-    /// Until when commands wait.
+    /// The time until which commands wait.
     pause_until: Duration,
     pending: Option<Pending>,
     stop_by: Option<Duration>,
@@ -99,7 +99,7 @@ struct Pending {
 }
 
 impl PolarSession {
-    /// A session that has not started. A measurement selected twice counts once.
+    /// Creates a session that has not started. A measurement that is selected twice counts once.
     pub fn new(selections: &[Selection]) -> Self {
         let mut feeds: Vec<Feed> = Vec::new();
         for selection in selections {
@@ -200,7 +200,7 @@ impl PolarSession {
         let Some(feed) = find(&mut self.feeds, measurement) else { return };
         match status {
             Status::SUCCESS => feed.run(parameters.factor(), now),
-            // It measures, and its first frame takes its time.
+            // The device is measuring, and its first frame just takes long.
             status if feed.is_doubted && status != Status::SUCCESS => feed.is_doubted = false,
             Status::ALREADY_IN_STATE if feed.was_already_on => feed.run(None, now),
             Status::ALREADY_IN_STATE => {
@@ -254,7 +254,7 @@ impl PolarSession {
             return;
         };
         self.out.request(Request::Write(CONTROL, command.encode()));
-        // A start that follows a stop comes after a pause.
+        // A start after a stop waits for a pause.
         if matches!(command, Command::Stop(_)) && self.stop_by.is_none() {
             self.pause_until = now.saturating_add(PAUSE);
         }
@@ -266,7 +266,7 @@ impl PolarSession {
     fn ask_features(&mut self, now: Duration) {
         let Some((_, attempts)) = self.features_by.filter(|(by, _)| *by <= now) else { return };
         if attempts == MOST_ATTEMPTS {
-            return self.end(Err(Error::NoAnswer("what it can measure")));
+            return self.end(Err(Error::NoAnswer("which measurements it has")));
         }
         self.features_by = Some((now.saturating_add(ANSWER_PATIENCE), attempts + 1));
         self.out.request(Request::Read(CONTROL));
@@ -298,7 +298,7 @@ impl PolarSession {
     }
 }
 
-/// The most parameters in an answer that continues.
+/// The largest size of the parameters in a continued answer [bytes].
 const MOST_PARAMETERS: usize = 4096;
 
 fn find(feeds: &mut [Feed], measurement: Measurement) -> Option<&mut Feed> {
@@ -366,7 +366,7 @@ impl Session for PolarSession {
         }
         self.features_by = None;
         self.commands.clear();
-        // Also what seems to be off: it may be on from an earlier connection.
+        // Measurements that seem to be off are stopped, too: they may be on from an earlier connection.
         for feed in &mut self.feeds {
             feed.forget();
             let measurement = feed.selection.measurement;

@@ -5,17 +5,17 @@ use crate::cursor::{Cursor, unsigned};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum SettingKind {
-    /// Samples per second \[Hz\].
+    /// The sampling rate \[Hz\].
     Rate = 0,
-    /// Bits of a value.
+    /// The number of bits of a value.
     Resolution = 1,
-    /// Range in the measurement's unit: ±8 g.
+    /// The range in the measurement's unit: ±8 g.
     Range = 2,
-    /// Range in thousandths of that.
+    /// The range in thousandths of the measurement's unit.
     RangeMilli = 3,
-    /// Channels of a sample.
+    /// The number of channels of a sample.
     Channels = 4,
-    /// The factor for values, as the bits of an IEEE 754 number. Only in answers.
+    /// The factor for values, as the bits of an IEEE 754 number; only in answers.
     Factor = 5,
     /// A key for recordings in the device.
     Security = 6,
@@ -44,7 +44,7 @@ impl SettingKind {
 pub struct SettingsList(pub Vec<(SettingKind, Vec<u32>)>);
 
 impl SettingsList {
-    /// Decodes repeated kind, count and values. Only the first four bytes of a key are kept.
+    /// Decodes a sequence of kind, count and values. Only the first four bytes of a key are kept.
     pub fn decode(parameters: &[u8]) -> Result<Self, DecodeError> {
         let mut settings = Vec::new();
         let mut rest = parameters;
@@ -64,7 +64,7 @@ impl SettingsList {
         Ok(Self(settings))
     }
 
-    /// The bytes for a request. A factor or a key is never sent.
+    /// Returns the bytes for a request. A factor or a key is never sent.
     pub fn encode(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         for (kind, values) in &self.0 {
@@ -80,13 +80,13 @@ impl SettingsList {
         bytes
     }
 
-    /// The values of a kind.
+    /// Returns the values of a kind.
     pub fn values(&self, kind: SettingKind) -> &[u32] {
         let found = self.0.iter().find(|(of, _)| *of == kind);
         found.map_or(&[], |(_, values)| values)
     }
 
-    /// The factor for values; `None` if the device stated none.
+    /// Returns the factor for values; `None` if the device stated none.
     pub fn factor(&self) -> Option<f64> {
         let bits = self.values(SettingKind::Factor).first()?;
         Some(f64::from(f32::from_bits(*bits))).filter(|factor| factor.is_finite() && *factor > 0.0)

@@ -4,10 +4,10 @@ use std::time::Duration;
 /// If the device's clock departs from the caller's by more than this, it was set \[ns\].
 const CLOCK_SET_NS: i64 = 10_000_000_000;
 
-/// The number of frames whose period is remembered.
+/// The number of recent frames whose periods are remembered.
 const REMEMBERED: usize = 7;
 
-/// Places frames that are stamped at their last sample: finds the period, lost frames and repeated ones.
+/// Places frames that are stamped at their last sample: finds the period, and lost or repeated frames.
 ///
 /// A lost frame never stretches the samples after it: they keep the period of the previous frames.
 #[derive(Debug)]
@@ -28,7 +28,7 @@ struct Last {
     arrival: Duration,
 }
 
-/// Where a frame belongs.
+/// The place of a frame in the timeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     pub index: u64,
@@ -37,7 +37,7 @@ pub(super) struct Place {
     pub before: Before,
 }
 
-/// What lies between a frame and the previous one.
+/// What happened between a frame and the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Before {
     Nothing,
@@ -46,7 +46,7 @@ pub(super) enum Before {
 }
 
 impl Timeline {
-    /// `nominal_is_true` if the nominal rate is right within a few percent.
+    /// Creates a timeline; `nominal_is_true` states that the nominal rate is right within a few percent.
     pub fn new(rate_hz: f64, nominal_is_true: bool) -> Self {
         Self {
             nominal_ns: 1e9 / rate_hz,
@@ -59,7 +59,7 @@ impl Timeline {
         }
     }
 
-    /// Notes that the link was lost: meanwhile the device may have been switched off and on again, with its clock.
+    /// Records that the link was lost: the device may have been switched off and on meanwhile, which resets its clock.
     pub fn lose_link(&mut self) {
         self.lost_link = self.last.is_some();
     }
@@ -118,7 +118,7 @@ impl Timeline {
         (period_ns, Before::Nothing)
     }
 
-    /// The median of the last frames' periods.
+    /// Returns the median period of the last frames.
     fn period_ns(&self) -> f64 {
         let mut sorted: Vec<f64> = self.periods_ns.iter().copied().collect();
         sorted.sort_by(f64::total_cmp);

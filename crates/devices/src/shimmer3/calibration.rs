@@ -5,17 +5,17 @@ pub struct Calibration {
     pub offset: [f64; 3],
     /// Raw steps per unit.
     pub sensitivity: [f64; 3],
-    /// The orientation of the sensor's axes in the device: rows of cosines.
+    /// The orientation of the sensor's axes in the device, as rows of direction cosines.
     pub alignment: [[f64; 3]; 3],
 }
 
 impl Calibration {
-    /// The stored calibration of one sensor: 3 × i16 offset, 3 × i16 sensitivity, 9 × i8 alignment in hundredths; big
-    /// endian.
+    /// The size of a sensor's stored calibration [bytes]: 3 × i16 offset, 3 × i16 sensitivity, 9 × i8 alignment in
+    /// hundredths, big-endian.
     pub const BYTES: usize = 21;
 
-    /// Decodes a calibration. `scale` is that of the sensor: the sensitivity of a gyroscope is in hundredths. `None` if
-    /// the device was never calibrated, or its values can't be inverted.
+    /// Decodes a calibration. `scale` is the unit of the stored sensitivity; for a gyroscope it is a hundredth. `None`
+    /// if the device was never calibrated, or its values can't be inverted.
     pub fn decode(bytes: &[u8; Self::BYTES], scale: f64) -> Option<Self> {
         let numbers = bytes.as_chunks().0;
         let number =
@@ -31,7 +31,7 @@ impl Calibration {
         (usable && calibration.determinant().abs() > 0.1).then_some(calibration)
     }
 
-    /// A raw sample in units.
+    /// Converts a raw sample to units.
     pub fn apply(&self, raw: [f64; 3]) -> [f64; 3] {
         let scaled = [0, 1, 2].map(|axis| (raw[axis] - self.offset[axis]) / self.sensitivity[axis]);
         let [x, y, z] = self.columns();
@@ -50,7 +50,7 @@ impl Calibration {
     }
 }
 
-/// The triple product: first · (second × third).
+/// Returns the triple product: first · (second × third).
 fn triple(first: [f64; 3], second: [f64; 3], third: [f64; 3]) -> f64 {
     let minor = |one: usize, other: usize| second[one] * third[other] - second[other] * third[one];
     first[0] * minor(1, 2) + first[1] * minor(2, 0) + first[2] * minor(0, 1)

@@ -19,14 +19,14 @@ enum Format {
     BigEndianSigned,
 }
 
-/// Millivolts of one step of the 12-bit ADC.
+/// The size of one step of the 12-bit ADC [mV].
 const ADC_MV: f64 = 3000.0 / 4095.0;
 
-/// Volts of the battery behind its divider.
+/// The size of one step of the battery voltage behind its divider [V].
 pub(super) const BATTERY_V: f64 = 3.0 / 4095.0 * 1.988;
 
 impl PacketChannel {
-    /// The channel with this ID; `None` if it is not documented: then its length, and that of the packet, is unknown.
+    /// Returns the channel with this ID; `None` if it is not documented, so that the packet length is unknown, too.
     pub fn of(id: u8) -> Option<Self> {
         use Format::{BigEndianSigned, BigEndianUnsigned, Signed, Unsigned};
         let of = |stream, name, bytes, format| Self {
@@ -74,7 +74,7 @@ impl PacketChannel {
         })
     }
 
-    /// The value in the packet's bytes for this channel.
+    /// Decodes the channel's value from its bytes in the packet.
     pub fn decode(&self, bytes: &[u8]) -> f64 {
         let mut reversed: Vec<u8> = bytes.to_vec();
         reversed.reverse();

@@ -4,14 +4,14 @@ use super::TICKS_HZ;
 
 const WRAP: i64 = 1 << 24;
 
-/// Extends the device's ticks to one count across wraps of its 24 bits.
+/// Extends the device's 24-bit ticks to one count across wraps.
 #[derive(Debug, Default)]
 pub(super) struct Clock {
     last: Option<(u32, i64, Duration)>,
 }
 
 impl Clock {
-    /// The full count at a packet, and its increase since the previous one.
+    /// Returns the full count at a packet, and its increase since the previous one.
     ///
     /// Pauses longer than a wrap of 512 s are resolved with the caller's time.
     pub fn count(&mut self, ticks: u32, now: Duration) -> (i64, Option<i64>) {
@@ -29,7 +29,7 @@ impl Clock {
     }
 }
 
-/// A count of ticks \[ns\].
+/// Converts a count of ticks to nanoseconds.
 pub(super) fn nanos(ticks: i64) -> i64 {
     let nanos = i128::from(ticks) * 1_000_000_000 / i128::from(TICKS_HZ);
     i64::try_from(nanos).unwrap_or(i64::MAX)

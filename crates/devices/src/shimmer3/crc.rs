@@ -2,7 +2,7 @@
 
 const START: u16 = 0xb0ca;
 
-/// The checksum of bytes; it is sent low byte first. An odd number of bytes is padded with a zero.
+/// Returns the checksum of bytes; it is sent low byte first. An odd number of bytes is padded with a zero.
 ///
 /// ```
 /// use teampulse_devices::shimmer3::crc::crc;
@@ -19,7 +19,7 @@ pub fn crc(bytes: &[u8]) -> u16 {
     })
 }
 
-/// Whether the last two bytes are the checksum of those before.
+/// Whether the last two bytes are the checksum of the bytes before them.
 pub fn is_intact(bytes: &[u8]) -> bool {
     let Some((message, sum)) = bytes.split_last_chunk() else { return false };
     u16::from_le_bytes(*sum) == crc(message)

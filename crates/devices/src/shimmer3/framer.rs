@@ -1,12 +1,12 @@
 use super::TICKS_HZ;
 use super::crc;
 
-/// The most bytes kept while searching for a packet: more than three of any kind.
+/// The largest number of bytes kept while searching for a packet: more than three packets of any kind.
 const MOST_KEPT: usize = 2048;
 
-/// Cuts the bytes of a streaming device into packets and replies.
+/// Splits the bytes of a streaming device into packets and replies.
 ///
-/// Depends on the bytes alone, not on the pieces in which they arrive.
+/// The result depends on the bytes alone, not on the pieces in which they arrive.
 #[derive(Debug)]
 pub(super) struct Framer {
     /// The length of a packet without its checksum.
@@ -29,7 +29,7 @@ pub(super) enum Frame {
     Status,
 }
 
-/// What the bytes start with.
+/// What the remaining bytes start with.
 enum Front {
     Frame(Frame, usize),
     Noise,
@@ -37,7 +37,7 @@ enum Front {
 }
 
 impl Framer {
-    /// `length` is that of a packet, from its `00` to its last channel.
+    /// Creates a framer; `length` is the length of a packet, from its `00` to its last channel.
     pub fn new(length: usize, interval: u32, checked: bool) -> Self {
         let (kept, last_ticks, discarded) = (Vec::new(), None, 0);
         Self { length, interval, checked, kept, last_ticks, discarded }
@@ -83,7 +83,7 @@ impl Framer {
         if placed && crc::is_intact(packet) {
             return self.take(packet, self.length + 2);
         }
-        // A clock that is far off and a checksum that fits twice: the clock was set.
+        // If the clock is far off but two packets have a valid checksum, the clock was set.
         let next = bytes.get(self.length + 2..2 * (self.length + 2));
         match next {
             None if crc::is_intact(packet) => Front::NotYet,
@@ -94,8 +94,8 @@ impl Framer {
         }
     }
 
-    /// Without a checksum a packet is accepted when the next one begins right after it; after a loss, when that one is
-    /// exactly in step; and if nothing fits the last packet, when two more follow in step.
+    /// Finds a packet without a checksum: it is accepted if the next one begins right after it; after a loss, if the
+    /// next one is exactly in step; and if it does not follow the last packet, if two more packets follow in step.
     fn packet(&self, bytes: &[u8]) -> Front {
         let header = |at: usize| bytes.get(at..at + 4);
         let Some(first) = header(0) else { return Front::NotYet };
@@ -124,20 +124,20 @@ impl Framer {
         Front::Frame(Frame::Packet { ticks: ticks(bytes), channels }, whole)
     }
 
-    /// Exactly one interval later.
+    /// Whether a packet is exactly one interval later than the last one.
     fn is_next(&self, last: u32, ticks: u32) -> bool {
         let step = ticks.wrapping_sub(last) & 0x00ff_ffff;
         step.abs_diff(self.interval) <= 1
     }
 
-    /// Several intervals later, at most a minute.
+    /// Whether a packet is a whole number of intervals later, and at most a minute.
     fn follows(&self, last: u32, ticks: u32) -> bool {
         let step = ticks.wrapping_sub(last) & 0x00ff_ffff;
         let off = step % self.interval;
         step >= self.interval - 1 && step <= 60 * TICKS_HZ && (off <= 1 || off >= self.interval - 1)
     }
 
-    /// An acknowledgement, status or battery reply, requested or not.
+    /// Finds an acknowledgement, status or battery reply, requested or not.
     fn reply(&self, bytes: &[u8]) -> Front {
         let sum = if self.checked { 2 } else { 0 };
         let is_whole = |length: usize| {
@@ -176,7 +176,7 @@ impl Framer {
     }
 }
 
-/// Skips replies between two packets.
+/// Skips replies between two packets; returns where they end.
 fn skip_replies(bytes: &[u8], from: usize) -> usize {
     (0..2).fold(from, |at, _| match bytes.get(at..).unwrap_or_default() {
         [0xff, 0x8a, 0x71, ..] => at + 4,

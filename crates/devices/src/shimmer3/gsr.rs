@@ -1,22 +1,22 @@
-/// Which resistor measures the skin.
+/// The resistor that measures skin resistance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum GsrRange {
-    /// 40.2 kΩ: skin of 8 to 63 kΩ.
+    /// 40.2 kΩ, for skin of 8 to 63 kΩ.
     Ohm40k = 0,
-    /// 287 kΩ: 63 to 220 kΩ.
+    /// 287 kΩ, for skin of 63 to 220 kΩ.
     Ohm287k = 1,
-    /// 1 MΩ: 220 to 680 kΩ.
+    /// 1 MΩ, for skin of 220 to 680 kΩ.
     Ohm1M = 2,
-    /// 3.3 MΩ: 680 to 4700 kΩ.
+    /// 3.3 MΩ, for skin of 680 to 4700 kΩ.
     Ohm3M3 = 3,
-    /// The device switches.
+    /// The device switches automatically.
     #[default]
     Automatic = 4,
 }
 
 impl GsrRange {
-    /// What can be measured \[kΩ\].
+    /// The smallest and largest resistance that can be measured \[kΩ\].
     const fn limits_kohm(self) -> (f64, f64) {
         match self {
             Self::Ohm40k => (8.0, 63.0),
@@ -30,7 +30,7 @@ impl GsrRange {
 
 const RESISTORS_KOHM: [f64; 4] = [40.2, 287.0, 1000.0, 3300.0];
 
-/// Below this the amplifier indicates that no current flows: 0.5 V of 3 V.
+/// The ADC value below which the amplifier indicates that no current flows: 0.5 V of 3 V.
 const OPEN_CIRCUIT: u16 = 683;
 
 /// A value of the skin conductance channel, by the amplifier's equation: R = Rf / (V / 0.5 V − 1).
@@ -46,17 +46,17 @@ const OPEN_CIRCUIT: u16 = 683;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gsr {
-    /// As it was sent: the active resistor in bits 14 and 15, the ADC in bits 0 to 11.
+    /// The value as sent: the active resistor in bits 14 and 15, the ADC in bits 0 to 11.
     pub raw: u16,
 }
 
 impl Gsr {
-    /// Which of the four resistors was active, 0 to 3.
+    /// The number of the active resistor, 0 to 3.
     pub const fn resistor(self) -> u8 {
         (self.raw >> 14) as u8
     }
 
-    /// The skin's resistance \[kΩ\], within what the range can measure.
+    /// The skin's resistance \[kΩ\], limited to what the range can measure.
     pub fn resistance_kohm(self, range: GsrRange) -> f64 {
         let adc = (self.raw & 0x0fff).max(OPEN_CIRCUIT);
         let volts = f64::from(adc) * 3.0 / 4095.0;

@@ -24,21 +24,22 @@
 //!
 //! Streams of a [`ShimmerSession`], each of one quantity: `eda` (conductance in `uS`) and `eda_raw` (with the range in
 //! bits 14–15), `ppg` (`mV`), `acceleration_low_noise`, `acceleration_wide_range` (`m/s^2`), `gyroscope` (`deg/s`) and
-//! `magnetometer` (in its local flux) as calibrated, each with its `…_raw`, `battery` (`V`), and the other channels
-//! unchanged. Device times count from the first packet's 24 bits, and continue across wraps.
+//! `magnetometer` (relative to the local flux) as calibrated, each with its `…_raw`, `battery` (`V`), and the other
+//! channels unchanged. Device times count from the first packet's 24 bits, and continue across wraps.
 //!
 //! Quirks, each with a test:
 //! - The time wraps every 512 s.
-//! - Nothing marks a packet: `00` occurs in the data, too. With a checksum a packet is accepted when it matches;
-//!   without, when the next one begins right after it with the right time, so readings are one packet late. Otherwise
-//!   three packets in a row are searched for. A lost byte costs a packet and shifts no channel.
+//! - Nothing marks the start of a packet: `00` occurs in the data, too. With a checksum, a packet is accepted when the
+//!   checksum matches; without one, when the next packet begins right after it with the right time, so readings are one
+//!   packet late. Otherwise the driver searches for three packets in a row. A lost byte costs one packet and shifts no
+//!   channel.
 //! - Firmware without checksums or without `A3` does not answer these commands: the session continues without them.
 //! - Status (`8A 71`, with or without `FF`) arrives unsolicited at any time.
-//! - After a session was cut off the device keeps streaming: stop it, turn checksums off and drain for 300 ms before
+//! - After a session was cut off, the device keeps streaming: stop it, turn checksums off and drain for 300 ms before
 //!   any other request.
-//! - Settings are refused while it streams: they are made before, and read back.
-//! - The range switches automatically: the raw value contains which resistor was active. Before the first value of the
-//!   new range the firmware repeats the last one of the old range for 80 ms, so that `eda` is late by up to as much
+//! - Settings are refused while the device streams: they are made before, and read back.
+//! - The range switches automatically: the raw value states which resistor was active. Before the first value of the
+//!   new range, the firmware repeats the last one of the old range for 80 ms, so that `eda` is late by up to 80 ms
 //!   there.
 
 pub mod crc;
@@ -57,5 +58,5 @@ pub use gsr::{Gsr, GsrRange};
 pub use sensors::Sensors;
 pub use session::{ShimmerSession, ShimmerSettings};
 
-/// Ticks of the device's clock in a second.
+/// The ticks of the device's clock per second.
 pub const TICKS_HZ: u32 = 32768;

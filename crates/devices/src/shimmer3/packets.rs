@@ -12,7 +12,7 @@ use crate::{Channel, Event, Reading, Stream};
 pub(super) struct Packets {
     gsr_range: GsrRange,
     groups: Vec<Group>,
-    /// The length of the channels; `None` while one of them is unknown.
+    /// The length of the channels in a packet; `None` if one of them is unknown.
     length: Option<usize>,
     interval_ticks: i64,
     clock: Clock,
@@ -41,7 +41,7 @@ impl Packets {
         }
     }
 
-    /// The length from `00` to the last channel.
+    /// The length of a packet from `00` to the last channel.
     pub fn packet_length(&self) -> Option<usize> {
         self.length.map(|length| 4 + length)
     }
@@ -57,7 +57,7 @@ impl Packets {
         }
     }
 
-    /// Takes in the channels that the inquiry listed.
+    /// Sets the channels that the inquiry listed.
     pub fn describe(
         &mut self,
         ids: &[u8],
@@ -117,7 +117,7 @@ impl Group {
         self.stream == "eda"
     }
 
-    /// The stream of raw values, if the values computed from them have a stream of their own.
+    /// Returns the name of the stream of raw values, if the computed values have a separate stream.
     fn raw_stream(&self) -> Option<&'static str> {
         match self.stream {
             "eda" => Some("eda_raw"),
@@ -130,7 +130,7 @@ impl Group {
         }
     }
 
-    /// The streams, each with one quantity: computed values, and the raw ones.
+    /// Returns the descriptions of the streams, each with one quantity: computed values, and the raw ones.
     fn descriptions(&self) -> Vec<Stream> {
         let of = |name, channels| Stream { has_clock: true, ..Stream::irregular(name, channels) };
         let raw = |channel: &PacketChannel| {
@@ -157,7 +157,7 @@ impl Group {
         self.channels.iter().map(value).collect()
     }
 
-    /// The values computed from raw ones.
+    /// Returns the values computed from raw ones; `None` if there are none.
     fn converted(&self, raw: &[f64], gsr_range: GsrRange) -> Option<Vec<f64>> {
         match (&self.calibration, raw) {
             (_, [raw]) if self.is_gsr() => {

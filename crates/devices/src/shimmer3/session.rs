@@ -20,21 +20,21 @@ const PATIENCE: Duration = Duration::from_secs(2);
 const MOST_RESTARTS: u32 = 3;
 const STOP_PATIENCE: Duration = Duration::from_millis(500);
 
-/// The longest reply is a calibration.
+/// The largest number of bytes kept; the longest reply is a calibration.
 const MOST_KEPT: usize = 1024;
 
 const STOP: u8 = 0x20;
 const CHECKSUM: u8 = 0x8b;
 
-/// What to measure, and how often.
+/// The sensors to read, and their rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShimmerSettings {
-    /// Samples per second \[Hz\]; the device takes 32768 Hz divided by a whole number. More than 256 Hz from several
+    /// The sampling rate \[Hz\]; the device uses 32768 Hz divided by a whole number. More than 256 Hz from several
     /// sensors exceeds what the radio can carry.
     pub rate_hz: f64,
     /// The sensors to read.
     pub sensors: Sensors,
-    /// Range of the skin conductance.
+    /// The range of the skin conductance.
     pub gsr_range: GsrRange,
 }
 
@@ -85,16 +85,16 @@ pub struct ShimmerSession {
 #[derive(Debug)]
 enum State {
     Idle,
-    /// Until then, arriving data belong to an earlier session.
+    /// Until this time, arriving data belong to an earlier session.
     Draining(Duration),
-    /// The first of the steps waits for its reply.
+    /// The first step waits for its reply until this time.
     Asking(Duration),
     Streaming(Box<Framer>, Watchdog),
     Stopping(Box<Framer>, Duration),
 }
 
 impl ShimmerSession {
-    /// A session that has not started.
+    /// Creates a session that has not started.
     pub fn new(settings: ShimmerSettings) -> Self {
         Self {
             interval_ticks: settings.interval_ticks(),
@@ -284,7 +284,7 @@ impl ShimmerSession {
     }
 }
 
-/// The calibrations, in the order of the reply: the sensitivity of the gyroscope is in hundredths.
+/// Returns the calibrations, in the order of the reply; the sensitivity of the gyroscope is in hundredths.
 fn calibrations(bytes: &[u8]) -> [(&'static str, Option<Calibration>); 4] {
     let of = |at: usize, scale| {
         let bytes = bytes.as_chunks::<{ Calibration::BYTES }>().0.get(at)?;

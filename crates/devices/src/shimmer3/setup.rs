@@ -5,7 +5,7 @@ use super::crc;
 pub(super) struct Step {
     pub command: Vec<u8>,
     pub reply: Reply,
-    /// Whether older firmware may not answer it.
+    /// Whether older firmware may leave the command unanswered.
     pub optional: bool,
 }
 
@@ -34,10 +34,10 @@ impl Step {
 /// The state of parsing the bytes after a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Parsed {
-    /// The step is done; with the contents after the reply's header, and the number of bytes in all.
+    /// The step is done: the contents after the reply's header, and the total number of bytes.
     Done(Vec<u8>, usize),
     Refused(usize),
-    /// These bytes are not part of it.
+    /// Bytes that are not part of the reply.
     Skip {
         bytes: usize,
         noise: bool,
@@ -46,7 +46,7 @@ pub(super) enum Parsed {
 }
 
 impl Reply {
-    /// Parses from an acknowledgement on; `wide` for a `Shimmer3R`.
+    /// Parses a reply from its acknowledgement on; `wide` for a `Shimmer3R`.
     pub fn parse(self, bytes: &[u8], wide: bool) -> Parsed {
         let status = if wide { 4 } else { 3 };
         match bytes {
@@ -99,7 +99,8 @@ impl Reply {
     }
 }
 
-/// Interval (2 bytes), configuration (4; 7 for a `Shimmer3R`), number of channels, buffer size.
+/// The size of the header of an inquiry: interval (2), configuration (4; 7 for a `Shimmer3R`), number of channels,
+/// buffer size.
 pub(super) const fn inquiry_header(wide: bool) -> usize {
     if wide { 11 } else { 8 }
 }
