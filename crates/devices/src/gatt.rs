@@ -13,7 +13,7 @@ use std::fmt;
 pub struct Uuid(pub u128);
 
 impl Uuid {
-    /// The UUID of a number assigned by the Bluetooth SIG (Core specification, vol. 3, part B, 2.5.1).
+    /// Returns the UUID of a number assigned by the Bluetooth SIG (Core specification, vol. 3, part B, 2.5.1).
     pub const fn short(number: u16) -> Self {
         Self(0x0000_0000_0000_1000_8000_0080_5f9b_34fb | (number as u128) << 96)
     }

@@ -1,4 +1,4 @@
-//! Noise: seeded randomness, with a separate stream for each quantity that varies.
+//! Seeded random noise, with a separate stream for each quantity that varies.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -11,29 +11,29 @@ use rand::{RngExt, SeedableRng};
 pub struct Noise(Xoshiro256PlusPlus);
 
 impl Noise {
-    /// The stream with this seed.
+    /// Creates the stream with this seed.
     pub fn seeded(seed: u64) -> Noise {
         Noise(Xoshiro256PlusPlus::seed_from_u64(seed))
     }
 
-    /// A separate stream for a part, so that the numbers that one part draws never change another's.
+    /// Creates a separate stream for a part, so that the numbers drawn by one part never change another's.
     #[must_use]
     pub fn fork(&mut self) -> Noise {
         Noise::seeded(self.0.random())
     }
 
-    /// A uniformly distributed number from the range.
+    /// Returns a uniformly distributed number from the range.
     pub fn uniform(&mut self, range: Range<f64>) -> f64 {
         range.start + (range.end - range.start) * self.0.random::<f64>()
     }
 
-    /// A normal number with mean 0 and standard deviation 1, after Box and Muller.
+    /// Returns a normal number with mean 0 and standard deviation 1, after Box and Muller.
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.0.random::<f64>()).ln()).sqrt();
         radius * (TAU * self.0.random::<f64>()).cos()
     }
 
-    /// Several normal numbers at once, at half the cost.
+    /// Returns several normal numbers at once, at half the cost.
     pub fn normals<const N: usize>(&mut self) -> [f64; N] {
         let mut numbers = [0.0; N];
         for pair in numbers.chunks_mut(2) {
@@ -44,28 +44,28 @@ impl Noise {
         numbers
     }
 
-    /// A normal number around a mean, at most two standard deviations off.
+    /// Returns a normal number around a mean, at most two standard deviations from it.
     pub fn around(&mut self, mean: f64, deviation: f64) -> f64 {
         mean + deviation * self.normal().clamp(-2.0, 2.0)
     }
 
-    /// A factor of mean 1, lognormal: σ is the standard deviation of its logarithm.
+    /// Returns a lognormal factor with mean 1; `sigma` is the standard deviation of its logarithm.
     pub fn factor(&mut self, sigma: f64) -> f64 {
         (sigma * self.normal() - 0.5 * sigma * sigma).exp()
     }
 
-    /// An exponential waiting time with mean 1.
+    /// Returns an exponential waiting time with mean 1.
     pub fn exponential(&mut self) -> f64 {
         -(1.0 - self.0.random::<f64>()).ln()
     }
 
-    /// Whether something with this probability happens.
+    /// Returns `true` with this probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.0.random::<f64>() < probability
     }
 }
 
-/// A normal process of standard deviation 1 whose correlation falls off exponentially with distance or time.
+/// A normal process with standard deviation 1 whose correlation falls exponentially with distance or time.
 #[derive(Clone, Debug)]
 pub struct Correlated {
     value: f64,
@@ -74,12 +74,12 @@ pub struct Correlated {
 }
 
 impl Correlated {
-    /// A process whose correlation falls to 1/e over `scale`, in the unit of its steps.
+    /// Creates a process whose correlation falls to 1/e over `scale`, in the unit of its steps.
     pub fn new(scale: f64, mut noise: Noise) -> Correlated {
         Correlated { value: noise.normal(), scale, noise }
     }
 
-    /// Its value after another `step`.
+    /// Returns the value after another `step`.
     pub fn after(&mut self, step: f64) -> f64 {
         let kept = (-step / self.scale).exp();
         self.value = kept * self.value + (1.0 - kept * kept).sqrt() * self.noise.normal();
@@ -87,7 +87,7 @@ impl Correlated {
     }
 }
 
-/// A normal process of standard deviation about 1 that wanders without jumps: its slope is finite.
+/// A normal process with a standard deviation of about 1 that wanders without jumps: its slope is finite.
 #[derive(Clone, Debug)]
 pub struct Drift {
     walk: Correlated,
@@ -95,19 +95,19 @@ pub struct Drift {
     scale: f64,
 }
 
-/// A drift follows its walk over this share of the walk's scale.
+/// The time constant with which a drift follows its walk, as a share of the walk's scale.
 const SMOOTH_SHARE: f64 = 0.2;
 
 impl Drift {
-    /// A drift whose correlation falls to 1/e over about `scale`, in the unit of its steps.
+    /// Creates a drift whose correlation falls to 1/e over about `scale`, in the unit of its steps.
     pub fn new(scale: f64, noise: Noise) -> Drift {
         let walk = Correlated::new(scale, noise);
         Drift { value: walk.value, scale, walk }
     }
 
-    /// Its value after another `step`.
+    /// Returns the value after another `step`.
     pub fn after(&mut self, step: f64) -> f64 {
-        // Following takes this much of the walk's variance.
+        // The smoothing reduces the variance of the walk by this factor.
         let target = self.walk.after(step) * (1.0 + SMOOTH_SHARE).sqrt();
         self.value += (target - self.value) * (1.0 - (-step / (SMOOTH_SHARE * self.scale)).exp());
         self.value

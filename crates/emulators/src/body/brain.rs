@@ -1,4 +1,4 @@
-//! The brain: its waves, as recorded by electrodes behind the ears and over the forehead.
+//! The brain waves of a body, as recorded by electrodes behind the ears and over the forehead.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,16 +9,16 @@ use crate::noise::Noise;
 
 /// The number of electrodes: TP9, AF7, AF8, TP10.
 pub const ELECTRODES: usize = 4;
-/// How strongly each records the alpha rhythm, frontal theta, and blinks.
+/// How strongly each electrode records the alpha rhythm, frontal theta, and blinks.
 const ALPHA: [f64; ELECTRODES] = [1.0, 0.5, 0.5, 1.0];
 const THETA: [f64; ELECTRODES] = [0.4, 1.0, 1.0, 0.4];
 const BLINK: [f64; ELECTRODES] = [0.1, 1.0, 1.0, 0.1];
-/// Which are on the left: they record the left side's own part of alpha.
+/// Which electrodes are on the left and thus record the alpha of the left side.
 const LEFT: [bool; ELECTRODES] = [true, true, false, false];
-/// The background, 1/f from 0.5 to 32 Hz, common to all electrodes, and of each alone [µV RMS].
+/// The 1/f background from 0.5 to 32 Hz: common to all electrodes, and separate for each [µV RMS].
 const COMMON_UV: f64 = 6.0;
 const OWN_UV: f64 = 5.0;
-/// Frontal theta [µV RMS, Hz].
+/// The amplitude and frequency of frontal theta [µV RMS, Hz].
 const THETA_UV: f64 = 3.0;
 const THETA_HZ: f64 = 6.0;
 /// The bandwidth of rhythms [Hz].
@@ -32,7 +32,7 @@ const CLOSING_SECS: f64 = 0.5;
 /// The asymmetry of frontal alpha at the most pleasant valence: ln(right) − ln(left) of its power is this much higher
 /// than at neutral valence (Davidson 1992, doi:10.1111/j.1467-9280.1992.tb00254.x).
 const ASYMMETRY: f64 = 0.3;
-/// The shares of alpha power that both sides have in common, and that each has alone.
+/// The share of alpha power that both sides have in common; the remainder is separate for each side.
 const ALPHA_IN_COMMON: f64 = 0.6;
 
 /// The brain of a body, as recorded by electrodes at a sampling rate.
@@ -48,7 +48,7 @@ pub struct Brain {
     noise: Noise,
 }
 
-/// How strong the rhythms are over each electrode [µV].
+/// The strength of the rhythms at each electrode [µV].
 #[derive(Clone, Copy, Debug, Default)]
 struct Gains {
     alpha_uv: [f64; ELECTRODES],
@@ -56,7 +56,7 @@ struct Gains {
 }
 
 impl Brain {
-    /// A brain at rest, sampled at a rate [Hz].
+    /// Creates a brain at rest, sampled at a rate [Hz].
     pub fn new(traits: &Traits, rate_hz: f64, noise: Noise) -> Brain {
         let mut brain = Brain {
             alpha_uv: traits.alpha_uv,
@@ -78,7 +78,7 @@ impl Brain {
         self.closed += (target - self.closed) * (1.0 - (-STEP_SECS / CLOSING_SECS).exp());
         let alpha_uv = self.alpha_uv * self.closed * (1.0 - ALPHA_LOSS * state.workload).sqrt();
         let theta_uv = THETA_UV * (1.0 + THETA_GAIN * state.workload).sqrt();
-        // Half of it on each side, and half again from power to amplitude.
+        // Half of the asymmetry for each side, and half again to convert power to amplitude.
         let leaning = ASYMMETRY * (2.0 * state.valence - 1.0) / 4.0;
         self.gains = Gains {
             alpha_uv: std::array::from_fn(|electrode| {
@@ -91,7 +91,7 @@ impl Brain {
         };
     }
 
-    /// The next voltages of the electrodes, with a blink of a given amplitude on the forehead [µV].
+    /// Returns the next voltages of the electrodes, with a blink of a given amplitude on the forehead [µV].
     pub fn next_uv(&mut self, blink_uv: f64) -> [f64; ELECTRODES] {
         let [first, second, third, fourth, fifth] = self.noise.normals();
         let common_uv = COMMON_UV * self.common.next(first);
@@ -124,7 +124,8 @@ impl Rhythm {
     fn new(hz: f64, rate_hz: f64) -> Rhythm {
         let radius = (-PI * WIDTH_HZ / rate_hz).exp();
         let (square, angle) = (radius * radius, TAU * hz / rate_hz);
-        // Of an autoregressive process of second order, the variance for white noise of 1.
+        // The variance of a second-order autoregressive process is the inverse of `falls / (1 + square)` for white
+        // noise of variance 1.
         let falls = (1.0 - square) * (1.0 + square * square - 2.0 * square * (2.0 * angle).cos());
         let gain = (falls / (1.0 + square)).sqrt();
         Rhythm { back: [2.0 * radius * angle.cos(), -square], gain, values: [0.0; 2] }

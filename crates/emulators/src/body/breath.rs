@@ -7,8 +7,8 @@ use super::step::{STEP_SECS, Step};
 use super::traits::Traits;
 use crate::noise::{Correlated, Noise};
 
-/// The rise of the breathing rate at full workload [1/min] (Grassmann et al. 2016,
-/// doi:10.1155/2016/8146809: faster, of the same depth).
+/// The rise of the breathing rate at full workload [1/min]; the depth stays the same (Grassmann et al. 2016,
+/// doi:10.1155/2016/8146809).
 const RISE_PER_MIN: f64 = 5.0;
 /// The relative variation of the rate, and its time constant [s].
 const RATE_SIGMA: f64 = 0.05;
@@ -44,7 +44,7 @@ pub struct Lungs {
 }
 
 impl Lungs {
-    /// Lungs at the start of a breath.
+    /// Creates lungs at the start of a breath.
     pub fn new(traits: &Traits, mut noise: Noise) -> Lungs {
         Lungs {
             per_min: traits.breaths_per_min,
@@ -95,7 +95,7 @@ impl Lungs {
         60.0 * self.per_sec
     }
 
-    /// The expansion of the chest in the present step: from 0 after exhaling to about 1 after inhaling.
+    /// The expansion of the chest at a time of the present step: from 0 after exhaling to about 1 after inhaling.
     pub fn volume(&self, secs: f64) -> f64 {
         let place = self.place + self.per_sec * (secs - self.from_secs);
         let (place, depth) =

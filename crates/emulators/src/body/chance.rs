@@ -3,7 +3,7 @@
 use super::step::{STEP_SECS, Step};
 use crate::noise::Noise;
 
-/// Events at random times whose rate may change: a Poisson process, driven by its integrated rate.
+/// Events at random times with a rate that may change: a Poisson process, driven by its integrated rate.
 #[derive(Clone, Debug)]
 pub struct Chance {
     left: f64,
@@ -11,12 +11,12 @@ pub struct Chance {
 }
 
 impl Chance {
-    /// Events that follow a stream of noise.
+    /// Creates events from a stream of noise.
     pub fn new(mut noise: Noise) -> Chance {
         Chance { left: noise.exponential(), noise }
     }
 
-    /// When the next event happens [s], if it is in this step. There is at most one per step.
+    /// Returns when the next event happens [s], if it is in this step. There is at most one per step.
     pub fn within(&mut self, step: Step, per_min: f64) -> Option<f64> {
         let expected = per_min / 60.0 * STEP_SECS;
         if self.left >= expected {

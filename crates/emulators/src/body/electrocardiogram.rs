@@ -4,20 +4,20 @@ use std::f64::consts::TAU;
 
 use super::heart::{Origin, Place};
 
-/// A wave of the cardiac cycle: a Gaussian.
+/// A wave of the cardiac cycle, which is a Gaussian.
 #[derive(Clone, Copy, Debug)]
 struct Wave {
-    /// Its position in the cycle, from the R wave [rad].
+    /// The position in the cycle, from the R wave [rad].
     angle: f64,
-    /// Its width [rad].
+    /// The width [rad].
     width: f64,
-    /// Its height, as a multiple of the R wave's.
+    /// The height, as a multiple of the R wave's height.
     height: f64,
-    /// How its position moves away from the R wave as the heart beats faster.
+    /// How the position moves away from the R wave as the heart beats faster.
     moves: Moves,
 }
 
-/// Proportionally to √(heart rate / 60 per minute), or to the root of that.
+/// Whether a wave moves in proportion to √(heart rate / 60 per minute), or to the root of that.
 #[derive(Clone, Copy, Debug)]
 enum Moves {
     Near,
@@ -28,8 +28,8 @@ const fn wave(degrees: f64, width: f64, height: f64, moves: Moves) -> Wave {
     Wave { angle: degrees * TAU / 360.0, width, height, moves }
 }
 
-/// P, Q, R, S and T of McSharry et al. (2003), doi:10.1109/TBME.2003.808805, table I, in closed form:
-/// in their differential equation a wave has the height a·b².
+/// P, Q, R, S and T waves of McSharry et al. (2003), doi:10.1109/TBME.2003.808805, table I, in closed form: in their
+/// differential equation a wave has the height a·b².
 const SINUS: [Wave; 5] = [
     wave(-70.0, 0.25, 0.25, Moves::Far),
     wave(-15.0, 0.1, -0.17, Moves::Near),
@@ -37,16 +37,16 @@ const SINUS: [Wave; 5] = [
     wave(15.0, 0.1, -0.25, Moves::Near),
     wave(100.0, 0.4, 0.4, Moves::Far),
 ];
-/// A ventricular beat is high and wide, has no P wave, and its T wave points downwards.
+/// The waves of a ventricular beat, which is high and wide, has no P wave, and whose T wave points downwards.
 const VENTRICLE: [Wave; 3] = [
     wave(0.0, 0.22, 1.3, Moves::Near),
     wave(45.0, 0.25, -0.4, Moves::Near),
     wave(110.0, 0.45, -0.4, Moves::Far),
 ];
-/// The number of widths beyond which a wave is zero.
+/// The distance, in widths, beyond which a wave is zero.
 const REACH: f64 = 6.0;
 
-/// The electrocardiogram at a position in the cycle, as a multiple of the R wave's height.
+/// Returns the electrocardiogram at a position in the cycle, as a multiple of the R wave's height.
 pub fn electrocardiogram(place: Place) -> f64 {
     let near = place.rate_hz.sqrt();
     let stretch = Stretch { near, far: near.sqrt() };
@@ -63,7 +63,7 @@ fn waves(origin: Origin) -> &'static [Wave] {
     }
 }
 
-/// The factor by which waves are wider and farther from the R wave than at 60 per minute.
+/// The factors by which waves are wider and farther from the R wave than at 60 beats per minute.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     near: f64,

@@ -2,21 +2,21 @@
 
 use super::sensor::Sensor;
 
-/// The shortcomings of a sensor, in its unit.
+/// The noise and artefacts of a sensor, in its unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Electronics {
-    /// White noise: standard deviation. Muscles and brain bring enough of their own.
+    /// The standard deviation of white noise; muscles and brain are noisy enough without it.
     pub noise: f64,
-    /// Hum of the mains: amplitude.
+    /// The amplitude of mains hum.
     pub hum: f64,
-    /// The drift of its baseline over several seconds: standard deviation.
+    /// The standard deviation of the baseline's drift over several seconds.
     pub wander: f64,
-    /// The disturbance by a movement of 1 g; 0 for an accelerometer, which measures it.
+    /// The disturbance by a movement of 1 g; 0 for an accelerometer, which measures the movement.
     pub shaken: f64,
 }
 
 impl Electronics {
-    /// The shortcomings of a sensor.
+    /// Returns the noise and artefacts of a sensor.
     pub fn of(sensor: Sensor) -> Electronics {
         let none = Electronics::default();
         match sensor {

@@ -8,25 +8,25 @@ use crate::noise::Noise;
 
 /// The reduction of the blink rate at full workload, relative to rest.
 const LOSS: f64 = 0.4;
-/// The time from the start of a blink until the lid is down [s], and the speeds of closing and opening:
-/// standard deviations [s].
+/// The time from the start of a blink until the lid is down [s], and the standard deviations of the closing and of the
+/// opening [s].
 const DOWN_SECS: f64 = 0.12;
 const DOWN_WIDTH_SECS: f64 = 0.035;
 const UP_WIDTH_SECS: f64 = 0.07;
 /// The amplitude of a blink on the forehead [µV], and its variation.
 const HEIGHT_UV: f64 = 120.0;
 const HEIGHT_SIGMA: f64 = 0.15;
-/// The duration of a blink [s]; the next one begins after it at the earliest.
+/// The duration of a blink [s]; the next one begins at the earliest when it has passed.
 const LAST_SECS: f64 = 0.5;
 
 /// A blink of both eyes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blink {
-    /// The start of the closing of the lids [s].
+    /// When the lids start to close [s].
     pub onset_secs: f64,
-    /// When they are down [s].
+    /// When the lids are down [s].
     pub peak_secs: f64,
-    /// Its amplitude over the forehead [µV].
+    /// The amplitude over the forehead [µV].
     pub height_uv: f64,
 }
 
@@ -41,7 +41,7 @@ pub struct Eyes {
 }
 
 impl Eyes {
-    /// Open eyes.
+    /// Creates open eyes.
     pub fn new(traits: &Traits, mut noise: Noise) -> Eyes {
         let per_min = traits.blinks_per_min;
         let chance = Chance::new(noise.fork());
@@ -58,7 +58,7 @@ impl Eyes {
         self.are_closed = false;
     }
 
-    /// Whether they are closed.
+    /// Whether the eyes are closed.
     pub fn are_closed(&self) -> bool {
         self.are_closed
     }

@@ -7,27 +7,27 @@ use super::step::{STEP_SECS, Step};
 use super::traits::Traits;
 use crate::noise::{Correlated, Noise};
 
-/// The reduction of the influence of breathing at full workload [0..1].
+/// The reduction of respiratory sinus arrhythmia at full workload [0..1].
 const RSA_LOSS: f64 = 0.65;
-/// The same for the 10 s rhythm.
+/// The reduction of the 10 s rhythm at full workload [0..1].
 const MAYER_LOSS: f64 = 0.4;
-/// The 10 s rhythm of blood pressure [Hz], its variation, and the time constant of that [s].
+/// The frequency of the 10 s rhythm of blood pressure [Hz], the frequency's variation, and its time constant [s].
 const MAYER_HZ: f64 = 0.095;
 const MAYER_SIGMA: f64 = 0.1;
 const MAYER_SECS: f64 = 20.0;
 /// The random jitter of a beat [s].
 const JITTER_SECS: f64 = 0.004;
-/// A ventricular beat occurs after this share of a cycle, and the next regular one when it is due.
+/// The share of a cycle after which a ventricular beat occurs; the next regular beat comes when it is due.
 const ECTOPIC_CYCLES: f64 = 0.65;
-/// No cycle is shorter [s].
+/// The shortest cycle [s].
 const LEAST_CYCLE_SECS: f64 = 0.3;
 
 /// The origin of a beat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// From the sinus node, as it should.
+    /// The sinus node, as normal.
     Sinus,
-    /// From a ventricle: early, wide, and followed by a pause.
+    /// A ventricle: the beat is early, wide, and followed by a pause.
     Ventricle,
 }
 
@@ -36,11 +36,11 @@ pub enum Origin {
 pub struct Beat {
     /// When the R wave peaks, after the start [s].
     pub secs: f64,
-    /// Its origin.
+    /// The origin of the beat.
     pub origin: Origin,
 }
 
-/// The cardiac cycle during a step, or a part of one.
+/// The cardiac cycle during a step, or part of one.
 #[derive(Clone, Copy, Debug)]
 struct CycleStep {
     from_secs: f64,
@@ -65,9 +65,9 @@ pub struct Place {
 
 /// The heart of a body: an integral pulse frequency model.
 ///
-/// The rate is integrated, and a beat occurs whenever the integral has grown by one cycle (Mateo &
-/// Laguna 2000, doi:10.1109/10.844232). The RR interval swings with breath and with the 10 s rhythm
-/// of blood pressure, both less under workload; a jitter moves single beats.
+/// The rate is integrated, and a beat occurs whenever the integral has grown by one cycle (Mateo & Laguna 2000,
+/// doi:10.1109/10.844232). The RR interval swings with breathing and with the 10 s rhythm of blood pressure, both less
+/// under workload; jitter moves single beats.
 #[derive(Clone, Debug)]
 pub struct Heart {
     traits: Traits,
@@ -81,7 +81,7 @@ pub struct Heart {
 }
 
 impl Heart {
-    /// A heart at a random position in its cycle.
+    /// Creates a heart at a random position in its cycle.
     pub fn new(traits: &Traits, mut noise: Noise) -> Heart {
         let start = CycleStep {
             from_secs: 0.0,
@@ -101,7 +101,7 @@ impl Heart {
         }
     }
 
-    /// Advances by one step at a given chest expansion, and returns the beat in it.
+    /// Advances by one step at a given chest expansion, and returns the beat in it, if there is one.
     pub fn advance(&mut self, step: Step, state: State, volume: f64) -> Option<Beat> {
         let cycle_secs = self.cycle_secs(state, volume);
         self.rate_hz = 1.0 / cycle_secs;
@@ -120,12 +120,12 @@ impl Heart {
         Some(Beat { secs, origin: cycle.next })
     }
 
-    /// The mean heart rate at this time, including its oscillations [1/min].
+    /// The heart rate in the present step, including its oscillations [1/min].
     pub fn rate_bpm(&self) -> f64 {
         60.0 * self.rate_hz
     }
 
-    /// The position in the cycle at a time of the present step.
+    /// Returns the position in the cycle at a time of the present step.
     pub fn place(&self, secs: f64) -> Place {
         let [before, after] = &self.steps;
         let cycle = if secs < after.from_secs { before } else { after };
@@ -136,7 +136,7 @@ impl Heart {
     fn cycle_secs(&mut self, State { workload, .. }: State, volume: f64) -> f64 {
         let traits = &self.traits;
         let rate_bpm = traits.heart_rate_bpm + traits.heart_rate_rise_bpm * workload;
-        // Inhaling makes it faster.
+        // Inhaling makes the heart beat faster.
         let rsa_secs = traits.rsa_secs * (1.0 - RSA_LOSS * workload) * (1.0 - 2.0 * volume);
         let faster = (MAYER_SIGMA * self.mayer.after(STEP_SECS)).exp();
         self.mayer_angle = (self.mayer_angle + TAU * MAYER_HZ * faster * STEP_SECS) % TAU;
@@ -145,7 +145,7 @@ impl Heart {
         (60.0 / rate_bpm + rsa_secs + mayer_secs).max(LEAST_CYCLE_SECS)
     }
 
-    /// Chooses the next beat, and the fraction of a cycle until then.
+    /// Chooses the origin of the next beat, and the fraction of a cycle until then.
     fn next_origin(&mut self, this: Origin, cycle_secs: f64) -> Origin {
         let jitter = 1.0 + JITTER_SECS / cycle_secs * self.noise.normal().clamp(-4.0, 4.0);
         let is_early = self.noise.chance(self.traits.ectopic_share);

@@ -15,12 +15,12 @@ use super::step::{STEPS_HZ, Step};
 use super::traits::Traits;
 use crate::noise::Noise;
 
-/// The most that a body is simulated at once [s].
+/// The longest time that a body is simulated in one call [s].
 const MOST_SECS: f64 = 3600.0;
 /// How long before a key press the finger's flexors contract, and for how long [s].
 const PRESS_AHEAD_SECS: f64 = 0.06;
 const PRESS_SECS: f64 = 0.18;
-/// How strongly they contract [µV RMS].
+/// The strength of that contraction [µV RMS].
 const PRESS_UV: f64 = 45.0;
 
 /// The sensors of a body, and their faults.
@@ -47,13 +47,13 @@ pub struct Body {
 }
 
 impl Body {
-    /// A body at rest with all sensors at their usual rates.
+    /// Creates a body at rest with all sensors at their usual rates.
     pub fn new(traits: &Traits, seed: u64) -> Body {
         let body = Body::wearing(traits, seed, &Settings::default());
         body.expect("the usual rates can be simulated")
     }
 
-    /// A body at rest with sensors configured by these settings.
+    /// Creates a body at rest with sensors configured by these settings.
     pub fn wearing(traits: &Traits, seed: u64, settings: &Settings) -> Result<Body, RateError> {
         let Settings { rates, script } = settings;
         rates.check()?;
@@ -89,7 +89,7 @@ impl Body {
         }
     }
 
-    /// Presses a key with a finger at a time [s]; its muscles contract 60 ms ahead of that, but not before now.
+    /// Presses a key at a time [s]; the finger's muscles contract 60 ms earlier, but not before now.
     pub fn press(&mut self, at_secs: f64) {
         let from_secs = (at_secs - PRESS_AHEAD_SECS).max(self.secs());
         if at_secs.is_finite() {
@@ -113,7 +113,7 @@ impl Body {
         self.organs.eyes.open();
     }
 
-    /// Simulates up to a time [s], in whole steps, at most an hour per call, and returns the recording since the
+    /// Simulates up to a time [s], in whole steps and at most an hour per call, and returns the recording since the
     /// previous call.
     pub fn until(&mut self, secs: f64) -> &Record {
         self.turn_over();
@@ -121,7 +121,7 @@ impl Body {
         &self.record
     }
 
-    /// The latest time that a call for a time [s] simulates up to [s].
+    /// Returns the time up to which a call for a time [s] simulates [s].
     pub(crate) fn most_until(&self, secs: f64) -> f64 {
         if secs.is_nan() { self.secs() } else { secs.min(self.secs() + MOST_SECS) }
     }

@@ -1,10 +1,10 @@
 //! One simulated human body: heart, vessels, skin, breath, muscles, brain, eyes, warmth and movement, driven by
 //! workload, arousal and valence.
 //!
-//! It shows what pipelines do to known signals; it proves nothing about people. Directions follow the
-//! literature (heart rate and skin conductance rise with the level of an n-back task: Mehler et al.
-//! 2012, doi:10.1177/0018720812442086; breath becomes faster, not deeper: Grassmann et al. 2016,
-//! doi:10.1155/2016/8146809); magnitudes lie within the usual range, and are stated where they are used.
+//! It shows what pipelines make of known signals; it proves nothing about people. The directions of effects follow the
+//! literature (heart rate and skin conductance rise with the level of an n-back task: Mehler et al. 2012,
+//! doi:10.1177/0018720812442086; breathing becomes faster, not deeper: Grassmann et al. 2016,
+//! doi:10.1155/2016/8146809). Magnitudes are within the usual range, and are stated where they are used.
 //!
 //! ```
 //! use teampulse_emulators::body::{Body, Sensor, Traits};

@@ -1,4 +1,4 @@
-//! Movement: how the arm is held, and how it moves.
+//! How the arm of a body is held, and how it moves.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -13,27 +13,27 @@ const TILT_RAD: f64 = 0.15;
 const TILT_SECS: f64 = 60.0;
 /// The strength of a spontaneous movement [g].
 const USUAL_G: Range<f64> = 0.03..0.12;
-/// The duration of movements [s], and their frequency [Hz].
+/// The duration of movements [s], and the frequency of their oscillation [Hz].
 const LASTS_SECS: Range<f64> = 0.5..2.0;
 const SWINGS_HZ: Range<f64> = 1.0..3.0;
-/// The rate of movements at full strength [1/min].
+/// The rate of movements while the script makes the body move [1/min].
 const ASKED_PER_MIN: f64 = 120.0;
 
 /// A movement of the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Swing {
-    /// When it begins, after the start [s].
+    /// When the movement begins, after the start [s].
     pub from_secs: f64,
-    /// When it ends [s].
+    /// When the movement ends [s].
     pub to_secs: f64,
-    /// Its strength [g].
+    /// The strength of the movement [g].
     pub strength_g: f64,
     hz: f64,
     angle: f64,
     direction: [f64; 3],
 }
 
-/// How a body moves.
+/// The movements of a body.
 #[derive(Clone, Debug)]
 pub struct Movement {
     per_min: f64,
@@ -44,7 +44,7 @@ pub struct Movement {
     gravity: [f64; 3],
 }
 
-/// One reason to move.
+/// A cause of movements.
 #[derive(Clone, Debug)]
 struct Mover {
     chance: Chance,
@@ -52,7 +52,7 @@ struct Mover {
 }
 
 impl Movement {
-    /// A seated body that moves spontaneously, according to its traits.
+    /// Creates a seated body that moves spontaneously, according to its traits.
     pub fn new(traits: &Traits, mut noise: Noise) -> Movement {
         let mut mover = || Mover { chance: Chance::new(noise.fork()), noise: noise.fork() };
         let (by_itself, asked) = (mover(), mover());
@@ -66,8 +66,7 @@ impl Movement {
         }
     }
 
-    /// Advances by one step while the body moves with this strength [g], and returns the movements that
-    /// begin in it.
+    /// Advances by one step while the body moves with this strength [g], and returns the movements that begin in it.
     pub fn advance(&mut self, step: Step, movement_g: f64) -> impl Iterator<Item = Swing> {
         let [pitch, roll] = self.tilts.each_mut().map(|tilt| TILT_RAD * tilt.after(STEP_SECS));
         self.gravity = [pitch.sin(), -roll.sin() * pitch.cos(), roll.cos() * pitch.cos()];
@@ -94,7 +93,7 @@ impl Movement {
         sum
     }
 
-    /// How all movements shake a sensor on the skin at a time of the present step [g].
+    /// The acceleration of a sensor on the skin by all movements, at a time of the present step [g].
     pub fn shake_g(&self, secs: f64) -> f64 {
         self.swings.iter().map(|swing| swing.at(secs)).sum()
     }

@@ -11,14 +11,13 @@ use super::step::Step;
 use super::traits::Traits;
 use crate::noise::Noise;
 
-/// The number of electrodes around the forearm: the first half over the flexors, the second over
-/// the extensors.
+/// The number of electrodes around the forearm: the first half is over the flexors, the second over the extensors.
 pub const ELECTRODES: usize = 8;
 /// The rise of tone at full workload, relative to rest.
 const TONE_RISE: f64 = 0.2;
 /// The variation between electrodes.
 const ELECTRODE_SIGMA: f64 = 0.15;
-/// The band of the signal: from here [Hz] to here, or to this share of the rate.
+/// The band of the signal: from `LOW_HZ` to `HIGH_HZ`, or to `HIGH_SHARE` of the rate if that is lower.
 const LOW_HZ: f64 = 20.0;
 const HIGH_HZ: f64 = 450.0;
 const HIGH_SHARE: f64 = 0.45;
@@ -30,19 +29,19 @@ const CO_CONTRACTION: (f64, f64) = (0.2, 0.4);
 const BY_ITSELF_PER_MIN: f64 = 1.0;
 const LASTS_SECS: Range<f64> = 0.3..1.2;
 const STRENGTH_UV: Range<f64> = 20.0..60.0;
-/// The most contractions that are active or pending at once.
+/// The largest number of contractions that are active or pending at once.
 const MOST_CONTRACTIONS: usize = 256;
 
 /// A contraction of muscles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contraction {
-    /// When it begins, after the start [s].
+    /// When the contraction begins, after the start [s].
     pub from_secs: f64,
-    /// When it ends [s].
+    /// When the contraction ends [s].
     pub to_secs: f64,
-    /// Its strength over the contracting muscles [µV RMS].
+    /// The strength over the contracting muscles [µV RMS].
     pub strength_uv: f64,
-    /// Whether the flexors contract; otherwise the extensors.
+    /// Whether the flexors contract, or else the extensors.
     pub flexes: bool,
     /// The co-contraction of the antagonists [0..1].
     pub shared: f64,
@@ -63,7 +62,7 @@ pub struct Muscles {
 }
 
 impl Muscles {
-    /// Muscles at rest, sampled at a rate [Hz].
+    /// Creates muscles at rest, sampled at a rate [Hz].
     pub fn new(traits: &Traits, rate_hz: f64, mut noise: Noise) -> Result<Muscles, SignalError> {
         let band = butterworth::band_pass(2, LOW_HZ, HIGH_HZ.min(HIGH_SHARE * rate_hz), rate_hz)?;
         let tone_uv = traits.muscle_tone_uv;
@@ -79,7 +78,7 @@ impl Muscles {
         })
     }
 
-    /// Contracts at a time, now or later.
+    /// Adds a contraction, which may start now or later.
     pub fn contract(&mut self, contraction: Contraction) {
         if self.contractions.len() < MOST_CONTRACTIONS {
             self.contractions.push(contraction);
@@ -103,7 +102,7 @@ impl Muscles {
         self.contractions.iter().filter(move |each| within.contains(&each.from_secs)).copied()
     }
 
-    /// The next voltages of the electrodes, at a time of the present step [µV].
+    /// Returns the next voltages of the electrodes, at a time of the present step [µV].
     pub fn next_uv(&mut self, secs: f64) -> [f64; ELECTRODES] {
         let [flexors, extensors] = [true, false]
             .map(|flexors| self.contractions.iter().map(|c| c.power(secs, flexors)).sum::<f64>());
@@ -117,14 +116,14 @@ impl Muscles {
     }
 }
 
-/// The co-contraction of the antagonists in a state [0..1].
+/// Returns the co-contraction of the antagonists in a state [0..1].
 pub fn shared(state: State) -> f64 {
     let (rest, full) = CO_CONTRACTION;
     rest + (full - rest) * state.workload
 }
 
 impl Contraction {
-    /// The power that it adds over the flexors or the extensors [µV²].
+    /// The power that the contraction adds over the flexors or the extensors [µV²].
     fn power(&self, secs: f64, flexors: bool) -> f64 {
         let share = if flexors == self.flexes { 1.0 } else { self.shared };
         let ramp = ((secs - self.from_secs).min(self.to_secs - secs) / RAMP_SECS).clamp(0.0, 1.0);
@@ -132,7 +131,7 @@ impl Contraction {
     }
 }
 
-/// The standard deviation of white noise of deviation 1 after a filter: the norm of its impulse response.
+/// Returns the standard deviation of unit white noise after a filter, which is the norm of its impulse response.
 fn deviation(band: &Design) -> f64 {
     let mut cascade = Cascade::at_rest(band);
     let ones = std::iter::once(1.0).chain(std::iter::repeat(0.0));

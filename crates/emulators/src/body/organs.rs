@@ -19,13 +19,13 @@ use super::vessels::Vessels;
 use super::warmth::Warmth;
 use crate::noise::Noise;
 
-/// The modulation of the R wave's height by breathing, relative to it, and of the baseline [mV].
+/// The modulation by breathing of the R wave's height, as a share of it, and of the baseline [mV].
 const R_WAVE_SWING: f64 = 0.12;
 const BASE_SWING_MV: f64 = 0.06;
-/// How strongly the forearm contracts for a movement of the arm [µV RMS per g].
+/// How strongly the forearm contracts during a movement of the arm [µV RMS per g].
 const MOVING_UV_PER_G: f64 = 300.0;
 
-/// All organs.
+/// All organs of a body.
 #[derive(Clone, Debug)]
 pub struct Organs {
     pub transition: Transition,
@@ -42,7 +42,7 @@ pub struct Organs {
 }
 
 impl Organs {
-    /// The organs of a person, sampled at rates that can be simulated.
+    /// Creates the organs of a person, sampled at rates that can be simulated.
     pub fn new(traits: &Traits, rates: &Rates, noise: &mut Noise) -> Organs {
         let seen_hz = |sensor: Sensor| match rates.of(sensor) {
             0.0 => sensor.usual_rate_hz(),
@@ -64,7 +64,7 @@ impl Organs {
         }
     }
 
-    /// Advances by one step, while the body moves with this strength [g].
+    /// Advances by one step while the body moves with this strength [g].
     pub fn advance(&mut self, step: Step, movement_g: f64, truth: &mut Truth) {
         self.transition.advance();
         let state = self.transition.now();
@@ -97,7 +97,7 @@ impl Organs {
         }
     }
 
-    /// The body at the end of a step.
+    /// Returns the state of the body at the end of a step.
     pub fn moment(&self, step: Step) -> Moment {
         Moment {
             secs: step.to_secs,
@@ -114,7 +114,7 @@ impl Organs {
         self.movement.shake_g(secs)
     }
 
-    /// The values of a sensor at a time of the present step, for each of its channels.
+    /// Returns the values of a sensor's channels at a time of the present step.
     pub fn give(&mut self, sensor: Sensor, secs: f64) -> [f64; MOST_CHANNELS] {
         let volume = || self.lungs.volume(secs);
         match sensor {

@@ -1,4 +1,4 @@
-//! A sensor on the body: takes its samples when they are due.
+//! A sensor on the body, which takes its samples when they are due.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ use crate::noise::{Drift, Noise};
 const MAINS_HZ: f64 = 50.0;
 /// The time constant of a sensor's baseline wander [s].
 const WANDER_SECS: f64 = 5.0;
-/// The most channels of a sensor.
+/// The largest number of channels of a sensor.
 pub const MOST_CHANNELS: usize = 8;
 
 /// A worn sensor.
@@ -28,7 +28,7 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// A sensor that is read at a rate [Hz], never at 0.
+    /// Creates a sensor that is read at a rate [Hz]; at 0 it is never read.
     pub fn new(sensor: Sensor, rate_hz: f64, script: &[Scene], mut noise: Noise) -> Probe {
         Probe {
             sensor,
@@ -41,7 +41,7 @@ impl Probe {
         }
     }
 
-    /// The sensor.
+    /// The kind of sensor.
     pub fn sensor(&self) -> Sensor {
         self.sensor
     }
@@ -51,12 +51,12 @@ impl Probe {
         self.taken
     }
 
-    /// An empty wave that begins with the next sample.
+    /// Returns an empty wave that begins with the next sample.
     pub fn wave(&self) -> Wave {
         Wave { sensor: self.sensor, rate_hz: self.rate_hz, first: self.taken, samples: Vec::new() }
     }
 
-    /// When its next sample is due, if that is before a time [s].
+    /// Returns when the next sample is due, if that is before a time [s].
     pub fn due_before(&self, secs: f64) -> Option<f64> {
         let due_secs = self.taken as f64 / self.rate_hz;
         (self.rate_hz > 0.0 && due_secs < secs).then_some(due_secs)

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::sensor::Sensor;
 
-/// The rates of a body's sensors [Hz]; 0 for none.
+/// The sampling rates of a body's sensors [Hz]; 0 for a sensor that is not worn.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rates {
@@ -22,9 +22,9 @@ pub struct Rates {
     pub emg_hz: f64,
     /// The rate of the four electroencephalograms [Hz]. Default: 256, a Muse's.
     pub eeg_hz: f64,
-    /// The rate of the width of the chest [Hz]. Default: 50.
+    /// The rate of respiration, the width of the chest [Hz]. Default: 50.
     pub respiration_hz: f64,
-    /// The rate of the skin's temperature [Hz]. Default: 4, an Empatica E4's.
+    /// The rate of skin temperature [Hz]. Default: 4, an Empatica E4's.
     pub temperature_hz: f64,
     /// The rate of the wrist's acceleration [Hz]. Default: 32, an Empatica E4's.
     pub acceleration_hz: f64,
@@ -54,14 +54,14 @@ pub struct RateError {
     pub sensor: Sensor,
     /// The requested rate [Hz].
     pub rate_hz: f64,
-    /// The slowest [Hz].
+    /// The slowest rate that can be simulated [Hz].
     pub least: f64,
-    /// The fastest [Hz].
+    /// The fastest rate that can be simulated [Hz].
     pub most: f64,
 }
 
 impl Rates {
-    /// These rates, without some sensors.
+    /// Returns these rates without some sensors.
     #[must_use]
     pub fn without(mut self, sensors: &[Sensor]) -> Rates {
         for sensor in sensors {
@@ -84,7 +84,7 @@ impl Rates {
         }
     }
 
-    /// No sensor at all: the truth alone.
+    /// Rates without any sensor: only the ground truth is simulated.
     pub const NONE: Rates = Rates {
         ecg_hz: 0.0,
         ppg_hz: 0.0,
@@ -97,7 +97,7 @@ impl Rates {
         acceleration_hz: 0.0,
     };
 
-    /// The rate of one sensor [Hz]; 0 for none.
+    /// Returns the rate of one sensor [Hz]; 0 if it is not worn.
     pub fn of(&self, sensor: Sensor) -> f64 {
         match sensor {
             Sensor::Ecg => self.ecg_hz,
@@ -112,7 +112,7 @@ impl Rates {
         }
     }
 
-    /// Fails for a rate that can't be simulated.
+    /// Returns an error for a rate that can't be simulated.
     pub fn check(&self) -> Result<(), RateError> {
         Sensor::ALL.into_iter().try_for_each(|sensor| {
             let (rate_hz, can) = (self.of(sensor), sensor.rates_hz());

@@ -15,16 +15,16 @@ use super::vessels::Pulse;
 pub struct Wave {
     /// The sensor.
     pub sensor: Sensor,
-    /// Its rate [Hz]; 0 when it is not worn.
+    /// The sampling rate [Hz]; 0 if the sensor is not worn.
     pub rate_hz: f64,
     /// The number of the first sample, counted from the start.
     pub first: u64,
-    /// Sample by sample, all channels of each, in the sensor's unit; NaN where there was none.
+    /// The samples with all their channels, in the sensor's unit; NaN for missing values.
     pub samples: Vec<f64>,
 }
 
 impl Wave {
-    /// The number of samples of all channels.
+    /// The number of samples, each with all channels.
     pub fn count(&self) -> usize {
         self.samples.len() / self.sensor.channels().len()
     }
@@ -34,7 +34,7 @@ impl Wave {
         if self.rate_hz > 0.0 { self.first as f64 / self.rate_hz } else { 0.0 }
     }
 
-    /// The samples of one channel (from 0).
+    /// Returns the samples of one channel, numbered from 0.
     pub fn channel(&self, channel: usize) -> impl Iterator<Item = f64> + '_ {
         let channels = self.sensor.channels().len();
         self.samples.iter().copied().skip(channel).step_by(channels)
@@ -58,12 +58,12 @@ pub struct Moment {
     pub temperature_c: f64,
 }
 
-/// What actually happened, each list in order of time.
+/// The ground truth as lists of events, each in order of time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
-    /// The body once a second.
+    /// The state of the body once a second.
     pub moments: Vec<Moment>,
-    /// Beats of the heart, by their R waves.
+    /// Heartbeats, at their R waves.
     pub beats: Vec<Beat>,
     /// Pulses at the finger, reported at their peak.
     pub pulses: Vec<Pulse>,
@@ -79,7 +79,7 @@ pub struct Truth {
     pub swings: Vec<Swing>,
 }
 
-/// The recording since the previous one.
+/// The recording since the previous call.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     pub(super) waves: [Wave; Sensor::ALL.len()],
@@ -88,12 +88,12 @@ pub struct Record {
 }
 
 impl Record {
-    /// The recording of a sensor; empty if it is not worn.
+    /// Returns the recording of a sensor; empty if it is not worn.
     pub fn wave(&self, sensor: Sensor) -> &Wave {
         &self.waves[sensor as usize]
     }
 
-    /// What all sensors recorded, in the order of [`Sensor::ALL`].
+    /// Returns the recordings of all sensors, in the order of [`Sensor::ALL`].
     pub fn waves(&self) -> impl Iterator<Item = &Wave> {
         self.waves.iter()
     }

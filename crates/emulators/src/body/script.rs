@@ -1,4 +1,4 @@
-//! The script of faults: which sensor fails how, and when.
+//! The script of faults: which sensor fails, how and when.
 
 use std::f64::consts::TAU;
 
@@ -18,12 +18,12 @@ const AMBIENT_SECS: f64 = 60.0;
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Only this sensor; by default all. Ignored for movement, which affects all of them.
+    /// The sensor that fails; by default all. Ignored for movement, which affects all sensors.
     pub sensor: Option<Sensor>,
-    /// When it begins, after the start [s]. Default: 0.
+    /// When the fault begins, after the start [s]. Default: 0.
     #[serde(default)]
     pub from_secs: f64,
-    /// When it ends, after the start [s]; by default never.
+    /// When the fault ends, after the start [s]; by default never.
     pub to_secs: Option<f64>,
     /// The fault.
     pub what: Fault,
@@ -33,17 +33,17 @@ pub struct Scene {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(rename_all = "snake_case")]
 pub enum Fault {
-    /// It gives no samples.
+    /// The sensor gives no samples.
     Dead,
-    /// Its values stay unchanged.
+    /// The values stay unchanged.
     Stuck,
-    /// It hangs in the air: noise and hum instead of the body's signal.
+    /// The sensor is off the body: noise and hum instead of the body's signal.
     OffBody,
-    /// The body moves with this strength [g]: seen by the accelerometer, and as artefacts by the others.
+    /// The body moves with this strength [g]: the accelerometer measures it, the other sensors have artefacts.
     MovementG(f64),
     /// Mains hum with this amplitude (in the sensor's unit).
     MainsHum(f64),
-    /// White noise as from muscles (RMS, in the sensor's unit).
+    /// White noise like that of muscles (RMS, in the sensor's unit).
     MuscleNoise(f64),
     /// The amplifier saturates at this value to either side, in the sensor's unit.
     Saturated(f64),
@@ -55,7 +55,7 @@ impl Scene {
     }
 }
 
-/// The strength of the body's movement at a time, from the script [g].
+/// Returns the strength of the body's movement at a time, from the script [g].
 pub fn movement_g(scenes: &[Scene], secs: f64) -> f64 {
     let playing = scenes.iter().filter(|scene| scene.is_playing(secs));
     let strengths = playing.filter_map(|scene| match scene.what {
@@ -75,7 +75,7 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// The contact of a sensor according to the script.
+    /// Creates the contact of a sensor according to the script.
     pub fn new(sensor: Sensor, script: &[Scene], noise: Noise) -> Contact {
         let concerns = |scene: &&Scene| scene.sensor.is_none_or(|only| only == sensor);
         let scenes = script.iter().filter(concerns).cloned().collect();
@@ -117,7 +117,7 @@ impl Contact {
         playing.find(|scene| scene.what == what).map(|scene| scene.from_secs)
     }
 
-    /// The hum, noise and limit at a time.
+    /// Returns the hum, noise and limit at a time.
     fn strengths(&self, secs: f64) -> (f64, f64, f64) {
         let (mut hum, mut noise, mut limit) = (0.0, 0.0, f64::INFINITY);
         for scene in self.scenes.iter().filter(|scene| scene.is_playing(secs)) {
@@ -131,7 +131,7 @@ impl Contact {
         (hum, noise, limit)
     }
 
-    /// The value of a sensor that has hung in the air for a while.
+    /// Replaces a sample with that of a sensor that has been off the body for a while.
     fn take_off(&mut self, since_secs: f64, sample: &mut [f64]) {
         let noise = &mut self.noise;
         let mut all = |level: f64, rms: f64| {

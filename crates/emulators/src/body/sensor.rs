@@ -9,19 +9,19 @@ use serde::Deserialize;
 #[derive(Clone, Copy, Debug, Deserialize, Eq, Hash, JsonSchema, PartialEq)]
 #[serde(rename_all = "snake_case")]
 pub enum Sensor {
-    /// A strap around the chest: the electrocardiogram.
+    /// The electrocardiogram, from a strap around the chest.
     Ecg,
-    /// Light through a finger: the photoplethysmogram.
+    /// The photoplethysmogram, from light through a finger.
     Ppg,
-    /// Skin conductance, as a wristband reads it.
+    /// Skin conductance at the wrist, as a wristband measures it.
     EdaWrist,
-    /// Skin conductance at the fingers, read fast.
+    /// Skin conductance at the fingers, at a high rate.
     EdaFingers,
-    /// A band around the forearm: eight electromyograms.
+    /// Eight electromyograms, from a band around the forearm.
     Emg,
-    /// A band around the head: four electroencephalograms.
+    /// Four electroencephalograms, from a band around the head.
     Eeg,
-    /// A belt around the chest: its width.
+    /// The width of the chest, from a belt around it.
     Respiration,
     /// The temperature of the skin.
     Temperature,
@@ -30,7 +30,7 @@ pub enum Sensor {
 }
 
 impl Sensor {
-    /// All of them, in order.
+    /// All sensors, in order.
     pub const ALL: [Sensor; 9] = [
         Sensor::Ecg,
         Sensor::Ppg,
@@ -43,7 +43,7 @@ impl Sensor {
         Sensor::Acceleration,
     ];
 
-    /// The names of its channels.
+    /// The names of the sensor's channels.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Sensor::Ecg => &["ecg"],
@@ -57,7 +57,7 @@ impl Sensor {
         }
     }
 
-    /// The unit of its samples; "1" is relative to the usual value.
+    /// The unit of the samples; "1" is relative to the usual value.
     pub fn unit(self) -> &'static str {
         match self {
             Sensor::Ecg => "mV",
@@ -83,7 +83,7 @@ impl Sensor {
         }
     }
 
-    /// The rates that can be simulated [Hz].
+    /// The range of rates that can be simulated [Hz].
     pub fn rates_hz(self) -> RangeInclusive<f64> {
         match self {
             Sensor::Emg | Sensor::Eeg => 80.0..=4000.0,

@@ -15,30 +15,30 @@ const WORKLOAD_US: f64 = 1.0;
 /// The random drift of the level [µS], and its time constant [s].
 const DRIFT_US: f64 = 0.15;
 const DRIFT_SECS: f64 = 120.0;
-/// Responses without an event at rest, and what full workload and full arousal add [1/min].
+/// The rate of spontaneous responses at rest, and its rise at full workload and at full arousal [1/min].
 const REST_PER_MIN: f64 = 2.0;
 const WORKLOAD_PER_MIN: f64 = 4.0;
 const AROUSAL_PER_MIN: f64 = 4.0;
-/// How a response rises and falls [s]: a Bateman function.
+/// The time constants with which a response rises and falls [s]; it is a Bateman function.
 const RISE_SECS: f64 = 0.7;
 const FALL_SECS: f64 = 2.0;
-/// The variation of responses: the standard deviation of the logarithm.
+/// The variation of the height of responses, as the standard deviation of its logarithm.
 const HEIGHT_SIGMA: f64 = 0.5;
 /// The delay from an event to its response [s].
 const LATENCY_SECS: Range<f64> = 1.5..3.0;
 /// The duration of a response [s].
 const LAST_SECS: f64 = 20.0;
-/// The most responses that are active or pending at once.
+/// The largest number of responses that are active or pending at once.
 const MOST_RESPONSES: usize = 256;
 
 /// A skin conductance response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Response {
-    /// When it begins to rise, after the start [s].
+    /// When the response begins to rise, after the start [s].
     pub onset_secs: f64,
-    /// When it peaks, unless another follows before [s].
+    /// When the response peaks, unless another one follows before [s].
     pub peak_secs: f64,
-    /// Its amplitude above the level without it [µS].
+    /// The amplitude above the level without the response [µS].
     pub amplitude_us: f64,
     /// The time of the event that evoked it [s]; `None` if it is spontaneous.
     pub event_secs: Option<f64>,
@@ -60,7 +60,7 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// Skin at rest.
+    /// Creates skin at rest.
     pub fn new(traits: &Traits, mut noise: Noise) -> Skin {
         Skin {
             rest_us: traits.skin_level_us,
@@ -105,7 +105,7 @@ impl Skin {
         self.responses.iter().filter(move |each| within.contains(&each.onset_secs)).copied()
     }
 
-    /// The tonic level [µS].
+    /// The tonic level of skin conductance [µS].
     pub fn level_us(&self) -> f64 {
         self.level_us
     }
@@ -138,13 +138,13 @@ impl Response {
     }
 }
 
-/// The response function: a substance that flows into the skin and out of it (Benedek & Kaernbach 2010,
+/// The response function: a substance flows into the skin and out of it (Benedek & Kaernbach 2010,
 /// doi:10.1016/j.jneumeth.2010.04.028).
 fn bateman(secs: f64) -> f64 {
     (-secs / FALL_SECS).exp() - (-secs / RISE_SECS).exp()
 }
 
-/// When a Bateman function peaks [s].
+/// Returns when a Bateman function peaks [s].
 fn peak_secs() -> f64 {
     (FALL_SECS / RISE_SECS).ln() * FALL_SECS * RISE_SECS / (FALL_SECS - RISE_SECS)
 }

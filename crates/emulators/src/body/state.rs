@@ -2,11 +2,11 @@
 
 use super::step::STEP_SECS;
 
-/// A state follows its target with this time constant upwards [s].
+/// The time constant with which a state rises to its target [s].
 const RISE_SECS: f64 = 8.0;
-/// It follows its target with this time constant downwards [s].
+/// The time constant with which a state falls to its target [s].
 const FALL_SECS: f64 = 20.0;
-/// Neither pleasant nor unpleasant.
+/// The valence that is neither pleasant nor unpleasant.
 const NEUTRAL: f64 = 0.5;
 
 /// Workload, arousal and valence, each from 0 to 1.
@@ -21,13 +21,13 @@ pub struct State {
 }
 
 impl Default for State {
-    /// At rest.
+    /// Returns the state at rest.
     fn default() -> State {
         State { workload: 0.0, arousal: 0.0, valence: NEUTRAL }
     }
 }
 
-/// A state that approaches a target: first order, 8 s upwards and 20 s downwards.
+/// A state that approaches a target as a first-order system, with 8 s upwards and 20 s downwards.
 #[derive(Clone, Debug, Default)]
 pub struct Transition {
     now: State,
@@ -40,7 +40,7 @@ impl Transition {
         self.now
     }
 
-    /// Sets another target; NaN keeps the present one.
+    /// Sets another target; parts that are NaN keep the present one.
     pub fn aim_at(&mut self, target: State) {
         let State { workload, arousal, valence } = self.target;
         let usable =

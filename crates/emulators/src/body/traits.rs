@@ -2,13 +2,13 @@
 
 use crate::noise::Noise;
 
-/// Separates the random numbers of the traits from those of the body of the same seed.
+/// Separates the random numbers of the traits from those of the body with the same seed.
 const SALT: u64 = 0x7465_616d_7075_6c73;
 
 /// The traits of a person, at rest unless stated otherwise.
 ///
-/// Means are those of a seated adult; the strength of a response is stated for full workload or arousal. They can be
-/// set one by one.
+/// The means are those of a seated adult; the strength of a response is stated for full workload or arousal. Traits can
+/// be set one by one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traits {
     /// Mean heart rate [1/min].
@@ -19,40 +19,40 @@ pub struct Traits {
     pub rsa_secs: f64,
     /// The amplitude of the 10 s rhythm of blood pressure in the RR interval [s].
     pub mayer_secs: f64,
-    /// The share of beats that come too early from a ventricle [0..1].
+    /// The share of beats that come early, from a ventricle [0..1].
     pub ectopic_share: f64,
-    /// Height of the R wave [mV].
+    /// The height of the R wave [mV].
     pub r_wave_mv: f64,
     /// The time from the R wave to the foot of the pulse at the finger [s].
     pub pulse_arrival_secs: f64,
-    /// Height of the pulse [1].
+    /// The height of the pulse [1].
     pub pulse_amplitude: f64,
-    /// Skin conductance level [µS].
+    /// The skin conductance level [µS].
     pub skin_level_us: f64,
-    /// The median response of skin conductance [µS].
+    /// The median amplitude of skin conductance responses [µS].
     pub skin_response_us: f64,
-    /// Breaths [1/min].
+    /// The breathing rate [1/min].
     pub breaths_per_min: f64,
     /// The share of inhaling in a breath [0..1].
     pub inhale_share: f64,
-    /// Temperature of the skin [°C].
+    /// The temperature of the skin [°C].
     pub skin_temperature_c: f64,
     /// The fall of skin temperature at full workload [K].
     pub cooling_k: f64,
-    /// Tone of a resting forearm muscle [µV RMS].
+    /// The tone of a resting forearm muscle [µV RMS].
     pub muscle_tone_uv: f64,
-    /// Frequency of the alpha rhythm [Hz].
+    /// The frequency of the alpha rhythm [Hz].
     pub alpha_hz: f64,
-    /// The alpha rhythm behind the ears with open eyes [µV RMS].
+    /// The amplitude of the alpha rhythm behind the ears with open eyes [µV RMS].
     pub alpha_uv: f64,
-    /// Blinks [1/min].
+    /// The blink rate [1/min].
     pub blinks_per_min: f64,
-    /// Spontaneous movements of the arm [1/min].
+    /// The rate of spontaneous movements of the arm [1/min].
     pub movements_per_min: f64,
 }
 
 impl Traits {
-    /// The person generated from a seed.
+    /// Generates a person from a seed.
     pub fn of_seed(seed: u64) -> Traits {
         let mut noise = Noise::seeded(seed ^ SALT);
         Traits {

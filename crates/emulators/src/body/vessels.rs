@@ -1,4 +1,4 @@
-//! The vessels: the pulse that follows each beat, as measured at a finger.
+//! The vessels: the pulse that follows each heartbeat, as measured at a finger.
 
 use std::collections::VecDeque;
 
@@ -10,15 +10,15 @@ use crate::noise::Noise;
 
 /// The reduction of the pulse arrival time at full workload [s].
 const ARRIVAL_GAIN_SECS: f64 = 0.02;
-/// The reduction of its height at full workload [0..1]: vessels narrow.
+/// The reduction of the pulse height at full workload [0..1], as vessels narrow.
 const HEIGHT_LOSS: f64 = 0.35;
-/// The modulation of its height and baseline by breathing, relative to the usual height.
+/// The modulation of the pulse height and the baseline by breathing, relative to the usual height.
 const HEIGHT_SWING: f64 = 0.08;
 const BASE_SWING: f64 = 0.15;
-/// The random variation of pulses: arrival [s] and height.
+/// The random variation of pulses: the standard deviation of the arrival [s], and of the height.
 const ARRIVAL_SIGMA_SECS: f64 = 0.002;
 const HEIGHT_SIGMA: f64 = 0.02;
-/// An early beat pumps less.
+/// The relative height of the pulse after an early beat, which pumps less.
 const ECTOPIC_HEIGHT: f64 = 0.55;
 /// The times from the foot to the two peaks of a pulse, and their widths [s].
 const SYSTOLE_SECS: f64 = 0.14;
@@ -35,11 +35,11 @@ const LAST_SECS: f64 = 1.0;
 pub struct Pulse {
     /// The time of the beat that it follows, after the start [s].
     pub beat_secs: f64,
-    /// When its foot arrives [s].
+    /// When the foot of the pulse arrives [s].
     pub foot_secs: f64,
-    /// When it peaks [s].
+    /// When the pulse peaks [s].
     pub peak_secs: f64,
-    /// Its height over its foot [1].
+    /// The height above the foot [1].
     pub amplitude: f64,
 }
 
@@ -53,13 +53,13 @@ pub struct Vessels {
 }
 
 impl Vessels {
-    /// Vessels before their first pulse.
+    /// Creates vessels before their first pulse.
     pub fn new(traits: &Traits, noise: Noise) -> Vessels {
         let Traits { pulse_arrival_secs: arrival_secs, pulse_amplitude: amplitude, .. } = *traits;
         Vessels { arrival_secs, amplitude, pulses: VecDeque::new(), noise }
     }
 
-    /// Takes in a beat at a given chest expansion.
+    /// Adds the pulse of a beat at a given chest expansion.
     pub fn beat(&mut self, beat: Beat, state: State, volume: f64) {
         let late_secs = ARRIVAL_SIGMA_SECS * self.noise.normal();
         let foot_secs =
@@ -73,7 +73,7 @@ impl Vessels {
         self.pulses.push_back(Pulse { beat_secs: beat.secs, foot_secs, peak_secs, amplitude });
     }
 
-    /// Advances by one step, and returns the pulse with its peak in it.
+    /// Advances by one step, and returns the pulse that peaks in it.
     pub fn advance(&mut self, step: Step) -> Option<Pulse> {
         let is_over = |pulse: &Pulse| step.from_secs > pulse.foot_secs + LAST_SECS;
         while self.pulses.front().is_some_and(is_over) {
@@ -83,7 +83,7 @@ impl Vessels {
         self.pulses.iter().find(|pulse| within.contains(&pulse.peak_secs)).copied()
     }
 
-    /// The blood in the finger at a time of the present step, as a photoplethysmogram shows it [1].
+    /// The blood volume in the finger at a time of the present step, as a photoplethysmogram shows it [1].
     pub fn at(&self, secs: f64, volume: f64) -> f64 {
         let pulses: f64 = self.pulses.iter().map(|pulse| pulse.at(secs)).sum();
         pulses - BASE_SWING * self.amplitude * (volume - 0.5)

@@ -5,13 +5,13 @@ use super::step::STEP_SECS;
 use super::traits::Traits;
 use crate::noise::{Drift, Noise};
 
-/// It follows workload with this time constant [s].
+/// The time constant with which skin temperature follows workload [s].
 const LAG_SECS: f64 = 90.0;
-/// Its random drift [K], and the time constant of that [s].
+/// The random drift of skin temperature [K], and its time constant [s].
 const DRIFT_K: f64 = 0.05;
 const DRIFT_SECS: f64 = 180.0;
 
-/// The temperature of the skin: vessels narrow under workload, and it becomes colder.
+/// The temperature of the skin: under workload vessels narrow, and the skin cools.
 #[derive(Clone, Debug)]
 pub struct Warmth {
     rest_c: f64,
@@ -22,7 +22,7 @@ pub struct Warmth {
 }
 
 impl Warmth {
-    /// Warmth at rest.
+    /// Creates skin with its temperature at rest.
     pub fn new(traits: &Traits, noise: Noise) -> Warmth {
         let Traits { skin_temperature_c: rest_c, cooling_k, .. } = *traits;
         let drift = Drift::new(DRIFT_SECS, noise);
@@ -36,7 +36,7 @@ impl Warmth {
         self.wandered_k = DRIFT_K * self.drift.after(STEP_SECS);
     }
 
-    /// The temperature now [°C].
+    /// The present temperature [°C].
     pub fn temperature_c(&self) -> f64 {
         self.rest_c - self.cooled_k + self.wandered_k
     }

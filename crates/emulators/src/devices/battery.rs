@@ -1,4 +1,4 @@
-/// A battery that drains evenly, and reports each percent.
+/// A battery that drains evenly and reports each percent.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Battery {
     full_percent: f64,
@@ -18,13 +18,13 @@ impl Battery {
         (self.full_percent - drained).round().clamp(0.0, 100.0) as u8
     }
 
-    /// When the next percent is used up.
+    /// Returns when the next percent is used up [s].
     pub fn due_secs(&self) -> f64 {
         if self.reported == 0 || self.drain_percent_per_hour <= 0.0 {
             return f64::INFINITY;
         }
         let left = self.full_percent - (f64::from(self.reported) - 0.5);
-        // A little later, where rounding has surely passed the half.
+        // A little later, so that rounding has surely passed the half.
         left.max(0.0) / self.drain_percent_per_hour * 3600.0 + 1e-6
     }
 

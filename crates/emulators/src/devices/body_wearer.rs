@@ -1,4 +1,4 @@
-//! The simulated body as the wearer of devices.
+//! A simulated body that wears devices.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,15 +11,15 @@ use crate::task::Operator;
 const KEPT_SECS: f64 = 10.0;
 /// The rounding error allowed in the number of a sample.
 const ROUNDING: f64 = 1e-6;
-/// The light that a resting finger transmits, and how much of it a usual pulse absorbs.
+/// The share of light that a resting finger transmits, and how much of it a usual pulse absorbs.
 const LIGHT: f64 = 0.5;
 const LIGHT_OF_PULSE: f64 = 0.15;
 
 /// A simulated person with devices on the body; clones share the body.
 ///
-/// The body is simulated up to the latest time that any device asked for. A device that asks for an earlier time within
-/// the last ten seconds gets the values of that time. The ECG is interpolated between its samples; the value of any
-/// other sensor is its last sample. One microvolt of a muscle is one step of an armband.
+/// The body is simulated up to the latest time that any device has requested. A device that requests an earlier time
+/// within the last ten seconds gets the values of that time. The ECG is interpolated between its samples; any other
+/// sensor has the value of its last sample. One microvolt of a muscle is one step of an armband.
 #[derive(Clone, Debug)]
 pub struct BodyWearer {
     body: Arc<Mutex<WornBody>>,
@@ -27,12 +27,12 @@ pub struct BodyWearer {
 }
 
 impl BodyWearer {
-    /// A person at the start of a task, with devices at the fingers.
+    /// Creates a person at the start of a task, with devices at the fingers.
     pub fn new(operator: Operator) -> Self {
         Self { body: Arc::new(Mutex::new(WornBody::new(operator))), skin: Sensor::EdaFingers }
     }
 
-    /// The same person, with the device at the wrist.
+    /// Returns the same person, with the device at the wrist.
     #[must_use]
     pub fn at_wrist(&self) -> Self {
         Self { body: Arc::clone(&self.body), skin: Sensor::EdaWrist }
@@ -42,7 +42,7 @@ impl BodyWearer {
         look(&mut self.body.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The channels of a sensor; zeros if it isn't worn or has no value.
+    /// Returns the channels of a sensor; zeros if it isn't worn or has no value.
     fn sense<const N: usize>(&self, sensor: Sensor, secs: f64) -> [f64; N] {
         self.with(|body| body.sense(sensor, secs)).unwrap_or([0.0; N])
     }
@@ -107,7 +107,7 @@ impl WornBody {
         }
     }
 
-    /// Simulates the body past a time.
+    /// Simulates the body to just after a time.
     fn live(&mut self, secs: f64) {
         let record = self.operator.until(secs + STEP_SECS).record;
         for (history, wave) in self.history.iter_mut().zip(record.waves()) {
@@ -130,7 +130,7 @@ impl WornBody {
         sample.iter().all(|value| value.is_finite()).then_some(sample)
     }
 
-    /// The ECG between the samples around a time: held from the last one, its R waves would be up to a sample late.
+    /// The ECG at a time, interpolated: holding the last sample would delay R waves by up to a sample.
     fn ecg_mv(&mut self, secs: f64) -> Option<f64> {
         let [before] = self.sense(Sensor::Ecg, secs)?;
         let history = self.history.get(Sensor::Ecg as usize)?;

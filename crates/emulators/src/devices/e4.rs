@@ -13,7 +13,7 @@ use super::faults::in_order;
 /// The ID of the E4.
 const ID: &str = "9ff167";
 
-/// The Unix time at the start, unless it is set \[s\].
+/// The Unix time at the start, unless another is set \[s\].
 const EPOCH_SECS: f64 = 1_460_377_850.0;
 
 /// The subscription, line and rate \[Hz\] of each sampled signal.
@@ -29,7 +29,7 @@ const SIGNALS: [(&str, &str, f64); 5] = [
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct E4Incident {
-    /// When it begins \[s\].
+    /// When the fault begins \[s\].
     pub at_secs: f64,
     /// The fault.
     pub fault: E4Fault,
@@ -41,7 +41,7 @@ pub struct E4Incident {
 pub enum E4Fault {
     /// The radio link to the E4 is lost.
     LinkLost,
-    /// It is up again; samples from the meantime are lost.
+    /// The link is up again; samples from the meantime are lost.
     LinkBack,
     /// The server stops sending subscribed signals until they are subscribed to again.
     Stall,
@@ -49,7 +49,7 @@ pub enum E4Fault {
     Press,
 }
 
-/// A server. Times are true seconds since it was started, and never go back.
+/// An E4 streaming server. Times are true seconds since it was started, and never go back.
 #[derive(Debug)]
 pub struct E4Server {
     epoch_secs: f64,
@@ -59,10 +59,10 @@ pub struct E4Server {
     line: Vec<u8>,
     sent: VecDeque<u8>,
     is_connected: bool,
-    /// Why it sends no samples.
+    /// The reasons why the server sends no samples.
     silent: Vec<Silence>,
     subscribed: Vec<String>,
-    /// The next sample of each signal.
+    /// The number of the next sample of each signal.
     next: [u64; SIGNALS.len()],
     last_beat_secs: Option<f64>,
 }
@@ -81,7 +81,7 @@ impl Default for E4Server {
 }
 
 impl E4Server {
-    /// A server with faults, in any order.
+    /// Creates a server with faults, which may be in any order.
     pub fn new(incidents: Vec<E4Incident>) -> Self {
         Self {
             epoch_secs: EPOCH_SECS,
@@ -98,13 +98,13 @@ impl E4Server {
         }
     }
 
-    /// The same server, started at this Unix time \[s\].
+    /// Returns the server, started at this Unix time \[s\].
     #[must_use]
     pub fn started_at(self, epoch_secs: f64) -> Self {
         Self { epoch_secs, ..self }
     }
 
-    /// The same server, on a Windows that writes numbers with a comma.
+    /// Returns the server on a Windows that writes numbers with a decimal comma.
     #[must_use]
     pub fn with_decimal_comma(self) -> Self {
         Self { has_decimal_comma: true, ..self }
@@ -117,7 +117,7 @@ impl E4Server {
         }
     }
 
-    /// Takes in requests, cut anywhere.
+    /// Handles requests, split anywhere.
     pub fn receive(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if *byte == b'\n' {
@@ -170,7 +170,7 @@ impl E4Server {
         self.sent.extend(line.bytes().chain(*b"\r\n"));
     }
 
-    /// The data that it sends until then.
+    /// Returns the data that the server sends until a time \[s\].
     pub fn until(&mut self, secs: f64, wearer: &mut dyn Wearer) -> Vec<u8> {
         loop {
             let samples = SIGNALS.iter().zip(&self.next).enumerate();
@@ -213,7 +213,7 @@ impl E4Server {
         let secs = self.now_secs;
         let values = match *subscription {
             "bvp" => vec![wearer.light(secs)],
-            // 1/64 g.
+            // In units of 1/64 g.
             "acc" => wearer.acceleration_mg(secs).map(|mg| (mg * 0.064).round()).to_vec(),
             "gsr" => vec![wearer.conductance_us(secs)],
             "tmp" => vec![wearer.temperature_c(secs)],
@@ -225,7 +225,7 @@ impl E4Server {
         }
     }
 
-    /// Intervals and rates, stamped with their beats.
+    /// Adds intervals and heart rates, stamped with their beats.
     fn beats(&mut self, wearer: &mut dyn Wearer) {
         let after_secs = self.last_beat_secs.unwrap_or(self.now_secs - 1.0);
         for beat_secs in wearer.beats(after_secs, self.now_secs) {

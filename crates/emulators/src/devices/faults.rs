@@ -1,6 +1,6 @@
 //! The faults of an emulated device.
 
-/// Faults given in any order, in order of time.
+/// Sorts faults by time.
 pub(super) fn in_order<T>(mut faults: Vec<T>, at_secs: impl Fn(&T) -> f64) -> Vec<T> {
     faults.sort_by(|one, other| at_secs(one).total_cmp(&at_secs(other)));
     faults

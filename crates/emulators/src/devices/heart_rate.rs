@@ -3,7 +3,7 @@ use super::Wearer;
 /// The time between two notifications of the heart rate \[s\].
 pub(super) const HEART_RATE_SECS: f64 = 1.0;
 
-/// The part of a strap that finds beats, and writes Heart Rate Measurements (Heart Rate Service 1.0, 3.1).
+/// The part of a strap that finds beats and writes Heart Rate Measurements (Heart Rate Service 1.0, 3.1).
 #[derive(Debug, Default)]
 pub(super) struct BeatDetector {
     from_secs: f64,
@@ -11,13 +11,13 @@ pub(super) struct BeatDetector {
 }
 
 impl BeatDetector {
-    /// When the next measurement is due.
+    /// Returns when the next measurement is due \[s\].
     pub fn due_secs(&self) -> f64 {
         self.from_secs + HEART_RATE_SECS
     }
 
-    /// The rate of the last beats, and every interval since the last measurement. `contact` is skin contact, for straps
-    /// that report it; `quartz` is the speed of the strap's clock.
+    /// Returns the rate of the last beats, and every interval since the last measurement. `contact` is skin contact,
+    /// for straps that report it; `quartz` is the speed of the strap's clock.
     pub fn measure(
         &mut self,
         secs: f64,

@@ -1,7 +1,7 @@
 //! Devices at the level of their bytes, worn by any [`Wearer`]: what they answer, what they send, and how they fail.
 //!
-//! Written from the makers' documents, not from our decoders, which are tested against them. A device has no link and
-//! no clock: its owner transports its bytes and tells it the time.
+//! The devices are written from the manufacturers' documents, not from teampulse's decoders, which are tested against
+//! them. A device has no link and no clock: its owner transports its bytes and sets the time.
 
 mod peripheral;
 mod body_wearer;
@@ -28,7 +28,8 @@ pub use shimmer::{Shimmer, ShimmerFault, ShimmerIncident, ShimmerSettings};
 pub use strap::{Strap, StrapFault, StrapIncident, StrapSettings};
 pub use verity::{Verity, VerityFault, VerityIncident, VerityModel, VeritySettings};
 
-/// The wearer of a device: what its sensors measure at any time. By default nobody, only air.
+/// The wearer of a device: what its sensors measure at any time. The default methods describe a device that is not
+/// worn.
 pub trait Wearer {
     /// The voltage between the electrodes on the chest \[µV\].
     fn ecg_uv(&mut self, _secs: f64) -> f64 {
@@ -60,7 +61,7 @@ pub trait Wearer {
         [0.0; 8]
     }
 
-    /// The beats after one time and up to another \[s\].
+    /// The times of the beats after `after_secs` and up to `until_secs` \[s\].
     fn beats(&mut self, _after_secs: f64, _until_secs: f64) -> Vec<f64> {
         Vec::new()
     }

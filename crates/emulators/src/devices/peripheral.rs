@@ -2,42 +2,43 @@ use super::Wearer;
 
 /// A device that is reached over Bluetooth Low Energy: what it advertises, and its table of characteristics (GATT).
 ///
-/// Characteristics are identified by their UUIDs. Times are true seconds since it was switched on, and never go back.
+/// Characteristics are identified by their UUIDs. Times are true seconds since the device was switched on, and never go
+/// back.
 pub trait Peripheral: Send {
-    /// What it sends while nobody is connected.
+    /// Returns what the device advertises while no client is connected.
     fn advertisement(&self) -> Advertisement;
 
-    /// Its services, in the order of their handles.
+    /// Returns the services, in the order of their handles.
     fn services(&self) -> &'static [Service];
 
-    /// The MTU of its links: a value is at least 3 bytes smaller.
+    /// Returns the MTU of the device's links; a value is at least 3 bytes smaller.
     fn mtu(&self) -> u16;
 
-    /// Enables notifications or indications.
+    /// Enables notifications or indications of a characteristic.
     fn subscribe(&mut self, characteristic: u128) -> Result<(), AttError>;
 
-    /// Disables them.
+    /// Disables notifications or indications of a characteristic.
     fn unsubscribe(&mut self, characteristic: u128);
 
-    /// Reads a value.
+    /// Reads the value of a characteristic.
     fn read(&mut self, characteristic: u128) -> Result<Vec<u8>, AttError>;
 
-    /// Writes a value.
+    /// Writes the value of a characteristic.
     fn write(&mut self, characteristic: u128, value: &[u8]) -> Result<(), AttError>;
 
-    /// The link ended: subscriptions end with it.
+    /// Ends the link, and all subscriptions with it.
     fn disconnect(&mut self);
 
-    /// What it sends until then, in order of time.
+    /// Returns what the device sends until a time \[s\], in order of time.
     fn until(&mut self, secs: f64, wearer: &mut dyn Wearer) -> Vec<Notice>;
 }
 
 /// What a device advertises.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Advertisement {
-    /// Its name.
+    /// The advertised name.
     pub name: String,
-    /// Its services, by which it is found.
+    /// The advertised services, by which clients recognise the device.
     pub services: Vec<u128>,
     /// The number of a company (assigned numbers, 7.1), and that company's data.
     pub manufacturer: Option<(u16, Vec<u8>)>,
@@ -48,20 +49,20 @@ pub struct Advertisement {
 pub struct Service {
     /// The handle of its declaration.
     pub handle: u16,
-    /// Its UUID.
+    /// The UUID of the service.
     pub uuid: u128,
-    /// Its characteristics, in the order of their handles.
+    /// The characteristics of the service, in the order of their handles.
     pub characteristics: &'static [Entry],
 }
 
 /// A characteristic of a service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// The handle of its declaration; its value has the next one.
+    /// The handle of the declaration; the value has the next handle.
     pub handle: u16,
-    /// Its UUID.
+    /// The UUID of the characteristic.
     pub uuid: u128,
-    /// What it permits.
+    /// What the characteristic permits.
     pub properties: &'static [Property],
 }
 
@@ -83,10 +84,10 @@ pub enum Property {
 /// Why a request failed, as reported over the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AttError {
-    /// It was written before it was subscribed to.
+    /// The characteristic was written before it was subscribed to.
     #[error("the client has not subscribed to the characteristic")]
     NotSubscribed,
-    /// It can't be read, written or subscribed to.
+    /// The characteristic can't be read, written or subscribed to.
     #[error("the characteristic does not permit this")]
     NotPermitted,
     /// The value has the wrong length.
@@ -99,11 +100,11 @@ pub enum AttError {
 pub enum Notice {
     /// A notification or indication: the characteristic, and its value.
     Value(u128, Vec<u8>),
-    /// It ends the link.
+    /// The device ends the link.
     LinkLost,
 }
 
-/// The UUID of a number assigned by the Bluetooth SIG (Core specification, vol. 3, part B, 2.5.1).
+/// Returns the UUID of a number assigned by the Bluetooth SIG (Core specification, vol. 3, part B, 2.5.1).
 pub const fn assigned(number: u16) -> u128 {
     0x0000_0000_0000_1000_8000_0080_5f9b_34fb | (number as u128) << 96
 }

@@ -6,7 +6,7 @@ pub(super) const POLAR: u16 = 0x006b;
 /// The clock of a sensor that was never set, at power-on \[ns\] since 2000-01-01: 2019-01-01.
 pub(super) const POWER_ON_NS: u64 = 599_616_000_000_000_000;
 
-/// The MTU with which they stream: a frame is one packet.
+/// The MTU with which these sensors stream: a frame is one packet.
 pub(super) const MTU: u16 = 232;
 
 /// Status codes of answers.
@@ -25,7 +25,7 @@ pub(super) const RANGE: u8 = 2;
 pub(super) const CHANNELS: u8 = 4;
 pub(super) const FACTOR: u8 = 5;
 
-/// The answer to a command: with parameters, or with the status of a refusal.
+/// Returns the answer to a command, with parameters or with the status of a refusal.
 pub(super) fn answer(command: &[u8], result: Result<Vec<u8>, u8>) -> Vec<u8> {
     let mut answer = vec![0xf0];
     answer.extend(command.iter().chain(&[0, 0]).take(2));
@@ -39,7 +39,7 @@ pub(super) fn answer(command: &[u8], result: Result<Vec<u8>, u8>) -> Vec<u8> {
     answer
 }
 
-/// The status that refuses a setting that is not offered.
+/// Returns the status that refuses a setting that is not offered.
 pub(super) const fn refusal(setting: u8) -> u8 {
     match setting {
         RESOLUTION => 7,

@@ -1,4 +1,4 @@
-//! A Shimmer3 GSR+ with the `LogAndStream` firmware, over a stream of bytes.
+//! A Shimmer3 GSR+ with the `LogAndStream` firmware, over a byte stream.
 //!
 //! Based on the firmware's sources (log-and-stream-common at 12db787), and on what pyshimmer and `BrainFlow` accept.
 
@@ -11,7 +11,7 @@ use super::Wearer;
 use super::faults::in_order;
 use super::shimmer_gsr::Amplifier;
 
-/// Ticks of its clock in a second.
+/// The ticks of the device's clock per second.
 const TICKS_HZ: f64 = 32768.0;
 
 const ACKNOWLEDGED: u8 = 0xff;
@@ -21,13 +21,13 @@ const REFUSED: u8 = 0xfe;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ShimmerSettings {
-    /// Whether its firmware supports checksums.
+    /// Whether the firmware supports checksums.
     pub has_checksums: bool,
-    /// Its clock at the start \[ticks\]; 24 bits of it are sent, and wrap.
+    /// The clock at the start \[ticks\]; its lower 24 bits are sent, and wrap.
     pub first_ticks: u32,
-    /// How much too fast its clock runs: 0.0001 for 100 ppm.
+    /// How much too fast the clock runs: 0.0001 for 100 ppm.
     pub clock_fast: f64,
-    /// Faults, in any order.
+    /// The faults, in any order.
     #[serde(rename = "faults")]
     pub incidents: Vec<ShimmerIncident>,
 }
@@ -42,7 +42,7 @@ impl Default for ShimmerSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShimmerIncident {
-    /// When it begins \[s\].
+    /// When the fault begins \[s\].
     pub at_secs: f64,
     /// The fault.
     pub fault: ShimmerFault,
@@ -58,9 +58,9 @@ pub enum ShimmerFault {
     CorruptByte(usize),
     /// The next packets are lost.
     LostPackets(u32),
-    /// It sends an unsolicited status, as after docking.
+    /// The device sends an unsolicited status, as after docking.
     Status,
-    /// It sends nothing until it is started again.
+    /// The device sends nothing until it is started again.
     Stall,
 }
 
@@ -86,7 +86,7 @@ pub struct Shimmer {
 }
 
 impl Shimmer {
-    /// A Shimmer3 that is switched on and idle.
+    /// Creates a Shimmer3 that is switched on and idle.
     pub fn new(mut settings: ShimmerSettings) -> Self {
         settings.incidents = in_order(settings.incidents, |incident| incident.at_secs);
         Self {
@@ -107,12 +107,12 @@ impl Shimmer {
         }
     }
 
-    /// Whether it streams.
+    /// Whether the device is streaming.
     pub fn is_streaming(&self) -> bool {
         self.streaming.is_some()
     }
 
-    /// Takes in commands, cut anywhere.
+    /// Handles commands, split anywhere.
     pub fn receive(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.command.push(*byte);
@@ -167,7 +167,7 @@ impl Shimmer {
                 self.expansion_power = power & 1;
                 self.reply(&[]);
             }
-            // The firmware ignores what it does not know.
+            // The firmware ignores unknown commands.
             _ => {}
         }
     }
@@ -199,7 +199,7 @@ impl Shimmer {
         let channels = self.channels();
         let mut inquiry = vec![0x02];
         inquiry.extend(self.interval_ticks.to_le_bytes());
-        // Bit 0 of the fourth byte is the power, bits 1 to 3 the range of the conductance.
+        // Bit 0 of the fourth byte is the power, bits 1 to 3 are the range of the conductance.
         inquiry.extend([0x02, 0x09, 0x00, self.gsr_range << 1 | self.expansion_power]);
         inquiry.extend([channels.len() as u8, 1]);
         inquiry.extend(channels);
@@ -210,7 +210,7 @@ impl Shimmer {
         f64::from(self.interval_ticks) / (TICKS_HZ * (1.0 + self.settings.clock_fast))
     }
 
-    /// What it sends until then.
+    /// Returns what the device sends until a time \[s\].
     pub fn until(&mut self, secs: f64, wearer: &mut dyn Wearer) -> Vec<u8> {
         loop {
             let packet_secs = self.streaming.map(|number| number as f64 * self.interval_secs());
@@ -291,7 +291,7 @@ const fn arguments(code: u8) -> usize {
     }
 }
 
-/// CRC-16 of polynomial 0x1021, bit by bit; it starts from 0xB0CA, and an odd message ends with a zero.
+/// Computes the CRC-16 with polynomial 0x1021, bit by bit; it starts from 0xB0CA, and an odd message ends with a zero.
 fn checksum(bytes: &[u8]) -> u16 {
     let padding = if bytes.len().is_multiple_of(2) { None } else { Some(&0) };
     bytes.iter().chain(padding).fold(0xb0ca, |sum: u16, byte| {

@@ -1,12 +1,12 @@
 //! The skin conductance amplifier of a Shimmer3 GSR+.
 
-/// Resistors of the amplifier \[kΩ\].
+/// The resistors of the amplifier \[kΩ\].
 const RESISTORS_KOHM: [f64; 4] = [40.2, 287.0, 1000.0, 3300.0];
-/// Below this the automatic range switches to the next larger resistor, and above that to the next smaller one \[ADC\]
-/// (the firmware's `GSR` module).
+/// The values below which the automatic range switches to the next larger resistor, and above which to the next smaller
+/// one \[ADC\] (the firmware's `GSR` module).
 const SWITCH_UP_BELOW: [u16; 4] = [1120, 1490, 1630, 0];
 const SWITCH_DOWN_ABOVE: [u16; 4] = [u16::MAX, 3960, 3700, 3930];
-/// For this time after a switch the firmware repeats the last value, while the amplifier settles \[ticks\].
+/// The time after a switch for which the firmware repeats the last value, while the amplifier settles \[ticks\].
 const SETTLING_TICKS: u64 = 2621;
 const AUTOMATIC: u8 = 4;
 
@@ -14,15 +14,15 @@ const AUTOMATIC: u8 = 4;
 #[derive(Debug, Default)]
 pub(super) struct Amplifier {
     resistor: usize,
-    /// When it has settled after the last switch \[ticks\].
+    /// When the amplifier has settled after the last switch \[ticks\].
     settled_ticks: u64,
     /// The last value that was measured.
     last: u16,
 }
 
 impl Amplifier {
-    /// The value sent for a skin conductance \[µS\] at a time \[ticks\]: the active resistor in bits 14 and 15, the ADC
-    /// below.
+    /// Returns the value sent for a skin conductance \[µS\] at a time \[ticks\]: the active resistor in bits 14 and 15,
+    /// the ADC value below.
     pub fn value(&mut self, us: f64, range: u8, now_ticks: u64) -> u16 {
         if range < AUTOMATIC {
             self.resistor = usize::from(range);
@@ -53,7 +53,7 @@ impl Amplifier {
     }
 }
 
-/// The amplifier's voltage as the ADC reads it.
+/// Returns the amplifier's voltage as the ADC reads it.
 fn adc(us: f64, resistor: usize) -> u16 {
     let skin_kohm = 1000.0 / us;
     let volts = 0.5 * (1.0 + RESISTORS_KOHM[resistor] / skin_kohm);

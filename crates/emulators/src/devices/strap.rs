@@ -1,4 +1,4 @@
-//! A strap of any maker that has the Heart Rate service and measures nothing else.
+//! A heart rate strap of any make: it has the Heart Rate service and measures nothing else.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -43,15 +43,15 @@ const SERVICES: &[Service] = &[
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct StrapSettings {
-    /// Its name, as advertised.
+    /// The advertised name.
     pub name: String,
-    /// How much too fast its clock runs: 0.02 for 2 %.
+    /// How much too fast the clock runs: 0.02 for 2 %.
     pub clock_fast: f64,
-    /// The charge of its battery when it is switched on.
+    /// The battery charge when the strap is switched on \[%\].
     pub battery_percent: f64,
     /// How fast the battery drains.
     pub drain_percent_per_hour: f64,
-    /// Faults, in any order.
+    /// The faults, in any order.
     #[serde(rename = "faults")]
     pub incidents: Vec<StrapIncident>,
 }
@@ -72,7 +72,7 @@ impl Default for StrapSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StrapIncident {
-    /// When it begins \[s\].
+    /// When the fault begins \[s\].
     pub at_secs: f64,
     /// The fault.
     pub fault: StrapFault,
@@ -84,9 +84,9 @@ pub struct StrapIncident {
 pub enum StrapFault {
     /// The next measurement is not sent, and its intervals are lost.
     LostMeasurement,
-    /// It is taken off: it reports no contact and no beats.
+    /// The strap is taken off: it reports no contact and no beats.
     Off,
-    /// It is put on again.
+    /// The strap is put on again.
     On,
 }
 
@@ -103,7 +103,7 @@ pub struct Strap {
 }
 
 impl Strap {
-    /// A strap that is switched on, with nobody connected.
+    /// Creates a strap that is switched on, with no client connected.
     pub fn new(mut settings: StrapSettings) -> Self {
         settings.incidents = in_order(settings.incidents, |incident| incident.at_secs);
         let battery = Battery::new(settings.battery_percent, settings.drain_percent_per_hour);

@@ -1,19 +1,19 @@
 //! The arena: a square floor with boxes on it.
 //!
-//! Its lower left corner is the origin; x points right and y up, as on a map.
+//! The lower left corner is the origin; x points right and y up, as on a map.
 
 use crate::noise::Noise;
 
-/// Where the router is, in the lower left corner [m].
+/// The position of the router, in the lower left corner [m].
 pub const ROUTER: Point = Point { x_m: 0.3, y_m: 0.3 };
-/// The gap that stays open between boxes, and between a box and a wall [m].
+/// The smallest gap between boxes, and between a box and a wall [m].
 const GAP_M: f64 = 0.8;
 /// The radius around the router without boxes [m].
 const ROUTER_CLEAR_M: f64 = 1.5;
 /// The number of attempts to find a place for an object.
 const TRIES: usize = 1000;
 
-/// A place on the floor.
+/// A point on the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// The distance to the right of the lower left corner [m].
@@ -23,17 +23,17 @@ pub struct Point {
 }
 
 impl Point {
-    /// The distance to another place [m].
+    /// The distance to another point [m].
     pub fn distance_m(self, other: Point) -> f64 {
         (other.x_m - self.x_m).hypot(other.y_m - self.y_m)
     }
 
-    /// The direction to another place, counter-clockwise from x [rad].
+    /// The direction to another point, counter-clockwise from x [rad].
     pub fn bearing_rad(self, other: Point) -> f64 {
         (other.y_m - self.y_m).atan2(other.x_m - self.x_m)
     }
 
-    /// The place at this distance in this direction.
+    /// Returns the point at this distance in this direction.
     #[must_use]
     pub fn toward(self, bearing_rad: f64, distance_m: f64) -> Point {
         let (sin, cos) = bearing_rad.sin_cos();
@@ -51,7 +51,7 @@ pub struct Rect {
 }
 
 impl Rect {
-    /// The same rectangle with every side moved outwards; inwards when negative.
+    /// Returns the rectangle with every side moved outwards, or inwards if `by_m` is negative.
     #[must_use]
     pub fn grown(self, by_m: f64) -> Rect {
         Rect {
@@ -60,7 +60,7 @@ impl Rect {
         }
     }
 
-    /// Whether a place lies strictly inside.
+    /// Whether a point is strictly inside.
     pub fn contains(self, at: Point) -> bool {
         self.low.x_m < at.x_m
             && at.x_m < self.high.x_m
@@ -68,7 +68,7 @@ impl Rect {
             && at.y_m < self.high.y_m
     }
 
-    /// A uniformly distributed place inside.
+    /// Returns a uniformly distributed point inside.
     pub fn any_point(self, noise: &mut Noise) -> Point {
         Point {
             x_m: noise.uniform(self.low.x_m..self.high.x_m),
@@ -83,7 +83,7 @@ impl Rect {
             && other.low.y_m < self.high.y_m
     }
 
-    /// Where a straight line from `from` enters and leaves [m], negative behind `from`; `None` if it misses.
+    /// Returns where a straight line from `from` enters and leaves [m], negative behind `from`; `None` if it misses.
     fn crossing_m(self, from: Point, bearing_rad: f64) -> Option<(f64, f64)> {
         let (sin, cos) = bearing_rad.sin_cos();
         let slab = |low: f64, high: f64, slope: f64| {
@@ -105,7 +105,7 @@ pub struct Arena {
 }
 
 impl Arena {
-    /// An arena with boxes at random places; with fewer if no more fit.
+    /// Creates an arena with boxes at random places; with fewer if no more fit.
     pub fn new(side_m: f64, boxes: u32, noise: &mut Noise) -> Arena {
         let low = Point { x_m: 0.0, y_m: 0.0 };
         let floor = Rect { low, high: Point { x_m: side_m, y_m: side_m } };
@@ -127,13 +127,13 @@ impl Arena {
         &self.boxes
     }
 
-    /// Whether a disc of this radius fits there without touching a wall or a box.
+    /// Whether a disc of this radius fits at a point without touching a wall or a box.
     pub fn is_free(&self, at: Point, radius_m: f64) -> bool {
         self.floor.grown(-radius_m).contains(at)
             && !self.boxes.iter().any(|each| each.grown(radius_m).contains(at))
     }
 
-    /// The distance that a disc can roll in a direction before it touches a wall or a box [m], at most
+    /// Returns the distance that a disc can roll in a direction before it touches a wall or a box [m], at most
     /// `reach_m`.
     pub fn clearance_m(&self, from: Point, bearing_rad: f64, radius_m: f64, reach_m: f64) -> f64 {
         let inside = self.floor.grown(-radius_m);
@@ -143,7 +143,7 @@ impl Arena {
         hits.map(|(enters, _)| enters.max(0.0)).fold(wall_m.min(reach_m), f64::min)
     }
 
-    /// The number of boxes between two places.
+    /// Returns the number of boxes between two points.
     pub fn boxes_between(&self, from: Point, to: Point) -> usize {
         let (bearing_rad, distance_m) = (from.bearing_rad(to), from.distance_m(to));
         let hits = self.boxes.iter().filter_map(|each| each.crossing_m(from, bearing_rad));

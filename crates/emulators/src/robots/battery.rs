@@ -16,7 +16,7 @@ const AMBIENT_C: f64 = 22.0;
 const WARMING_K_PER_W: f64 = 8.0;
 /// The heat capacity of the pack [J/K].
 const HEAT_J_PER_K: f64 = 130.0;
-/// The smallest capacitances at which the fits near empty are trusted [F].
+/// The smallest capacitances at which the fits are trusted near empty [F].
 const LEAST_F: (f64, f64) = (50.0, 500.0);
 
 /// A cell at one state of charge.
@@ -36,7 +36,7 @@ struct Pair {
 }
 
 impl Cell {
-    /// The cell at a state of charge, by equations 2 to 7 of Chen and Rincón-Mora.
+    /// Returns the cell at a state of charge, by equations 2 to 7 of Chen and Rincón-Mora.
     fn at(fraction: f64) -> Cell {
         let fit = |scale: f64, fall: f64, rest: f64| scale * (-fall * fraction).exp() + rest;
         let cubic = fraction * (0.2156 + fraction * (-0.1178 + fraction * 0.3201));
@@ -56,14 +56,14 @@ impl Cell {
 }
 
 impl Pair {
-    /// Its voltage after a constant current for some time [V]; exact for such a pair.
+    /// Returns the voltage after a constant current for some time [V], which is exact for such a pair.
     fn voltage_after(self, before_v: f64, current_a: f64, secs: f64) -> f64 {
         let kept = (-secs / (self.ohm * self.farad)).exp();
         before_v * kept + current_a * self.ohm * (1.0 - kept)
     }
 }
 
-/// A pack of cells, discharged by the drawn power.
+/// A pack of cells that is discharged by the drawn power.
 #[derive(Clone, Debug)]
 pub struct Pack {
     capacity_ah: f64,
@@ -87,7 +87,7 @@ pub struct Reading {
 }
 
 impl Pack {
-    /// A rested pack of a capacity, charged to a fraction of it.
+    /// Creates a rested pack with a capacity, charged to a fraction of it.
     pub fn new(capacity_ah: f64, fraction: f64) -> Pack {
         let voltage_v = f64::from(CELLS) * Cell::at(fraction).open_v;
         Pack {
@@ -131,7 +131,7 @@ impl Pack {
         self.is_cut_off
     }
 
-    /// Delivers a power for a short time. A sag lowers its voltage by this much, like a failing cell.
+    /// Delivers a power for a short time. A sag lowers the voltage by `sag_v`, like a failing cell.
     pub fn draw(&mut self, power_w: f64, sag_v: f64, secs: f64) {
         let cell = Cell::at(self.fraction().clamp(0.0, 1.0));
         let series_ohm = self.pack_ohm(cell.series_ohm);
@@ -157,7 +157,7 @@ impl Pack {
         before_c + (lost_w - cooling_w) * secs / HEAT_J_PER_K
     }
 
-    /// The resistance of cells in series and in parallel [Ω].
+    /// Returns the resistance of all cells, in series and in parallel [Ω].
     fn pack_ohm(&self, cell_ohm: f64) -> f64 {
         cell_ohm * f64::from(CELLS) * CELL_AH / self.capacity_ah
     }
@@ -168,8 +168,8 @@ impl Pack {
     }
 }
 
-/// The current at which a source gives a power: the smaller root of `P = I (E - I R)` [A]; `None` if it can't deliver
-/// that much.
+/// Returns the current at which a source delivers a power: the smaller root of `P = I (E - I R)` [A]; `None` if it
+/// can't deliver that much.
 fn current_a(power_w: f64, source_v: f64, series_ohm: f64) -> Option<f64> {
     let discriminant = source_v * source_v - 4.0 * series_ohm * power_w;
     let possible = source_v > 0.0 && discriminant >= 0.0;

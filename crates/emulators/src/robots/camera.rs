@@ -1,13 +1,13 @@
-//! The camera: a small picture of the arena from above with the robot in it.
+//! The camera: a small picture of the arena from above, with the robot in it.
 
 use std::sync::Arc;
 
 use super::arena::{Arena, Point, ROUTER};
 use super::drive::Pose;
 
-/// Columns [px].
+/// The width of the picture [px].
 pub const WIDTH_PX: u32 = 64;
-/// Rows [px].
+/// The height of the picture [px].
 pub const HEIGHT_PX: u32 = 48;
 
 type Rgb = [u8; 3];
@@ -19,7 +19,7 @@ const NOSE: Rgb = [255, 220, 60];
 /// The size at which robot and router are drawn [m].
 const DRAWN_M: f64 = 0.35;
 
-/// The picture row by row from the top, three bytes per pixel.
+/// Returns the picture row by row from the top, three bytes per pixel.
 pub fn picture(arena: &Arena, pose: Pose) -> Arc<[u8]> {
     let side_m = arena.floor().high.x_m;
     let nose = pose.at.toward(pose.heading_rad, DRAWN_M);

@@ -7,7 +7,7 @@ use super::arena::{Arena, Point};
 use super::goals::Goals;
 use super::settings::Settings;
 
-/// A person sends a robot to a place.
+/// A command with which a person sends a robot to a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
     /// The time after the start [s].
@@ -20,15 +20,15 @@ pub struct Command {
 
 /// All commands of the people in a team.
 ///
-/// The actions of a person follow from a seed, so the robots know them without messages: the simulation of the person
-/// runs the same task ([`Settings::task_of_person`]).
+/// The actions of a person are determined by a seed, so the robots know them without messages: the simulation of the
+/// person runs the same task ([`Settings::task_of_person`]).
 #[derive(Debug)]
 pub struct Commands {
     people: Vec<Person>,
     goals: Goals,
 }
 
-/// A person's task, and the command that comes next.
+/// A person's task, and the next command.
 #[derive(Debug)]
 struct Person {
     task: Task,
@@ -36,14 +36,14 @@ struct Person {
 }
 
 impl Commands {
-    /// The commands of a team.
+    /// Creates the commands of a team.
     pub fn of(team: &Settings, noise: &mut Noise) -> Commands {
         let person = |number| Person { task: team.task_of_person(number), next: None };
         Commands { people: (1..=team.people).map(person).collect(), goals: Goals::new(noise) }
     }
 
-    /// The next command, if it is given by a time after the start [s]; in order of time. Its goal is a place that is
-    /// free for a robot of this radius [m].
+    /// Returns the next command in order of time, if it is given by a time after the start [s]. Its goal is a place
+    /// that is free for a robot of this radius [m].
     pub fn next_until(&mut self, secs: f64, arena: &Arena, radius_m: f64) -> Option<Command> {
         let due = self.people.iter_mut().filter_map(|person| {
             let at_secs = person.look_ahead(secs)?.at_secs;

@@ -1,4 +1,4 @@
-//! The robot's computer: its power and its temperature.
+//! The robot's computer: its power and temperature.
 
 use crate::noise::{Correlated, Noise};
 
@@ -8,9 +8,9 @@ const SWING: f64 = 0.03;
 const SWING_SECS: f64 = 5.0;
 /// The temperature around the computer [°C].
 const AMBIENT_C: f64 = 25.0;
-/// Its thermal resistance [K/W].
+/// The thermal resistance of the computer [K/W].
 const WARMING_K_PER_W: f64 = 2.0;
-/// Its thermal time constant [s].
+/// The thermal time constant of the computer [s].
 const WARMING_SECS: f64 = 40.0;
 
 /// A computer with a given mean consumption.
@@ -23,14 +23,14 @@ pub struct Computer {
 }
 
 impl Computer {
-    /// A computer that has been running for a long time.
+    /// Creates a computer that has been running for a long time.
     pub fn new(consumption_w: f64, noise: Noise) -> Computer {
         let temperature_c = AMBIENT_C + WARMING_K_PER_W * consumption_w;
         let swing = Correlated::new(SWING_SECS, noise);
         Computer { consumption_w, power_w: consumption_w, temperature_c, swing }
     }
 
-    /// Runs for a short time with its consumption multiplied by a factor; 0 when it is off.
+    /// Runs for a short time with the consumption multiplied by a factor, which is 0 if the computer is off.
     pub fn advance(&mut self, factor: f64, secs: f64) {
         let swing = (1.0 + SWING * self.swing.after(secs)).max(0.0);
         self.power_w = self.consumption_w * factor * swing;
@@ -38,12 +38,12 @@ impl Computer {
         self.temperature_c += (heads_for_c - self.temperature_c) * secs / WARMING_SECS;
     }
 
-    /// Its present power [W].
+    /// The present power [W].
     pub fn power_w(&self) -> f64 {
         self.power_w
     }
 
-    /// Its temperature [°C].
+    /// The present temperature [°C].
     pub fn temperature_c(&self) -> f64 {
         self.temperature_c
     }

@@ -9,21 +9,21 @@ use super::arena::Point;
 pub struct Pose {
     /// The centre of the body.
     pub at: Point,
-    /// Its heading, counter-clockwise from x [rad].
+    /// The heading of the body, counter-clockwise from x [rad].
     pub heading_rad: f64,
 }
 
 /// The motion of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Twist {
-    /// Forward speed [m/s].
+    /// The forward speed [m/s].
     pub speed_mps: f64,
-    /// Turn rate, counter-clockwise [rad/s].
+    /// The turn rate, counter-clockwise [rad/s].
     pub turn_radps: f64,
 }
 
 impl Pose {
-    /// The pose after a short time of motion, along the chord of the arc.
+    /// Returns the pose after a short time of motion, along the chord of the arc.
     #[must_use]
     pub fn moved(self, twist: Twist, secs: f64) -> Pose {
         let turn_rad = twist.turn_radps * secs;
@@ -33,7 +33,7 @@ impl Pose {
 }
 
 impl Twist {
-    /// The twist after changing towards another for a short time, as fast as the motors allow.
+    /// Returns the twist after changing towards another for a short time, as fast as the motors allow.
     #[must_use]
     pub fn toward(self, wanted: Twist, secs: f64) -> Twist {
         let slewed = |from: f64, to: f64, most: f64| from + (to - from).clamp(-most, most);
@@ -49,7 +49,7 @@ pub const MOST_MPS2: f64 = 0.8;
 /// The greatest angular acceleration [rad/s²].
 const MOST_RADPS2: f64 = 6.0;
 
-/// The same angle in (-π, π] [rad].
+/// Returns the same angle in (-π, π] [rad].
 pub fn wrapped_rad(angle_rad: f64) -> f64 {
     PI - (PI - angle_rad).rem_euclid(TAU)
 }

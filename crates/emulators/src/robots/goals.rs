@@ -9,11 +9,11 @@ use super::arena::{Arena, Point};
 /// The steps of the sequence along x and y: the plastic number to the powers -1 and -2.
 const STEPS: (f64, f64) = (0.754_877_666_246_693, 0.569_840_290_998_053);
 
-/// A sequence of places, different for every seed.
+/// A sequence of places, which depends on the seed.
 ///
-/// An additive recurrence (Roberts 2018) fills the floor more evenly than independent numbers do.
-/// Places near the walls are more likely, by the arcsine law: paths between uniformly distributed places would mostly
-/// cross the middle.
+/// An additive recurrence (Roberts 2018) fills the floor more evenly than independent random numbers do. Places near
+/// the walls are more likely, by the arcsine law: paths between uniformly distributed places would mostly cross the
+/// middle.
 #[derive(Clone, Debug)]
 pub struct Goals {
     x: f64,
@@ -21,12 +21,12 @@ pub struct Goals {
 }
 
 impl Goals {
-    /// A sequence with a random start.
+    /// Creates a sequence with a random start.
     pub fn new(noise: &mut Noise) -> Goals {
         Goals { x: noise.uniform(0.0..1.0), y: noise.uniform(0.0..1.0) }
     }
 
-    /// The next place that is free for a disc.
+    /// Returns the next place that is free for a disc.
     pub fn next_free(&mut self, arena: &Arena, radius_m: f64) -> Point {
         loop {
             self.x = (self.x + STEPS.0).fract();

@@ -1,7 +1,7 @@
-//! A team of robots that drive through an arena, discharge, and receive a router more or less well, with
-//! faults on request and people who command them.
+//! A team of robots that drive through an arena, discharge, and have better or worse reception of a router, with faults
+//! on request and people who command them.
 //!
-//! Its input is time, its output [`Telegram`]s: the robots' reports, before they become messages of any kind.
+//! The input is time, the output is [`Telegram`]s: the robots' reports, before they become messages of any kind.
 //!
 //! ```
 //! use teampulse_emulators::robots::{Settings, SimTime, Team, Topic};

@@ -4,7 +4,7 @@ use crate::noise::Noise;
 
 use super::drive::{Pose, Twist};
 
-/// The standard deviation of the error of the wheels' size, from robot to robot [1].
+/// The standard deviation of the error of the wheels' size between robots [1].
 const WHEEL_SIGMA: f64 = 0.005;
 /// The standard deviation of a speed reading, per m/s [1].
 const SPEED_SIGMA: f64 = 0.02;
@@ -21,7 +21,7 @@ pub struct Odometer {
 }
 
 impl Odometer {
-    /// An odometer with a known start.
+    /// Creates an odometer with a known start.
     pub fn new(pose: Pose, mut noise: Noise) -> Odometer {
         let wheel_scale = 1.0 + WHEEL_SIGMA * noise.normal();
         Odometer { pose, twist: Twist::default(), wheel_scale, noise }

@@ -9,6 +9,6 @@ pub struct Published {
     pub robot: String,
     /// The topic.
     pub topic: Topic,
-    /// Its rate [Hz]; 0 if it is irregular.
+    /// The rate of the topic [Hz]; 0 if it is irregular.
     pub rate_hz: f64,
 }

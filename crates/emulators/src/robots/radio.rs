@@ -1,8 +1,7 @@
 //! The radio: how well a robot receives the router.
 //!
-//! Two-slope path loss as in the channel models of 802.11n (Erceg et al. 2004, IEEE
-//! 802.11-03/940r4) with shadowing that is correlated along the path (Gudmundson 1991,
-//! doi:10.1049/el:19911328).
+//! Two-slope path loss as in the channel models of 802.11n (Erceg et al. 2004, IEEE 802.11-03/940r4), with shadowing
+//! that is correlated along the path (Gudmundson 1991, doi:10.1049/el:19911328).
 
 use crate::noise::{Correlated, Noise};
 
@@ -16,17 +15,17 @@ pub const FREQUENCY_HZ: f64 = 2.437e9;
 pub const NOISE_DBM: f64 = -95.0;
 /// The loss over the first metre at 2.437 GHz in free space [dB].
 const FIRST_METRE_DB: f64 = 40.2;
-/// The breakpoint, where the loss becomes steeper [m]: models B and C.
+/// The breakpoint, beyond which the loss is steeper [m]: models B and C.
 const BREAK_M: f64 = 5.0;
 /// The standard deviation of shadowing before the breakpoint [dB].
 const SHADOW_NEAR_DB: f64 = 2.0;
-/// The same beyond it [dB].
+/// The standard deviation of shadowing beyond the breakpoint [dB].
 const SHADOW_FAR_DB: f64 = 2.5;
 /// The distance over which the correlation of shadowing falls to 1/e [m].
 const SHADOW_WAY_M: f64 = 1.5;
 /// The attenuation by a box in the line of sight [dB].
 const BOX_DB: f64 = 2.0;
-/// The standard deviation from one reading to the next [dB].
+/// The standard deviation between readings [dB].
 const JITTER_DB: f64 = 1.0;
 
 /// Receiver sensitivity [dBm] and bit rate [Mbit/s] of MCS 0 to 7 of 802.11n in 20 MHz.
@@ -44,7 +43,7 @@ const RATES: [(f64, f64); 8] = [
 /// The readings of a robot's radio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reception {
-    /// The strength of the signal, in whole decibels as drivers report it [dBm].
+    /// The signal strength, in whole decibels as drivers report it [dBm].
     pub signal_dbm: f64,
     /// The bit rate that this strength allows [Mbit/s]; 0 below the lowest.
     pub bitrate_mbitps: f64,
@@ -57,7 +56,7 @@ impl Reception {
     }
 }
 
-/// The loss over a distance [dB], without shadowing.
+/// Returns the loss over a distance [dB], without shadowing.
 pub fn path_loss_db(distance_m: f64) -> f64 {
     let distance_m = distance_m.max(0.1);
     let near_db = FIRST_METRE_DB + 20.0 * distance_m.min(BREAK_M).log10();
@@ -73,12 +72,12 @@ pub struct Link {
 }
 
 impl Link {
-    /// The link of a robot at this place.
+    /// Creates the link of a robot at this place.
     pub fn new(at: Point, mut noise: Noise) -> Link {
         Link { shadow: Correlated::new(SHADOW_WAY_M, noise.fork()), heard_at: at, noise }
     }
 
-    /// The reception at the robot's present place.
+    /// Returns the reception at the robot's present place.
     pub fn heard(&mut self, at: Point, arena: &Arena) -> Reception {
         let shadow = self.shadow.after(self.heard_at.distance_m(at));
         self.heard_at = at;

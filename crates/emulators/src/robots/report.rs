@@ -1,4 +1,4 @@
-//! A report: one topic of a robot, when it is due, and how faults change it.
+//! The report of one topic of a robot: when it is due, and how faults change it.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use super::topic::Topic;
 /// The delay of a duplicate after its message.
 const DUPLICATE_AFTER: Duration = Duration::from_millis(2);
 
-/// One topic of a robot.
+/// The report of one topic of a robot.
 #[derive(Clone, Debug)]
 pub struct Report {
     topic: Topic,
@@ -22,18 +22,18 @@ pub struct Report {
 }
 
 impl Report {
-    /// A report that is first due at a time.
+    /// Creates a report that is first due at a time.
     pub fn new(topic: Topic, stream: usize, rate_hz: f64, due: SimTime) -> Report {
         let period = Duration::from_secs_f64(1.0 / rate_hz);
         Report { topic, stream, period, due, count: 0, said: None }
     }
 
-    /// Its topic.
+    /// The topic of the report.
     pub fn topic(&self) -> Topic {
         self.topic
     }
 
-    /// Whether it is due; if so, it is next due a period later, which may be slowed down.
+    /// Whether the report is due; if so, it is next due a period later, and `slow_factor` lengthens the period.
     pub fn falls_due(&mut self, now: SimTime, slow_factor: f64) -> bool {
         let is_due = self.due <= now;
         if is_due {
@@ -42,7 +42,7 @@ impl Report {
         is_due
     }
 
-    /// Publishes the current measurement subject to the faults in the script: not at all, once or twice.
+    /// Publishes the current measurement, subject to the faults in the script: not at all, once or twice.
     pub fn report(
         &mut self,
         measured: Body,
@@ -66,7 +66,7 @@ impl Report {
         self.said = Some(said);
     }
 
-    /// The time by the robot's clock; the truth uses the simulation's.
+    /// Returns the time by the robot's clock, or by the simulation's clock for the ground truth.
     fn stamp(&self, now: SimTime, script: &Script) -> SimTime {
         let ahead_secs = if self.topic.is_truth() { 0.0 } else { script.clock_ahead_secs(now) };
         now.ahead_by(ahead_secs)

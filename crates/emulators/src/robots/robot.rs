@@ -50,7 +50,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A robot at this place with a charged battery, which reports nothing yet.
+    /// Creates a robot at this place with a charged battery, which reports nothing yet.
     pub fn new(body: Disc, settings: &Settings, script: Script, mut noise: Noise) -> Robot {
         let wanderer = Wanderer::new(body, settings.top_speed_mps, noise.fork());
         Robot {
@@ -73,17 +73,17 @@ impl Robot {
         self.reports.push(Report::new(topic, stream, rate_hz, due));
     }
 
-    /// The area that it covers.
+    /// The area that the robot covers.
     pub fn body(&self) -> Disc {
         self.wanderer.body()
     }
 
-    /// Its battery.
+    /// The battery of the robot.
     pub fn pack(&self) -> &Pack {
         &self.pack
     }
 
-    /// Sends it to a place on a person's behalf; it drives there unless it is off or out of reach.
+    /// Sends the robot to a place on a person's behalf; it drives there unless it is off or out of reach.
     pub fn command(&mut self, now: SimTime, goal: Point) {
         let hears = !self.pack.is_cut_off()
             && !self.script.is_off(now)
@@ -114,7 +114,7 @@ impl Robot {
         self.computer.power_w() + SENSORS_W + RADIO_W + motors_w
     }
 
-    /// Returns the telegrams that are due.
+    /// Appends the telegrams that are due to `out`.
     pub fn speak(&mut self, now: SimTime, arena: &Arena, out: &mut Vec<Telegram>) {
         for index in 0..self.reports.len() {
             let topic = self.reports[index].topic();
@@ -127,7 +127,7 @@ impl Robot {
         }
     }
 
-    /// The present report of a topic.
+    /// Returns the present report of a topic.
     fn measured(&mut self, topic: Topic, arena: &Arena) -> Body {
         match topic {
             Topic::Odom => Body::Motion(self.odometer.pose(), self.odometer.twist()),

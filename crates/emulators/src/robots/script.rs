@@ -1,4 +1,4 @@
-//! The script: which robot changes how, and when.
+//! The script: which robot changes, how and when.
 
 use std::ops::Range;
 
@@ -14,13 +14,13 @@ use super::topic::Topic;
 pub struct Scene {
     /// The robot: `robot4`.
     pub robot: String,
-    /// Only this one of its topics; by default all. Ignored for changes to the robot as a whole: its clock, its battery
-    /// and its consumption.
+    /// The topic that changes; by default all. Ignored for changes to the robot as a whole: its clock, its battery and
+    /// its consumption.
     pub topic: Option<Topic>,
-    /// When it begins, after the start [s of simulated time]. Default: 0.
+    /// When the change begins, after the start [s of simulated time]. Default: 0.
     #[serde(default)]
     pub from_secs: f64,
-    /// When it ends, after the start [s of simulated time]; by default never.
+    /// When the change ends, after the start [s of simulated time]; by default never.
     pub to_secs: Option<f64>,
     /// The change.
     pub what: Change,
@@ -32,9 +32,9 @@ pub struct Scene {
 pub enum Change {
     /// The topic falls silent; without a topic the whole robot is off and stops.
     Dead,
-    /// Its values stay unchanged while its stamps continue.
+    /// The values stay unchanged while the stamps continue.
     Stuck,
-    /// Its messages are lost in transit while the robot continues.
+    /// The messages are lost in transit while the robot continues.
     Outage,
     /// Every message arrives twice.
     Duplicate,
@@ -69,7 +69,7 @@ pub struct Script {
 }
 
 impl Script {
-    /// The present scenes of a robot.
+    /// Selects the scenes of a robot.
     pub fn of(robot: &str, scenes: &[Scene]) -> Script {
         Script { scenes: scenes.iter().filter(|scene| scene.robot == robot).cloned().collect() }
     }
@@ -84,7 +84,7 @@ impl Script {
         self.playing(now).any(|scene| scene.what == Change::Dead && scene.topic.is_none())
     }
 
-    /// The divisor of a topic's rate.
+    /// Returns the divisor of a topic's rate.
     pub fn slow_factor(&self, topic: Topic, now: SimTime) -> f64 {
         let slows = |scene: &Scene| match scene.what {
             Change::SlowFactor(factor) if scene.concerns(topic) => Some(factor),
@@ -93,7 +93,7 @@ impl Script {
         self.playing(now).filter_map(slows).product()
     }
 
-    /// The factor of the computer's power.
+    /// Returns the factor of the computer's power.
     pub fn cpu_factor(&self, now: SimTime) -> f64 {
         let loads = |scene: &Scene| match scene.what {
             Change::CpuFactor(factor) => Some(factor),
@@ -102,7 +102,7 @@ impl Script {
         self.playing(now).filter_map(loads).product()
     }
 
-    /// The drop of the battery's voltage [V].
+    /// Returns the drop of the battery's voltage [V].
     pub fn sag_v(&self, now: SimTime) -> f64 {
         let sags = |scene: &Scene| match scene.what {
             Change::BatterySagV(sag_v) => Some(sag_v),
@@ -111,7 +111,7 @@ impl Script {
         self.playing(now).filter_map(sags).sum()
     }
 
-    /// The time by which the robot's clock is ahead [s].
+    /// Returns how far the robot's clock is ahead [s].
     pub fn clock_ahead_secs(&self, now: SimTime) -> f64 {
         let shifts = |scene: &Scene| match scene.what {
             Change::ClockDriftPpm(ppm) => Some(ppm * 1e-6 * (now.secs() - scene.from_secs)),

@@ -13,7 +13,7 @@ const LEAST_TICK_HZ: f64 = 20.0;
 pub struct Settings {
     /// The names of the robots.
     pub robots: Vec<String>,
-    /// The seed of everything random.
+    /// The seed of all random numbers.
     pub seed: u64,
     /// The side of the square arena [m].
     pub arena_side_m: f64,
@@ -31,14 +31,14 @@ pub struct Settings {
     pub rates: Vec<(Topic, f64)>,
     /// The number of people.
     pub people: u32,
-    /// The task that each of them does.
+    /// The task that each person performs.
     pub task: Plan,
-    /// The script: which robot changes how, and when.
+    /// The script: which robot changes, how and when.
     pub script: Vec<Scene>,
 }
 
 impl Default for Settings {
-    /// Five robots that publish the common topics, without people who command them.
+    /// Returns five robots that publish the common topics, without people who command them.
     fn default() -> Settings {
         Settings {
             robots: (1..=5).map(|number| format!("robot{number}")).collect(),
@@ -70,12 +70,12 @@ impl Settings {
         self.rates.iter().map(|(_, rate_hz)| *rate_hz).fold(LEAST_TICK_HZ, f64::max)
     }
 
-    /// The seed of a person, numbered from 1.
+    /// Returns the seed of a person, numbered from 1.
     pub fn seed_of_person(&self, number: u32) -> u64 {
         self.seed.wrapping_add(u64::from(number - 1))
     }
 
-    /// The task of a person, numbered from 1.
+    /// Returns the task of a person, numbered from 1.
     pub fn task_of_person(&self, number: u32) -> Task {
         let seed = self.seed_of_person(number);
         let robots = u32::try_from(self.robots.len()).unwrap_or(u32::MAX);

@@ -1,13 +1,13 @@
-//! The obstacles of one body: the arena and the other bodies.
+//! The obstacles around one body: the arena and the other bodies.
 
 use super::arena::{Arena, Point};
 
 /// A round body on the floor.
 #[derive(Clone, Copy, Debug)]
 pub struct Disc {
-    /// Its centre.
+    /// The centre of the body.
     pub at: Point,
-    /// Its radius [m].
+    /// The radius of the body [m].
     pub radius_m: f64,
 }
 
@@ -17,7 +17,7 @@ impl Disc {
         self.at.distance_m(other.at) - self.radius_m - other.radius_m
     }
 
-    /// The distance that it can roll in a direction before it touches another [m]; `None` if it misses.
+    /// Returns the distance that this body can roll in a direction before it touches another [m]; `None` if it misses.
     fn roll_m(self, bearing_rad: f64, other: Disc) -> Option<f64> {
         let (distance_m, touch_m) = (self.at.distance_m(other.at), self.radius_m + other.radius_m);
         let off_rad = self.at.bearing_rad(other.at) - bearing_rad;
@@ -34,19 +34,19 @@ pub struct Surroundings<'a> {
     pub arena: &'a Arena,
     /// All bodies on the floor.
     pub bodies: &'a [Disc],
-    /// The index of the body among them.
+    /// The index of the body itself in `bodies`.
     pub own: usize,
 }
 
 impl Surroundings<'_> {
-    /// The distance that the body can roll in a direction [m], at most `reach_m`.
+    /// Returns the distance that the body can roll in a direction [m], at most `reach_m`.
     pub fn clearance_m(&self, from: Disc, bearing_rad: f64, reach_m: f64) -> f64 {
         let still = self.arena.clearance_m(from.at, bearing_rad, from.radius_m, reach_m);
         let near = self.others().filter(|other| from.gap_m(*other) < reach_m);
         near.filter_map(|other| from.roll_m(bearing_rad, other)).fold(still, f64::min)
     }
 
-    /// Whether the body may move: it stays free of walls and boxes, and does not get closer to a body that it would
+    /// Whether the body may move: it stays clear of walls and boxes, and does not get closer to a body that it would
     /// touch.
     pub fn admits(&self, from: Disc, to: Disc) -> bool {
         let blocked = |other: Disc| to.gap_m(other) < 0.0 && to.gap_m(other) < from.gap_m(other);

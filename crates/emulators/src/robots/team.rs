@@ -1,6 +1,6 @@
 //! The team: all robots and obstacles in their arena, advanced together.
 //!
-//! Every body has its own turn in a tick, so that robots are no more synchronised than real ones.
+//! In each tick every body takes its own turn, so that robots are no more synchronised than real ones.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -26,8 +26,8 @@ const OBSTACLE_RADIUS_M: f64 = 0.25;
 const OBSTACLE_MPS: f64 = 0.2;
 /// The distance between bodies at the start [m].
 const START_GAP_M: f64 = 0.3;
-/// The side of the square in the upper right in which the robots start, for one robot; its area grows with their number
-/// [m].
+/// The side of the square in the upper right in which one robot starts [m]; for more robots its area grows with their
+/// number.
 const START_SIDE_M: f64 = 1.1;
 
 /// The distance between a commanded goal and a wall [m].
@@ -48,12 +48,12 @@ pub struct Team {
     sent: u64,
     on_their_way: BTreeMap<(SimTime, u64), Telegram>,
     commands: Commands,
-    /// For each robot, the index of its commands among the published topics.
+    /// For each robot, the index of its commands in the published topics.
     commanded: Vec<usize>,
 }
 
 impl Team {
-    /// A team at the start. There must be robots, and room for all bodies in the arena.
+    /// Creates a team at the start. It must have robots, and room for all bodies in the arena.
     pub fn new(settings: &Settings) -> Team {
         let mut noise = Noise::seeded(settings.seed);
         let mut team = Team {
@@ -81,7 +81,7 @@ impl Team {
         team
     }
 
-    /// The published topics; a telegram has the index of its own.
+    /// The published topics, to which the index in a telegram refers.
     pub fn published(&self) -> &[Published] {
         &self.published
     }
@@ -96,13 +96,13 @@ impl Team {
         &self.robots
     }
 
-    /// When something happens next.
+    /// Returns when something happens next.
     pub fn next(&self) -> SimTime {
         let arrives = self.on_their_way.keys().next().map(|(at, _)| *at);
         arrives.map_or(self.next_turn(), |at| at.min(self.next_turn()))
     }
 
-    /// Advances to `until` and returns the telegrams sent by then, in order.
+    /// Advances to `until` and appends the telegrams sent by then to `out`, in order.
     pub fn advance(&mut self, until: SimTime, out: &mut Vec<Telegram>) {
         while self.next_turn() <= until {
             self.take_turn();
@@ -141,7 +141,7 @@ impl Team {
         self.obstacles.push(Wanderer::new(body, OBSTACLE_MPS, noise));
     }
 
-    /// A free place in a square in the upper right, which grows until there is one.
+    /// Returns a free place in a square in the upper right, which grows until there is one.
     fn any_place(&self, side_m: f64, radius_m: f64, noise: &mut Noise) -> Disc {
         let corner = self.arena.floor().high;
         let mut side_m = side_m;
@@ -180,7 +180,7 @@ impl Team {
         }
     }
 
-    /// Passes robots the commands that are due, and publishes them.
+    /// Passes the commands that are due to the robots, and publishes them.
     fn take_commands(&mut self, now: SimTime) {
         let secs = now.secs();
         let room_m = RADIUS_M + GOAL_MARGIN_M;

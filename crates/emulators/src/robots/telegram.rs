@@ -1,4 +1,4 @@
-//! Telegrams: the reports of a robot, before they are ROS messages.
+//! Telegrams: the reports of a robot, before they become ROS messages.
 
 use std::sync::Arc;
 
@@ -10,11 +10,11 @@ use super::time::SimTime;
 /// A report in transit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Telegram {
-    /// The index of its topic among those of the team.
+    /// The index of the topic among the team's published topics.
     pub stream: usize,
-    /// When it arrives.
+    /// When the telegram arrives.
     pub at: SimTime,
-    /// When it was measured, by the robot's own clock.
+    /// When the report was measured, by the robot's clock.
     pub stamp: SimTime,
     /// The report.
     pub body: Body,
@@ -25,24 +25,24 @@ pub struct Telegram {
 pub enum Body {
     /// The robot's pose and motion.
     Motion(Pose, Twist),
-    /// The state of its battery.
+    /// The state of the robot's battery.
     Battery(Gauge),
     /// The reception of the router.
     Reception(Reception),
-    /// Its health.
+    /// The health of the robot.
     Health(Health),
-    /// The temperature of its computer [°C].
+    /// The temperature of the robot's computer [°C].
     Temperature(f64),
-    /// Its camera picture.
+    /// The picture of the robot's camera.
     Picture(Arc<[u8]>),
-    /// The goal that it is sent to.
+    /// The goal that the robot is sent to.
     Goal(Pose),
 }
 
 /// The readings of a battery's gauge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gauge {
-    /// The readings of its sensors.
+    /// The readings of the battery's sensors.
     pub reading: Reading,
     /// The remaining charge [Ah].
     pub charge_ah: f64,
@@ -51,7 +51,7 @@ pub struct Gauge {
 }
 
 impl Gauge {
-    /// The true state of a pack.
+    /// Returns the true state of a pack.
     pub fn of(pack: &Pack) -> Gauge {
         let (charge_ah, capacity_ah) = (pack.charge_ah(), pack.capacity_ah());
         Gauge { reading: pack.reading(), charge_ah, capacity_ah }
@@ -66,11 +66,11 @@ impl Gauge {
 /// The health of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Health {
-    /// Its battery.
+    /// The state of the robot's battery.
     pub battery: Gauge,
-    /// The temperature of its computer [°C].
+    /// The temperature of the robot's computer [°C].
     pub computer_c: f64,
-    /// The power of its computer [W].
+    /// The power of the robot's computer [W].
     pub computer_w: f64,
     /// The last reception of the router; `None` before the first.
     pub heard: Option<Reception>,

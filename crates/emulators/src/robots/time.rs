@@ -3,7 +3,7 @@
 use std::ops::Add;
 use std::time::Duration;
 
-/// A time in a simulation [ns after its start]; negative for a clock that is behind.
+/// A time in a simulation, in nanoseconds after its start; negative for a clock that is behind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SimTime(i64);
 
@@ -11,22 +11,22 @@ impl SimTime {
     /// The start of the simulation.
     pub const START: SimTime = SimTime(0);
 
-    /// The time `nanos` [ns] after the start.
+    /// Returns the time `nanos` [ns] after the start.
     pub const fn from_nanos(nanos: i64) -> SimTime {
         SimTime(nanos)
     }
 
-    /// Nanoseconds after the start [ns].
+    /// The time after the start [ns].
     pub const fn nanos(self) -> i64 {
         self.0
     }
 
-    /// Seconds after the start [s].
+    /// The time after the start [s].
     pub fn secs(self) -> f64 {
         self.0 as f64 / 1e9
     }
 
-    /// The reading of a clock that is ahead by `secs` [s] at this time.
+    /// Returns the reading of a clock that is ahead by `secs` [s] at this time.
     #[must_use]
     pub fn ahead_by(self, secs: f64) -> SimTime {
         SimTime(self.0.saturating_add((secs * 1e9).round() as i64))

@@ -7,31 +7,31 @@ use serde::Deserialize;
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
-    /// Its pose and speed from wheel odometry.
+    /// The robot's pose and speed from wheel odometry.
     Odom,
-    /// Its battery.
+    /// The robot's battery.
     BatteryState,
-    /// Its link to the router.
+    /// The robot's link to the router.
     Wifi,
-    /// Its own report on its health.
+    /// The robot's report on its own health.
     Diagnostics,
-    /// The temperature of its computer.
+    /// The temperature of the robot's computer.
     Temperature,
-    /// Its camera.
+    /// The robot's camera.
     Camera,
     /// The goals that people send.
     #[serde(skip)]
     GoalPose,
-    /// Its true pose and motion.
+    /// The robot's true pose and motion.
     #[serde(skip)]
     TruePose,
-    /// The true state of its battery.
+    /// The true state of the robot's battery.
     #[serde(skip)]
     TruePower,
 }
 
 impl Topic {
-    /// Whether it is the ground truth, which no fault affects.
+    /// Whether the topic is ground truth, which no fault affects.
     pub fn is_truth(self) -> bool {
         matches!(self, Topic::TruePose | Topic::TruePower)
     }

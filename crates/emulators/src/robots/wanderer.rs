@@ -9,17 +9,17 @@ use super::drive::{MOST_MPS2, Pose, Twist, wrapped_rad};
 use super::goals::Goals;
 use super::surroundings::{Disc, Surroundings};
 
-/// The distance over which it looks for a free path [m].
+/// The distance over which a wanderer looks for a free path [m].
 const REACH_M: f64 = 1.5;
-/// The time between two such looks [s].
+/// The time between two searches for a free path [s].
 const LOOK_SECS: f64 = 0.2;
-/// The number of directions.
+/// The number of directions that are compared.
 const DIRECTIONS: u32 = 16;
-/// The distance that it keeps from everything [m].
+/// The distance that a wanderer keeps from obstacles [m].
 const MARGIN_M: f64 = 0.08;
-/// It has arrived when this close [m].
+/// The distance from the goal at which a wanderer has arrived [m].
 const THERE_M: f64 = 0.3;
-/// It turns on the spot when its heading is off by more than this [rad].
+/// The heading error above which a wanderer turns on the spot [rad].
 const SPOT_RAD: f64 = 0.9;
 /// The fastest turn [rad/s].
 const TOP_TURN_RADPS: f64 = 1.8;
@@ -39,7 +39,7 @@ pub struct Wanderer {
 }
 
 impl Wanderer {
-    /// A body at rest, pointing anywhere.
+    /// Creates a body at rest with a random heading.
     pub fn new(body: Disc, top_speed_mps: f64, mut noise: Noise) -> Wanderer {
         let heading_rad = wrapped_rad(noise.uniform(0.0..TAU));
         Wanderer {
@@ -55,17 +55,17 @@ impl Wanderer {
         }
     }
 
-    /// Its pose.
+    /// The pose of the body.
     pub fn pose(&self) -> Pose {
         self.pose
     }
 
-    /// Its motion.
+    /// The motion of the body.
     pub fn twist(&self) -> Twist {
         self.twist
     }
 
-    /// The area that it covers.
+    /// The area that the body covers.
     pub fn body(&self) -> Disc {
         Disc { at: self.pose.at, radius_m: self.radius_m }
     }
@@ -85,31 +85,32 @@ impl Wanderer {
         self.roll(secs, around);
     }
 
-    /// Drives to a commanded place, with more patience than to one that it chose.
+    /// Drives to a commanded place, with more patience than to one chosen by itself.
     pub fn drive_to(&mut self, goal: Point) {
         self.goal = goal;
         self.patience_secs = 2.0 * self.usual_patience_secs();
         self.until_look_secs = 0.0;
     }
 
-    /// Stops, as when it is switched off.
+    /// Stops, as when the robot is switched off.
     pub fn halt(&mut self) {
         self.twist = Twist::default();
     }
 
-    /// The next free place.
+    /// Chooses the next free place as the goal.
     fn choose_goal(&mut self, arena: &Arena) {
         self.goal = self.goals.next_free(arena, self.radius_m + MARGIN_M);
         self.patience_secs = self.usual_patience_secs();
     }
 
-    /// The time after which a goal is given up [s]: a multiple of the time for the straight path.
+    /// Returns the time after which a goal is given up [s]: a multiple of the time for the straight path.
     fn usual_patience_secs(&self) -> f64 {
         let straight_secs = self.pose.at.distance_m(self.goal) / self.top_speed_mps;
         5.0 + 2.0 * straight_secs
     }
 
-    /// The direction with the least cost: those far from the goal, far from the heading and blocked cost most.
+    /// Returns the direction with the least cost: directions far from the goal, far from the heading or blocked cost
+    /// most.
     fn best_way_rad(&self, around: &Surroundings<'_>) -> f64 {
         let goal_rad = self.pose.at.bearing_rad(self.goal);
         let reach_m = REACH_M.min(self.pose.at.distance_m(self.goal));
@@ -137,7 +138,7 @@ impl Wanderer {
         }
     }
 
-    /// Moves if that is possible; otherwise only turns, and looks again at once.
+    /// Moves if that is possible; otherwise only turns, and searches again at once.
     fn roll(&mut self, secs: f64, around: &Surroundings<'_>) {
         let next = self.pose.moved(self.twist, secs);
         if around.admits(self.body(), Disc { at: next.at, radius_m: self.radius_m }) {

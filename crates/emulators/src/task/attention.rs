@@ -7,29 +7,29 @@ use crate::noise::Noise;
 
 /// The workload of 1-, 2- and 3-back [0..1].
 const WORKLOAD: [f64; 3] = [0.35, 0.65, 1.0];
-/// Arousal follows workload, and valence falls with it.
+/// The arousal at full workload, and the fall of valence.
 const AROUSAL: f64 = 0.8;
 const DISPLEASURE: f64 = 0.2;
-/// The share of a demand that remains for a person who has given up.
+/// The share of the demand that remains when a person has given up.
 const LEFT: f64 = 0.4;
-/// The mean duration of giving up [s].
+/// The mean time for which a person gives up [s].
 const BOUT_SECS: f64 = 12.0;
 
 /// A span of a phase with the same demand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bout {
-    /// When it begins [s].
+    /// When the span begins [s].
     pub from_secs: f64,
     /// Whether the person has given up.
     pub disengaged: bool,
 }
 
-/// The workload of a level.
+/// Returns the workload of an n-back level.
 pub fn workload(level: u8) -> f64 {
     level.checked_sub(1).and_then(|place| WORKLOAD.get(usize::from(place))).copied().unwrap_or(0.0)
 }
 
-/// The spans of a phase, engaged first; people give up only at 3-back.
+/// Returns the spans of a phase, the engaged one first; people give up only at 3-back.
 pub fn bouts(phase: &Phase, skill: &Skill, noise: &mut Noise) -> Vec<Bout> {
     let mut bouts = vec![Bout { from_secs: phase.from_secs, disengaged: false }];
     let share = if phase.level == 3 { skill.disengaged_share.clamp(0.0, 0.9) } else { 0.0 };
@@ -50,7 +50,7 @@ pub fn bouts(phase: &Phase, skill: &Skill, noise: &mut Noise) -> Vec<Bout> {
 }
 
 impl Bout {
-    /// The demand of a level.
+    /// Returns the demand of a level during this span.
     pub fn demand(&self, level: u8) -> Happening {
         let left = if self.disengaged { LEFT } else { 1.0 };
         let workload = workload(level) * left;

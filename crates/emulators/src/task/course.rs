@@ -11,16 +11,16 @@ use crate::noise::Noise;
 
 /// The time from the start of a level to its first stimulus [s].
 const LEAD_SECS: f64 = 1.0;
-/// The latest press after a stimulus [s]: no stimulus comes later than this before the end of a level.
+/// The latest press after a stimulus [s]; no stimulus is shown later than this before the end of a level.
 const TAIL_SECS: f64 = 1.0;
 /// The time from the start of the finger's movement until the key is down [s].
 const REACH_SECS: f64 = 0.06;
-/// The variation of reports.
+/// The standard deviation of self-reports.
 const REPORT_SIGMA: f64 = 0.4;
 /// The highest rate at which robots are commanded [1/min].
 const MOST_COMMANDS_PER_MIN: f64 = 60.0;
 
-/// A task that a person does. The same plan, skill and seed give the same course.
+/// A task that a person performs. The same plan, skill and seed give the same course.
 #[derive(Clone, Debug)]
 pub struct Task {
     plan: Plan,
@@ -31,13 +31,13 @@ pub struct Task {
 }
 
 impl Task {
-    /// A task before its start.
+    /// Creates a task before its start.
     pub fn new(plan: Plan, skill: Skill, seed: u64) -> Task {
         let noise = Noise::seeded(seed);
         Task { plan, skill, noise, phases: 0, ahead: VecDeque::new() }
     }
 
-    /// The next event, if it happens by a time [s]; in order of time.
+    /// Returns the next event in order of time, if it happens by a time [s].
     pub fn next_until(&mut self, secs: f64) -> Option<Happening> {
         while self.ahead.is_empty() {
             let phase = self.plan.phase(self.phases)?;
@@ -107,7 +107,7 @@ impl Task {
     }
 }
 
-/// Adds, before each press and command, the movement of the finger towards it.
+/// Adds the movement of the finger before each press and command.
 fn add_reaches(all: &mut Vec<Happening>) {
     let is_done =
         |each: &&Happening| matches!(each.what, What::Press { .. } | What::Command { .. });

@@ -5,7 +5,7 @@
 pub struct Happening {
     /// The time after the start [s].
     pub at_secs: f64,
-    /// What happened.
+    /// The kind of event.
     pub what: What,
 }
 
@@ -14,14 +14,14 @@ pub struct Happening {
 pub enum What {
     /// A phase begins.
     Begins {
-        /// Its name.
+        /// The name of the phase.
         phase: &'static str,
-        /// How long it will last [s].
+        /// How long the phase will last [s].
         lasts_secs: f64,
     },
     /// A phase ends.
     Ends {
-        /// Its name.
+        /// The name of the phase.
         phase: &'static str,
     },
     /// The demand on the person from now on: hidden truth.
@@ -39,7 +39,7 @@ pub enum What {
     Stimulus {
         /// The letter.
         letter: char,
-        /// Whether it equals the one n stimuli before.
+        /// Whether the letter equals the one n stimuli before.
         is_match: bool,
     },
     /// The finger starts to move towards a key: hidden truth.
@@ -51,7 +51,7 @@ pub enum What {
     Press {
         /// Whether it is the key for a match; otherwise it is the other one.
         says_match: bool,
-        /// Whether that is correct.
+        /// Whether the answer is correct.
         is_right: bool,
         /// The time after the stimulus [s].
         reaction_secs: f64,
@@ -61,8 +61,7 @@ pub enum What {
         /// The index of the robot, from 0.
         robot: u32,
     },
-    /// The person reports the workload of a level at its end (Instantaneous
-    /// Self-Assessment, 1 to 5).
+    /// The person reports the workload of a level at its end (Instantaneous Self-Assessment, 1 to 5).
     Report {
         /// The rating, from 1 (idle) to 5 (too much).
         isa: u8,

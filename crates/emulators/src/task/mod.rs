@@ -1,7 +1,7 @@
 //! The task of a person: n-back after a baseline, with occasional commands to a robot.
 //!
-//! A [`Task`] generates the events: phases, stimuli, presses, commands, reports, and the demands of all
-//! this on the person. An [`Operator`] is a body that performs a task.
+//! A [`Task`] generates the events: phases, stimuli, presses, commands, reports, and the demands of these on the
+//! person. An [`Operator`] is a body that performs a task.
 //!
 //! ```
 //! use teampulse_emulators::task::{Plan, Skill, Task, What};

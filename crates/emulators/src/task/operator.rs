@@ -1,15 +1,14 @@
-//! A person doing a task.
+//! A person who performs a task.
 
 use super::course::Task;
 use super::happening::{Happening, What};
 use crate::body::{Body, Record};
 
-/// How strongly the skin responds to a command and to the start of a phase, as a multiple of the usual.
+/// How strongly the skin responds to a command and to the start of a phase, as a multiple of the usual response.
 const COMMAND_STARTLE: f64 = 1.0;
 const PHASE_STARTLE: f64 = 1.5;
 
-/// A body doing a task: the demand of the task becomes the body's state, and each press a
-/// contraction.
+/// A body that performs a task: the demand of the task becomes the body's state, and each press a contraction.
 #[derive(Clone, Debug)]
 pub struct Operator {
     body: Body,
@@ -17,7 +16,7 @@ pub struct Operator {
     happened: Vec<Happening>,
 }
 
-/// The actions of a person since the previous step, and the recording of that time.
+/// The actions of a person since the previous call, and the recording of that time.
 #[derive(Clone, Copy, Debug)]
 pub struct OperatorOutput<'a> {
     /// What happened, in order of time.
@@ -27,7 +26,7 @@ pub struct OperatorOutput<'a> {
 }
 
 impl Operator {
-    /// A body at the start of its task.
+    /// Creates a body at the start of its task.
     pub fn new(body: Body, task: Task) -> Operator {
         Operator { body, task, happened: Vec::new() }
     }
@@ -38,7 +37,7 @@ impl Operator {
     }
 
     /// Simulates up to a time [s], at most an hour per call, and returns what happened since the previous call. The
-    /// same for any division of the time, as with [`Body::until`].
+    /// result does not depend on how the time is divided, as with [`Body::until`].
     pub fn until(&mut self, secs: f64) -> OperatorOutput<'_> {
         self.happened.clear();
         self.body.turn_over();

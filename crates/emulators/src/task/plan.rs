@@ -1,4 +1,4 @@
-//! The plan: the phases and their durations.
+//! The plan of a task: its phases and their durations.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -45,7 +45,7 @@ impl Default for Plan {
 /// One phase of a task.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phase {
-    /// Its name.
+    /// The name of the phase.
     pub name: &'static str,
     /// The n of n-back; 0 if there is no task.
     pub level: u8,
@@ -56,7 +56,7 @@ pub struct Phase {
 }
 
 impl Phase {
-    /// Its duration [s]; a phase without duration is skipped.
+    /// The duration of the phase [s]; a phase without duration is skipped.
     pub fn lasts_secs(&self) -> f64 {
         self.to_secs - self.from_secs
     }
@@ -68,9 +68,9 @@ const LONGEST_SECS: f64 = 86_400.0;
 const LEAST_ROUND_SECS: f64 = 1.0;
 
 impl Plan {
-    /// A phase by its number, from 0; `None` after the last.
+    /// Returns a phase by its number, from 0; `None` after the last.
     ///
-    /// The baseline, then the levels, each followed by a rest.
+    /// The baseline comes first, then the levels, each followed by a rest.
     pub fn phase(&self, number: u64) -> Option<Phase> {
         let baseline_secs = length_secs(self.baseline_secs);
         let Some(after) = number.checked_sub(1) else {

@@ -2,7 +2,7 @@
 
 use crate::noise::Noise;
 
-/// Separates the random numbers of the skill from those of the task of the same seed.
+/// Separates the random numbers of the skill from those of the task with the same seed.
 const SALT: u64 = 0x006e_2d62_6163_6b21;
 /// The share of people who sometimes give up at 3-back.
 const GIVE_UP: f64 = 0.35;
@@ -12,14 +12,14 @@ const GIVE_UP: f64 = 0.35;
 pub struct Skill {
     /// The median time from a stimulus to the press at 1-back [s].
     pub reaction_secs: f64,
-    /// The probability that a press is right at 1, 2 and 3-back [0..1].
+    /// The probability that a press is correct at 1, 2 and 3-back [0..1].
     pub right_share: [f64; 3],
-    /// The share of the time at 3-back in which the person has given up [0..1].
+    /// The share of the time at 3-back during which the person has given up [0..1].
     pub disengaged_share: f64,
 }
 
 impl Skill {
-    /// The skill of the person generated from a seed.
+    /// Generates the skill of a person from a seed.
     pub fn of_seed(seed: u64) -> Skill {
         let mut noise = Noise::seeded(seed ^ SALT);
         let shift = noise.around(0.0, 0.02);

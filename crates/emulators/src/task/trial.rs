@@ -10,13 +10,14 @@ use crate::noise::Noise;
 const LETTERS: [char; 8] = ['b', 'c', 'd', 'g', 'h', 'k', 'p', 't'];
 /// The share of letters that equal the one n stimuli before.
 const MATCH_SHARE: f64 = 0.3;
-/// The additional reaction time for each further level [s], and the variation of reactions.
+/// The additional reaction time per level above 1-back [s], and the variation of reactions.
 const SLOWER_SECS: f64 = 0.12;
 const REACTION_SIGMA: f64 = 0.2;
-/// The fastest reaction [s], and the largest share of the time until the next stimulus that one may take.
+/// The fastest reaction [s], and the latest one as a share of the time between stimuli.
 const FASTEST_SECS: f64 = 0.2;
 const LATEST_SHARE: f64 = 0.9;
-/// The share of stimuli at which a person who has given up presses, at random.
+/// The share of stimuli at which a person who has given up still presses a key, and the share of these presses that is
+/// right.
 const STILL_PRESSES: f64 = 0.6;
 const BY_CHANCE: f64 = 0.5;
 
@@ -30,12 +31,12 @@ pub struct Trials {
 }
 
 impl Trials {
-    /// Stimuli of a level, 1 to 3, with a time between them [s].
+    /// Creates the stimuli of a level, 1 to 3, with a time between them [s].
     pub fn new(level: u8, pace_secs: f64, noise: Noise) -> Trials {
         Trials { level, pace_secs, shown: VecDeque::new(), noise }
     }
 
-    /// The stimulus at a time, and the press that follows, if one does.
+    /// Shows a stimulus at a time, and returns it with the press that follows, if there is one.
     pub fn show(
         &mut self,
         at_secs: f64,
@@ -73,7 +74,7 @@ impl Trials {
     }
 }
 
-/// The probability of a press, and of its being correct and fast.
+/// The probabilities of a press and of a correct one, and the median reaction time.
 #[derive(Clone, Copy, Debug)]
 struct Odds {
     press_share: f64,

@@ -36,7 +36,7 @@ impl Characteristic {
         Self::Data,
     ];
 
-    /// Its UUID.
+    /// The UUID of the characteristic.
     pub const fn uuid(self) -> u128 {
         match self {
             Self::HeartRate => assigned(0x2a37),
@@ -51,13 +51,13 @@ impl Characteristic {
         }
     }
 
-    /// The characteristic with this UUID, if an H10 has it.
+    /// Returns the characteristic with this UUID, if an H10 has it.
     pub fn of(uuid: u128) -> Option<Self> {
         Self::ALL.into_iter().find(|one| one.uuid() == uuid)
     }
 }
 
-/// The UUIDs of the Polar Measurement Data service (0), its control point (1) and its data (2).
+/// Returns a UUID of the Polar Measurement Data service: the service (0), its control point (1) or its data (2).
 pub(super) const fn measurement_data(number: u8) -> u128 {
     0xfb00_5c80_02e7_f387_1cad_8acd_2d8d_f0c8 + ((number as u128) << 96)
 }

@@ -35,7 +35,7 @@ impl Kind {
         }
     }
 
-    /// The bytes of the offer in an answer.
+    /// Returns the bytes of the offer in an answer.
     pub fn offered(self) -> Vec<u8> {
         let mut bytes = Vec::new();
         for (setting, values) in self.offer() {
@@ -46,7 +46,7 @@ impl Kind {
     }
 }
 
-/// Parses a command; returns the status with which it is refused otherwise.
+/// Parses a command; returns the status of the refusal if it is invalid.
 pub(super) fn parse(command: &[u8]) -> Result<Asked, u8> {
     let &[code, measurement, ref settings @ ..] = command else { return Err(INVALID_LENGTH) };
     let kind = match measurement {
@@ -62,7 +62,7 @@ pub(super) fn parse(command: &[u8]) -> Result<Asked, u8> {
     }
 }
 
-/// The rate among the settings of a start, each of which has one of the offered values.
+/// Returns the rate among the settings of a start, each of which must have one of the offered values.
 fn rate(kind: Kind, settings: &[u8]) -> Result<u16, u8> {
     let (settings, []) = settings.as_chunks::<4>() else { return Err(INVALID_LENGTH) };
     let mut rate_hz = None;

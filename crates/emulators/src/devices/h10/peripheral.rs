@@ -6,7 +6,7 @@ use crate::devices::{
     Advertisement, AttError, Entry, Notice, Peripheral, Property, Service, Wearer, assigned,
 };
 
-/// The services in the order of an H10; the handles are our own.
+/// The services in the order of an H10; the handles are chosen here.
 pub(in crate::devices) const SERVICES: &[Service] = &[
     Service {
         handle: 0x000e,

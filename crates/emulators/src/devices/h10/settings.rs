@@ -7,23 +7,23 @@ use crate::devices::pmd::MTU;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct H10Settings {
-    /// How much too fast its clock runs: 0.02 for 2 %.
+    /// How much too fast the clock runs: 0.02 for 2 %.
     pub clock_fast: f64,
-    /// The first frame begins this long after its start \[s\]; up to 30 s have been observed.
+    /// The time from the start of a stream to its first frame \[s\]; up to 30 s have been observed.
     pub start_delay_secs: f64,
     /// The MTU of the link.
     pub mtu: u16,
-    /// Faults, in any order.
+    /// The faults, in any order.
     #[serde(rename = "faults")]
     pub incidents: Vec<Incident>,
-    /// The seed of the noise while it is off the skin.
+    /// The seed of the noise while the strap is off the skin.
     pub seed: u64,
-    /// The ID, which is printed on it and part of its name.
+    /// The ID, which is printed on the strap and part of its name.
     #[serde(skip)]
     pub serial: String,
-    /// The charge of its battery when it is switched on.
+    /// The battery charge when the strap is switched on \[%\].
     pub battery_percent: f64,
-    /// How fast the battery drains: within 400 hours, as the manufacturer states.
+    /// How fast the battery drains. By default it lasts 400 hours, as the manufacturer states.
     pub drain_percent_per_hour: f64,
 }
 
@@ -46,7 +46,7 @@ impl Default for H10Settings {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Incident {
-    /// When it begins \[s\].
+    /// When the fault begins \[s\].
     pub at_secs: f64,
     /// The fault.
     pub fault: Fault,
@@ -70,10 +70,10 @@ pub enum Fault {
     LostAnswer,
     /// The next answer is delayed by this much \[s\].
     LateAnswer(f64),
-    /// The next command is answered with success and not carried out.
+    /// The next command is answered with success but not carried out.
     FalseAnswer,
     /// The strap is taken off: it measures noise and no beats.
     StrapOff,
-    /// It is put on again.
+    /// The strap is put on again.
     StrapOn,
 }

@@ -9,7 +9,8 @@ use crate::devices::pmd::{self, ALREADY_IN_STATE, INVALID_MTU};
 use crate::devices::{AttError, Wearer};
 use crate::noise::Noise;
 
-/// An H10 that is off the skin and has no streams closes its link after this time \[s\] (known issues of Polar's SDK).
+/// The time after which an H10 that is off the skin and has no streams closes its link \[s\] (known issues of Polar's
+/// SDK).
 const OFF_SKIN_SECS: f64 = 45.0;
 
 /// The delay of an answer \[s\].
@@ -20,7 +21,7 @@ const ANSWER_SECS: f64 = 0.02;
 pub enum Sent {
     /// A notification or indication, at a time \[s\].
     Value(f64, Characteristic, Vec<u8>),
-    /// It ends the link, at a time \[s\].
+    /// The strap ends the link, at a time \[s\].
     LinkLost(f64),
 }
 
@@ -42,7 +43,7 @@ pub struct H10 {
 }
 
 impl H10 {
-    /// An H10 that is switched on, with nobody connected.
+    /// Creates an H10 that is switched on, with no client connected.
     pub fn new(mut settings: H10Settings) -> Self {
         settings.incidents = in_order(settings.incidents, |incident| incident.at_secs);
         Self {
@@ -67,7 +68,7 @@ impl H10 {
         self.answers.clear();
     }
 
-    /// Whether any stream is active: it would continue until the battery is empty.
+    /// Whether any stream is active; an active stream continues until the battery is empty.
     pub fn is_streaming(&self) -> bool {
         !self.streams.is_empty()
     }
@@ -84,12 +85,12 @@ impl H10 {
         Ok(())
     }
 
-    /// Disables them.
+    /// Disables notifications or indications.
     pub fn unsubscribe(&mut self, characteristic: Characteristic) {
         self.subscribed.retain(|one| *one != characteristic);
     }
 
-    /// Reads a value. That of the control point is always the features.
+    /// Reads a value. The value of the control point is always the features.
     pub fn read(&self, characteristic: Characteristic) -> Result<Vec<u8>, AttError> {
         match characteristic {
             Characteristic::Battery => Ok(vec![self.battery.percent(self.now_secs)]),
@@ -103,7 +104,7 @@ impl H10 {
         }
     }
 
-    /// Its settings.
+    /// The settings of the strap.
     pub const fn settings(&self) -> &H10Settings {
         &self.settings
     }
@@ -128,7 +129,7 @@ impl H10 {
         Ok(())
     }
 
-    /// The delay of the next answer.
+    /// Returns the delay of the next answer \[s\].
     fn delay_secs(&mut self) -> f64 {
         let delay =
             |fault: &Fault| if let Fault::LateAnswer(secs) = fault { Some(*secs) } else { None };
@@ -136,7 +137,7 @@ impl H10 {
         secs.filter(|secs| self.strikes(Fault::LateAnswer(*secs))).unwrap_or(0.0)
     }
 
-    /// The parameters of the answer, or the status of a refusal.
+    /// Returns the parameters of the answer, or the status of a refusal.
     fn carry_out(&mut self, asked: Asked) -> Result<Vec<u8>, u8> {
         match asked {
             Asked::Settings(kind) => Ok(kind.offered()),
@@ -164,7 +165,7 @@ impl H10 {
         1.0 + self.settings.clock_fast
     }
 
-    /// What it sends until then, in order of time.
+    /// Returns what the strap sends until a time \[s\], in order of time.
     pub fn until(&mut self, secs: f64, wearer: &mut dyn Wearer) -> Vec<Sent> {
         let mut sent = Vec::new();
         while let Some((at_secs, next)) = self.next().filter(|(at_secs, _)| *at_secs <= secs) {
@@ -186,7 +187,7 @@ impl H10 {
         sent
     }
 
-    /// The next thing to happen, and when; the first of those at the same time.
+    /// Returns what happens next, and when; if several happen at the same time, the first of them.
     fn next(&self) -> Option<(f64, Next)> {
         let incident = self.settings.incidents.first().map(|one| (one.at_secs, Next::Incident));
         let answer = self.answers.first().map(|(at_secs, _)| (*at_secs, Next::Answer));
@@ -212,7 +213,7 @@ impl H10 {
         }
     }
 
-    /// Whether a pending fault occurs now.
+    /// Whether a pending fault occurs now; it is then no longer pending.
     fn strikes(&mut self, fault: Fault) -> bool {
         let found = self.armed.iter().position(|armed| *armed == fault);
         found.map(|at| self.armed.remove(at)).is_some()
@@ -277,7 +278,7 @@ enum Next {
     LinkLost,
 }
 
-/// Electrodes in the air: they record noise of a few millivolts.
+/// Electrodes in the air, which record noise of a few millivolts.
 struct OffSkin<'a>(&'a mut Noise);
 
 impl Wearer for OffSkin<'_> {

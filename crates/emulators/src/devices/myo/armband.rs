@@ -4,7 +4,7 @@ use serde::Deserialize;
 use crate::devices::Wearer;
 use crate::devices::faults::in_order;
 
-/// The time after which it sleeps, unless a command keeps it awake \[s\] (Open-Myo 3).
+/// The time after which a Myo sleeps, unless a command keeps it awake \[s\] (Open-Myo 3).
 const AWAKE_SECS: f64 = 30.0;
 
 /// The time between two EMG notifications, of two samples each \[s\].
@@ -17,7 +17,7 @@ const IMU_SECS: f64 = 0.02;
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MyoIncident {
-    /// When it begins \[s\].
+    /// When the fault begins \[s\].
     pub at_secs: f64,
     /// The fault.
     pub fault: MyoFault,
@@ -29,13 +29,13 @@ pub struct MyoIncident {
 pub enum MyoFault {
     /// The next EMG notifications are lost.
     LostEmg(u32),
-    /// It sends nothing until its mode is set again.
+    /// The armband sends nothing until its mode is set again.
     Stall,
-    /// It recognises a pose.
+    /// The armband recognises a pose.
     Pose(u8),
 }
 
-/// What it sends, with the number of the characteristic (`0x0105`).
+/// A value sent by a Myo, with the number of its characteristic (`0x0105`).
 pub type MyoSent = (u16, Vec<u8>);
 
 /// A Myo. Times are true seconds since it was switched on, and never go back.
@@ -55,7 +55,7 @@ pub struct Myo {
 }
 
 impl Myo {
-    /// A Myo that is switched on and at rest, with faults in any order.
+    /// Creates a Myo that is switched on and at rest, with faults in any order.
     pub fn new(incidents: Vec<MyoIncident>) -> Self {
         let incidents = in_order(incidents, |incident| incident.at_secs);
         Self { incidents, ..Self::default() }
@@ -73,7 +73,7 @@ impl Myo {
         }
     }
 
-    /// Disables them.
+    /// Disables notifications of a characteristic.
     pub fn unsubscribe(&mut self, characteristic: u16) {
         self.subscribed.retain(|one| *one != characteristic);
     }
@@ -101,12 +101,12 @@ impl Myo {
         true
     }
 
-    /// Whether anything is being sent, which empties the battery.
+    /// Whether any data are being sent, which drains the battery.
     pub fn is_streaming(&self) -> bool {
         self.mode != [0; 3]
     }
 
-    /// What it sends until then.
+    /// Returns what the armband sends until a time \[s\].
     pub fn until(&mut self, secs: f64, wearer: &mut dyn Wearer) -> Vec<MyoSent> {
         let mut sent = Vec::new();
         loop {
@@ -144,7 +144,7 @@ impl Myo {
         sends.then_some((characteristic, value))
     }
 
-    /// Two samples, on the four characteristics in turn.
+    /// Returns two EMG samples, on the four characteristics in turn.
     fn emg(&mut self, wearer: &mut dyn Wearer) -> Option<MyoSent> {
         let characteristic = 0x0105 + 0x0100 * (self.emg_sent % 4) as u16;
         self.emg_sent += 1;
@@ -160,7 +160,7 @@ impl Myo {
         self.send(characteristic, matches!(self.mode[0], 2 | 3), value)
     }
 
-    /// The IMU data: upright and still, with the acceleration of the wearer.
+    /// Returns the IMU data: upright and still, with the acceleration of the wearer.
     fn imu(&mut self, wearer: &mut dyn Wearer) -> Option<MyoSent> {
         self.imu_sent += 1;
         let acceleration =

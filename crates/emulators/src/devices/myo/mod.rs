@@ -1,6 +1,6 @@
 //! A Myo armband.
 //!
-//! Based on its maker's header, and on what dl-myo accepts: little endian, despite the header.
+//! Based on the manufacturer's header, and on what dl-myo accepts: little endian, although the header says otherwise.
 
 mod armband;
 mod peripheral;

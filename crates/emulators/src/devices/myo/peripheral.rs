@@ -7,11 +7,11 @@ use crate::devices::{
 const MANUFACTURER: u128 = assigned(0x2a29);
 const BATTERY: u128 = assigned(0x2a19);
 
-/// Serial number (last byte first), unlock pose, classifier, SKU, reserved.
+/// The information characteristic: serial number (last byte first), unlock pose, classifier, SKU, reserved.
 const INFORMATION: [u8; 20] =
     [0x8e, 0x32, 0x94, 0x85, 0x3b, 0xd2, 5, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0];
 
-/// Firmware 1.5.1970 on hardware of revision D.
+/// The firmware characteristic: version 1.5.1970 on hardware of revision D.
 const FIRMWARE: [u16; 4] = [1, 5, 1970, 2];
 
 /// The services, with the handles of a Myo (dl-myo's profile).
@@ -66,18 +66,18 @@ const fn entry(handle: u16, number: u16, properties: &'static [Property]) -> Ent
     Entry { handle, uuid: uuid(number), properties }
 }
 
-/// The UUID of a Myo's service or characteristic.
+/// Returns the UUID of a Myo's service or characteristic.
 const fn uuid(number: u16) -> u128 {
     0xd506_0000_a904_deb9_4748_2c7f_4a12_4842 | (number as u128) << 96
 }
 
-/// The number within a UUID of a Myo's characteristic.
+/// Returns the number within the UUID of a Myo's characteristic.
 fn number(of: u128) -> Option<u16> {
     let number = (of >> 96) as u16;
     (uuid(number) == of).then_some(number)
 }
 
-/// The property that permits subscribing.
+/// Whether a characteristic permits subscribing.
 fn notifies(characteristic: u128) -> bool {
     let mut entries = SERVICES.iter().flat_map(|service| service.characteristics);
     entries.any(|entry| {

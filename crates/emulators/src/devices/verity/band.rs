@@ -10,8 +10,8 @@ use crate::noise::Noise;
 
 /// The delay of an answer \[s\].
 const ANSWER_SECS: f64 = 0.02;
-/// The time between two notifications of the heart rate, and between two heart rates while intervals are measured
-/// \[s\].
+/// The time between two notifications of the heart rate \[s\], and how many times longer it is while intervals are
+/// measured.
 const HEART_RATE_SECS: f64 = 1.0;
 const SLOW_HEART_RATE_SECS: u64 = 5;
 /// The time over which a heart rate is averaged \[s\].
@@ -19,7 +19,7 @@ const HEART_RATE_OF_SECS: f64 = 5.0;
 
 /// A Verity Sense or OH1. Times are true seconds since it was switched on, and never go back.
 ///
-/// Streams continue when the link is lost, as those of an H10 do: the documents do not mention this.
+/// Streams continue when the link is lost, like those of an H10: the documents do not mention this.
 #[derive(Debug)]
 pub struct Verity {
     settings: VeritySettings,
@@ -48,7 +48,7 @@ enum Next {
 }
 
 impl Verity {
-    /// A sensor that is switched on, with nobody connected.
+    /// Creates a sensor that is switched on, with no client connected.
     pub fn new(mut settings: VeritySettings) -> Self {
         settings.incidents = in_order(settings.incidents, |incident| incident.at_secs);
         Self {
@@ -69,7 +69,7 @@ impl Verity {
         }
     }
 
-    /// Its settings.
+    /// The settings of the sensor.
     pub const fn settings(&self) -> &VeritySettings {
         &self.settings
     }
@@ -102,7 +102,7 @@ impl Verity {
     pub(super) fn value(&self, characteristic: Characteristic) -> Result<Vec<u8>, AttError> {
         match characteristic {
             Characteristic::Battery => Ok(vec![self.battery.percent(self.now_secs)]),
-            Characteristic::SensorLocation => Ok(vec![0]), // the arm is none of those that have a number
+            Characteristic::SensorLocation => Ok(vec![0]), // the arm has no assigned number
             Characteristic::Manufacturer => Ok(b"Polar Electro Oy\0".to_vec()),
             Characteristic::Model => Ok(self.settings.model.number().to_vec()),
             Characteristic::Serial => Ok(self.settings.serial.clone().into_bytes()),
@@ -112,7 +112,7 @@ impl Verity {
         }
     }
 
-    /// Takes a command; its answer is sent a little later.
+    /// Handles a command; its answer is sent a little later.
     pub(super) fn command(&mut self, command: &[u8]) -> Result<(), AttError> {
         if !self.subscribed.contains(&Characteristic::Control) {
             return Err(AttError::NotSubscribed);
@@ -124,7 +124,7 @@ impl Verity {
         Ok(())
     }
 
-    /// The parameters of the answer, or the status of a refusal.
+    /// Returns the parameters of the answer, or the status of a refusal.
     fn carry_out(&mut self, asked: Asked) -> Result<Vec<u8>, u8> {
         let VeritySettings { model, reports_false_rate, .. } = self.settings;
         match asked {
@@ -183,7 +183,7 @@ impl Verity {
         sent
     }
 
-    /// The next thing to happen and its time; if several happen at the same time, the first of them.
+    /// Returns what happens next, and when; if several happen at the same time, the first of them.
     fn next(&self) -> Option<(f64, Next)> {
         let incident = self.settings.incidents.first().map(|one| (one.at_secs, Next::Incident));
         let answer = self.answers.first().map(|(at_secs, _)| (*at_secs, Next::Answer));
@@ -210,7 +210,8 @@ impl Verity {
         None
     }
 
-    /// The report when it stops by itself: the code of a request for settings, and the stopped measurements.
+    /// Returns the report that the sensor stopped by itself: the code of a request for settings, and the stopped
+    /// measurements.
     fn stop_by_itself(&mut self) -> Option<Notice> {
         let mut report = vec![0x01];
         report.extend(self.streams.drain(..).map(|stream| stream.kind as u8));
@@ -218,7 +219,7 @@ impl Verity {
         if report.len() > 1 { self.send(Characteristic::Control, report) } else { None }
     }
 
-    /// Whether a pending fault occurs now.
+    /// Whether a pending fault occurs now; it is then no longer pending.
     fn strikes(&mut self, fault: VerityFault) -> bool {
         let found = self.armed.iter().position(|armed| *armed == fault);
         found.map(|at| self.armed.remove(at)).is_some()
@@ -232,7 +233,7 @@ impl Verity {
         self.send(Characteristic::Control, answer)
     }
 
-    /// The heart rate alone: it sends no intervals by this service, and does not report contact.
+    /// Returns the heart rate alone: the sensor sends no intervals by this service, and does not report contact.
     fn heart_rate(&mut self, wearer: &mut dyn Wearer) -> Option<Notice> {
         self.heart_rates += 1;
         let is_slow = self.pulses.is_some();
@@ -290,7 +291,7 @@ impl Verity {
     }
 }
 
-/// A sensor in the air: it records the light of the room.
+/// A sensor in the air, which records the light of the room.
 struct OffSkin<'a>(&'a mut Noise);
 
 impl Wearer for OffSkin<'_> {

@@ -12,10 +12,10 @@ pub(super) enum Kind {
     Intervals = 3,
 }
 
-/// The features that are emulated: PPG, acceleration and intervals between pulses, which an OH1 reports (issue 213).
+/// The emulated features: PPG, acceleration and intervals between pulses, which an OH1 reports (issue 213).
 pub(super) const FEATURES: [u8; 17] = [0x0f, 0x0e, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
 
-/// The factor of PPG in the answer to its start: 1, as an IEEE 754 number (issue 226).
+/// The factor of PPG in the answer to a start: 1, as an IEEE 754 number (issue 226).
 const PPG_STARTED: [u8; 6] = [FACTOR, 1, 0x00, 0x00, 0x80, 0x3f];
 
 /// A parsed command.
@@ -52,7 +52,7 @@ impl Kind {
         }
     }
 
-    /// The bytes of the offer in an answer.
+    /// Returns the bytes of the offer in an answer.
     pub fn offered(self, model: VerityModel, reports_false_rate: bool) -> Vec<u8> {
         let mut bytes = Vec::new();
         for (setting, value) in self.offer(model, reports_false_rate) {
@@ -62,19 +62,19 @@ impl Kind {
         bytes
     }
 
-    /// The parameters of the answer to a start: a Verity Sense has none for acceleration (issue 331).
+    /// Returns the parameters of the answer to a start: a Verity Sense has none for acceleration (issue 331).
     pub fn started(self, model: VerityModel) -> Vec<u8> {
         let has_factor = self == Self::Ppg && model == VerityModel::VeritySense;
         if has_factor { PPG_STARTED.to_vec() } else { Vec::new() }
     }
 }
 
-/// The size of a value in bytes.
+/// Returns the size of a setting's value [bytes].
 const fn width(setting: u8) -> usize {
     if setting == CHANNELS { 1 } else { 2 }
 }
 
-/// Parses a command; returns the status with which it is refused otherwise.
+/// Parses a command; returns the status of the refusal if it is invalid.
 pub(super) fn parse(
     command: &[u8],
     model: VerityModel,
@@ -93,7 +93,7 @@ pub(super) fn parse(
     }
 }
 
-/// Whether a start has a rate if one is offered, and each of its settings has the offered value.
+/// Checks that a start has a rate if one is offered, and that each of its settings has the offered value.
 fn accept(offer: &Offer, mut settings: &[u8]) -> Result<(), u8> {
     let mut has_rate = offer.is_empty();
     while !settings.is_empty() {

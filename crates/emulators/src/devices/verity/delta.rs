@@ -1,7 +1,7 @@
-/// The minimum width of a block: whether a single bit is signed is not documented.
+/// The smallest width of a block: whether a single bit is signed is not documented.
 const LEAST_BITS: u32 = 2;
 
-/// Compressed samples: the first one whole, in this many bytes per channel, then one block of differences.
+/// Compresses samples: the first one whole, in this many bytes per channel, then one block of differences.
 ///
 /// *Online measurement*, "Delta frame": bit width, count, and differences from the lowest bit up.
 pub(super) fn compress<const N: usize>(samples: &[[i32; N]], bytes: usize) -> Vec<u8> {
@@ -20,7 +20,7 @@ pub(super) fn compress<const N: usize>(samples: &[[i32; N]], bytes: usize) -> Ve
     packed
 }
 
-/// The bits needed for a number in two's complement.
+/// Returns the number of bits needed for a number in two's complement.
 const fn bits_of(number: i32) -> u32 {
     let magnitude = if number < 0 { !number } else { number };
     33 - magnitude.leading_zeros()

@@ -1,5 +1,5 @@
-//! A Polar Verity Sense or OH1: an optical sensor on the arm with heart rate, battery, device information, and pulse
-//! wave, intervals between pulses and acceleration of the Polar Measurement Data service.
+//! A Polar Verity Sense or OH1: an optical sensor on the arm with heart rate, battery and device information, and with
+//! pulse wave, intervals between pulses and acceleration over the Polar Measurement Data service.
 //!
 //! Based on Polar's *Online measurement* specification 1.0 and its SDK's pages on both products, on PPI data and on
 //! known issues; bytes that real sensors sent are in issues 226 (PPG), 311 (intervals) and 331 (acceleration) of

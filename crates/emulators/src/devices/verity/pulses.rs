@@ -1,7 +1,7 @@
 use super::control::Kind;
 use crate::devices::Wearer;
 
-/// Pulses are detected in spans of this length; the first is reported this long after the start (Polar's
+/// The length of the spans in which pulses are detected, and the time from the start to the first report \[s\] (Polar's
 /// pages on the Verity Sense and OH1; issue 535).
 const SPAN_SECS: f64 = 5.0;
 const FIRST_SECS: f64 = 25.0;
@@ -32,7 +32,7 @@ impl Pulses {
         self.due_secs
     }
 
-    /// The frame of the span that has ended, without a time (issue 484); none without pulses.
+    /// Returns the frame of the span that has ended, without a time (issue 484); `None` if there are no pulses.
     pub fn frame(&mut self, wearer: Option<&mut dyn Wearer>, is_moving: bool) -> Option<Vec<u8>> {
         let until_secs = self.due_secs - ARRIVAL_SECS;
         self.due_secs += SPAN_SECS;

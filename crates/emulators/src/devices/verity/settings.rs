@@ -1,18 +1,18 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Which sensor it is.
+/// The model of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VerityModel {
-    /// A Verity Sense: frames are compressed; its PPG has 55 Hz.
+    /// A Verity Sense: its frames are compressed, and its PPG has 55 Hz.
     #[default]
     VeritySense,
-    /// An OH1: frames are not compressed; its PPG has 135 Hz, which it reports as 130 Hz (known issues of Polar's SDK).
+    /// An OH1: its frames are not compressed, and its PPG has 135 Hz, reported as 130 Hz (known issues of Polar's SDK).
     Oh1,
 }
 
 impl VerityModel {
-    /// The advertised name, without its number.
+    /// The advertised name, without the ID.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::VeritySense => "Polar Sense",
@@ -20,7 +20,7 @@ impl VerityModel {
         }
     }
 
-    /// Its Model Number.
+    /// The value of the Model Number characteristic.
     pub(super) const fn number(self) -> &'static [u8] {
         match self {
             Self::VeritySense => b"Polar Sense\0",
@@ -33,23 +33,23 @@ impl VerityModel {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct VeritySettings {
-    /// How much too fast its clock runs: 0.02 for 2 %.
+    /// How much too fast the clock runs: 0.02 for 2 %.
     pub clock_fast: f64,
     /// Whether a Verity Sense reports 135 Hz for its PPG of 55 Hz, as before firmware 2.1.0.
     pub reports_false_rate: bool,
-    /// The charge of its battery when it is switched on.
+    /// The battery charge when the sensor is switched on \[%\].
     pub battery_percent: f64,
-    /// How fast the battery drains: by default within 20 hours, as the manufacturer states for a Verity Sense.
+    /// How fast the battery drains. By default it lasts 20 hours, as the manufacturer states for a Verity Sense.
     pub drain_percent_per_hour: f64,
-    /// Faults, in any order.
+    /// The faults, in any order.
     #[serde(rename = "faults")]
     pub incidents: Vec<VerityIncident>,
-    /// The seed of the noise while it is off the skin.
+    /// The seed of the noise while the sensor is off the skin.
     pub seed: u64,
-    /// Which sensor it is.
+    /// The model of the sensor.
     #[serde(skip)]
     pub model: VerityModel,
-    /// The ID, which is printed on it and part of its name.
+    /// The ID, which is printed on the sensor and part of its name.
     #[serde(skip)]
     pub serial: String,
 }
@@ -73,7 +73,7 @@ impl Default for VeritySettings {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VerityIncident {
-    /// When it begins \[s\].
+    /// When the fault begins \[s\].
     pub at_secs: f64,
     /// The fault.
     pub fault: VerityFault,
@@ -91,14 +91,14 @@ pub enum VerityFault {
     Stall,
     /// The next answer is not sent.
     LostAnswer,
-    /// It stops all streams by itself, and reports it, as when its button is pressed.
+    /// The sensor stops all streams by itself and reports it, as when its button is pressed.
     Stopped,
     /// The arm moves: intervals between pulses are marked as unusable.
     Moving,
     /// The arm is still again.
     Still,
-    /// It is taken off: it measures noise and no pulses.
+    /// The sensor is taken off: it measures noise and no pulses.
     Off,
-    /// It is put on again.
+    /// The sensor is put on again.
     On,
 }

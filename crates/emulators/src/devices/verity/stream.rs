@@ -4,11 +4,11 @@ use super::delta::compress;
 use crate::devices::Wearer;
 use crate::devices::pmd::{MTU, POWER_ON_NS};
 
-/// The most bytes in a value: three less than the MTU.
+/// The largest size of a value [bytes]: three less than the MTU.
 const MOST_BYTES: usize = MTU as usize - 3;
 
-/// Counts of the green light: for a sensor on the skin, their change by a pulse, and the ambient light. Magnitudes as
-/// in issue 445; each pair of light and sensor reads a little more or less.
+/// Counts of the green light for a sensor on the skin, their change by a pulse, the gain of each pair of light and
+/// sensor, and the ambient light. Magnitudes as in issue 445.
 const LIGHT: f64 = 430_000.0;
 const LIGHT_OF_PULSE: f64 = 40_000.0;
 const GAINS: [f64; 3] = [1.0, 0.87, 1.02];
@@ -19,18 +19,18 @@ const AMBIENT: i32 = 184_000;
 pub(super) struct Stream {
     pub kind: Kind,
     model: VerityModel,
-    /// The rate by the sensor's own quartz \[Hz\].
+    /// The rate by the sensor's quartz \[Hz\].
     rate_hz: f64,
-    /// When its first sample was taken, in true time.
+    /// When the first sample was taken, in true time \[s\].
     began_secs: f64,
     /// The number of samples that were sent or lost.
     taken: u64,
 }
 
 impl Stream {
-    /// `quartz` is the speed of the sensor's clock: 1.02 if it is 2 % too fast.
+    /// Creates a stream; `quartz` is the speed of the sensor's clock: 1.02 if it is 2 % too fast.
     pub fn new(kind: Kind, model: VerityModel, began_secs: f64, quartz: f64) -> Self {
-        // What it truly is, whatever is reported.
+        // The true rate, which may differ from the reported one.
         let rate_hz = match (kind, model) {
             (Kind::Ppg, VerityModel::VeritySense) => 55.0,
             (Kind::Ppg, VerityModel::Oh1) => 135.0,
@@ -40,7 +40,7 @@ impl Stream {
         Self { kind, model, rate_hz: rate_hz * quartz, began_secs, taken: 0 }
     }
 
-    /// The number that real ones send (issues 317 and 318).
+    /// The number of samples per frame that real sensors send (issues 317 and 318).
     const fn samples_per_frame(self) -> u64 {
         match (self.kind, self.model) {
             (Kind::Ppg, VerityModel::VeritySense) => 42,
@@ -54,12 +54,12 @@ impl Stream {
         self.began_secs + sample as f64 / self.rate_hz
     }
 
-    /// When its next frame is complete.
+    /// Returns when the next frame is complete \[s\].
     pub fn due_secs(self) -> f64 {
         self.secs_of(self.taken + self.samples_per_frame() - 1)
     }
 
-    /// The frame that is due; two or more if compression does not make it small enough for a packet.
+    /// Returns the frame that is due, or several if compression does not make it small enough for one packet.
     pub fn frames(&mut self, wearer: &mut dyn Wearer, quartz: f64) -> Vec<Vec<u8>> {
         let from = self.taken;
         self.taken += self.samples_per_frame();
@@ -73,7 +73,7 @@ impl Stream {
         }
     }
 
-    /// Samples from a number on, each frame stamped with the time of its last.
+    /// Writes samples from a number on, each frame stamped with the time of its last sample.
     fn write<const N: usize>(self, samples: &[[i32; N]], from: u64, quartz: f64) -> Vec<Vec<u8>> {
         let (frame_type, bytes) = if self.kind == Kind::Ppg { (0, 3) } else { (1, 2) };
         let is_compressed = self.model == VerityModel::VeritySense;
@@ -99,14 +99,14 @@ impl Stream {
     }
 }
 
-/// Three values of green light through the skin, and ambient light.
+/// Returns three values of green light through the skin, and ambient light.
 fn light(secs: f64, wearer: &mut dyn Wearer) -> [i32; 4] {
     let counts = LIGHT + LIGHT_OF_PULSE * wearer.light(secs);
     let [one, two, three] = GAINS.map(|gain| (gain * counts).round() as i32);
     [one, two, three, AMBIENT]
 }
 
-/// The acceleration in mg, within the range of 8 g.
+/// Returns the acceleration [mg], limited to the range of 8 g.
 fn acceleration(secs: f64, wearer: &mut dyn Wearer) -> [i32; 3] {
     wearer.acceleration_mg(secs).map(|mg| mg.round().clamp(-8000.0, 8000.0) as i32)
 }
