@@ -107,7 +107,7 @@ impl Drift {
 
     /// Returns the value after another `step`.
     pub fn after(&mut self, step: f64) -> f64 {
-        // The smoothing reduces the variance of the walk by this factor.
+        // The smoothing divides the variance of the walk by 1 + SMOOTH_SHARE.
         let target = self.walk.after(step) * (1.0 + SMOOTH_SHARE).sqrt();
         self.value += (target - self.value) * (1.0 - (-step / (SMOOTH_SHARE * self.scale)).exp());
         self.value

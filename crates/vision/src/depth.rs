@@ -1,4 +1,4 @@
-//! Depth pictures, and where in space the points of a picture are.
+//! Depth pictures, and the positions in space of points in a picture.
 //!
 //! ```text
 //! point [px] ──► patch of the depth picture ──► median distance [m] ──► x, y, z [m] in the camera's optical frame
@@ -19,17 +19,17 @@ const MILLIMETRE: f64 = 0.001;
 /// The largest difference between the proportions of two pictures of the same view: a pixel of rounding in a small one.
 const MOST_SKEW: f64 = 0.02;
 
-/// A picture whose pixels are distances from the plane of the camera, in a message that it shares.
+/// A picture whose pixels are distances from the plane of the camera. It shares the bytes of its message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Depth(Pixels);
 
-/// Why a message has no usable depth picture. It fits after "failed to".
+/// Why a message has no usable depth picture. The text fits after "failed to".
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum DepthError {
-    /// It is truncated, or not a picture.
+    /// The message is truncated, or not a picture.
     #[error("read a depth picture: {0}")]
     Message(#[from] PictureError),
-    /// Pixels that are not distances.
+    /// The pixels are not distances.
     #[error(
         "read distances in pixels of `{}`; 16UC1 (millimetres) and 32FC1 (metres) are supported", .0.name()
     )]
@@ -46,12 +46,12 @@ impl Depth {
         }
     }
 
-    /// Its width and height [px].
+    /// The width and height of the picture [px].
     pub fn size(&self) -> [f64; 2] {
         [self.0.width, self.0.height].map(f64::from)
     }
 
-    /// The distance at a pixel [m]; `None` for a hole, and outside of the picture.
+    /// Returns the distance at a pixel [m]; `None` for a hole, and outside the picture.
     pub fn at(&self, column: i64, row: i64) -> Option<f64> {
         let pixel = self.0.pixel(usize::try_from(column).ok()?, usize::try_from(row).ok()?)?;
         let distance = match self.0.encoding {
@@ -68,7 +68,8 @@ impl Depth {
     }
 }
 
-/// A place in one picture as a place in another picture of the same view [px]; the centre of the first pixel is 0, 0.
+/// Converts a place in one picture to the place in another picture of the same view [px]; the centre of the first pixel
+/// is 0, 0.
 pub fn scaled(place: [f64; 2], from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|axis| (place[axis] + 0.5) * to[axis] / from[axis] - 0.5)
 }

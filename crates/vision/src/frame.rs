@@ -15,37 +15,38 @@ use crate::picture::Picture;
 use blocks::Blocks;
 use movement::Movement;
 
-/// The share of the view that skin must cover to count as a person: less is noise, or wood.
+/// The share of the view that skin must cover to count as a person: less may be noise or wood.
 const LEAST_SKIN: f64 = 0.005;
 /// The share of the skin region that must have moved recently to count as a person: a picture on a wall shows skin,
 /// too.
 const LEAST_MOVING: f64 = 0.002;
-/// How long a person who sits still is assumed to be present [s].
+/// How long a person who sits still is assumed to remain present [s].
 const STILL_SECS: f64 = 20.0;
 
-/// The numbers of a frame.
+/// The measures of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// The mean luma [0..1].
     pub brightness: f64,
-    /// The variance of the Laplacian of the luma, as a share of the variance of the luma [1]: the share of the
-    /// contrast in fine details. It is lower where the lens is out of focus or the camera moves, and depends on the
-    /// camera's noise reduction, so it is comparable only within one camera. NaN without contrast.
+    /// The variance of the Laplacian of the luma, divided by the variance of the luma [1]: the share of the contrast in
+    /// fine details. It is lower if the lens is out of focus or the camera moves, and depends on the camera's noise
+    /// reduction, so it is comparable only within one camera. NaN without contrast.
     pub sharpness: f64,
-    /// The share of the view that changed since the previous frame, beyond noise and changes of the light [0..1];
-    /// NaN in the first frame, after a change of size, and after a gap.
+    /// The share of the view that changed since the previous frame, beyond noise and changes of the light [0..1]; NaN
+    /// in the first frame, after a change of size, and after a gap.
     pub moving: f64,
-    /// The mean change of the luma since the previous frame, minus that of the light [0..1]; NaN as above.
+    /// The mean change of the luma since the previous frame, minus the change of the light [0..1]; NaN in the same
+    /// cases.
     pub motion: f64,
     /// The share of the view in the largest skin-coloured region [0..1].
     pub skin: f64,
-    /// The mean red, green and blue of that region [0..1]; NaN where it is too small.
+    /// The mean red, green and blue of that region [0..1]; NaN if it is too small.
     pub colour: [f64; 3],
     /// Whether a person is in view: a skin-coloured region in which something moved within 20 s.
     pub is_present: bool,
 }
 
-/// Measures the frames of one camera, one after the other.
+/// Measures the successive frames of one camera.
 #[derive(Clone, Debug, Default)]
 pub struct Frames {
     movement: Movement,

@@ -1,13 +1,13 @@
-//! Hiding faces in a picture.
+//! Hides faces in a picture.
 
 use crate::model::decode::Detection;
 use crate::picture::Picture;
 
-/// The number of colours that remain along each side of a hidden part: no eye, mouth or outline is left of a face.
+/// The number of colours that remain along each side of a hidden part; no eye, mouth or outline of a face remains.
 const CELLS: usize = 4;
 
-/// Hides a part of a picture, enlarged on each side by this share of its size: only the mean colours of 4 × 4 cells
-/// remain, interpolated without a step. A part whose position is not finite hides the whole picture.
+/// Hides a part of a picture, enlarged on each side by `margin` times its size: only the mean colours of 4 × 4 cells
+/// remain, interpolated smoothly. A part whose position is not finite hides the whole picture.
 pub fn hide(picture: &mut Picture, part: &Detection, margin: f64) {
     let Some(part) = Part::of(picture, part, margin) else { return };
     let colours = part.colours(picture);
@@ -32,7 +32,7 @@ struct Part {
 type Colours = [[[f64; 3]; CELLS]; CELLS];
 
 impl Part {
-    /// `None` if it lies outside the picture, or has no pixel.
+    /// Returns `None` if the part is outside the picture or has no pixels.
     fn of(picture: &Picture, part: &Detection, margin: f64) -> Option<Part> {
         let (width, height) = (f64::from(picture.width), f64::from(picture.height));
         let [left, top, across, down] =

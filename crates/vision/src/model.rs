@@ -21,7 +21,7 @@ use tensor::Tensor;
 
 /// A loaded model.
 pub struct Model {
-    /// Its descriptor.
+    /// The descriptor of the model.
     pub descriptor: Descriptor,
     engine: Box<dyn Engine>,
 }
@@ -29,36 +29,36 @@ pub struct Model {
 /// Why a model cannot be used. The message fits after "failed to".
 #[derive(Debug, Error)]
 pub enum ModelError {
-    /// Its descriptor or file is invalid.
+    /// The descriptor or the model file is invalid.
     #[error(transparent)]
     Descriptor(#[from] DescriptorError),
-    /// The engine cannot load or run it.
+    /// The engine cannot load or run the model.
     #[error("{0}")]
     Engine(#[from] EngineError),
-    /// Its outputs do not match its descriptor.
+    /// The outputs do not match the descriptor.
     #[error("read the outputs of the model `{name}`: {error}")]
     Outputs {
         /// The name of the model.
         name: String,
-        /// What is wrong with its outputs.
+        /// What is wrong with the outputs.
         error: DecodeError,
     },
 }
 
 impl Model {
-    /// Loads the model of a descriptor, after verifying its file.
+    /// Loads the model of a descriptor, after verifying the model file.
     pub fn load(descriptor: &Path, library: &Library) -> Result<Model, ModelError> {
         let (descriptor, file) = Descriptor::open(descriptor)?;
         let engine = engine::load(file, &descriptor, library)?;
         Ok(Model { descriptor, engine })
     }
 
-    /// The name and version of the engine that runs it.
+    /// The name and version of the engine that runs the model.
     pub fn engine(&self) -> &str {
         self.engine.label()
     }
 
-    /// Runs it on an input of zeros; returns the raw outputs.
+    /// Runs the model on an input of zeros; returns the raw outputs.
     pub fn dry_run(&mut self) -> Result<Vec<Tensor>, ModelError> {
         let input = Tensor::zeros(self.descriptor.input.shape());
         let outputs = self.engine.run(&input)?;
@@ -66,8 +66,8 @@ impl Model {
         Ok(outputs)
     }
 
-    /// Runs the model on a picture, or on the part that an earlier model has found for it. `None` if there is no such
-    /// part.
+    /// Runs the model on a picture, or on the part that an earlier model has found for it. Returns `None` if there is
+    /// no such part.
     pub fn look(
         &mut self,
         picture: &Picture,

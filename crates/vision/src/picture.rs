@@ -10,7 +10,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// The most pixels of a picture: a larger one would need more than 120 MB.
+/// The largest number of pixels in a picture; a larger one would need more than 120 MB.
 pub const MOST_PIXELS: usize = 40_000_000;
 
 /// A picture in red, green and blue.
@@ -44,9 +44,9 @@ pub enum PictureError {
     /// The picture is too large.
     #[error("decode a picture of {width} × {height} pixels; at most {MOST_PIXELS} are supported")]
     Large {
-        /// Its number of columns.
+        /// The number of columns.
         width: usize,
-        /// Its number of rows.
+        /// The number of rows.
         height: usize,
     },
     /// The JPEG is damaged or truncated.
@@ -123,7 +123,7 @@ impl Picture {
         Ok(Picture { width: width as u32, height: height as u32, rgb })
     }
 
-    /// The red, green and blue of a pixel; `None` outside the picture.
+    /// Returns the red, green and blue of a pixel; `None` outside the picture.
     pub fn at(&self, column: u32, row: u32) -> Option<[u8; 3]> {
         if column >= self.width || row >= self.height {
             return None;
@@ -146,7 +146,7 @@ fn yuyv(row: &[u8], rgb: &mut Vec<u8>) {
         rgb.extend(of_video(*first, *blue, *red));
         rgb.extend(of_video(*second, *blue, *red));
     }
-    // The last pixel of an odd row has no chroma of its own.
+    // The last pixel of an odd row has no chroma.
     if let [grey, ..] = odd {
         rgb.extend(of_video(*grey, 128, 128));
     }

@@ -124,8 +124,7 @@ impl Rhythm {
     fn new(hz: f64, rate_hz: f64) -> Rhythm {
         let radius = (-PI * WIDTH_HZ / rate_hz).exp();
         let (square, angle) = (radius * radius, TAU * hz / rate_hz);
-        // The variance of a second-order autoregressive process is the inverse of `falls / (1 + square)` for white
-        // noise of variance 1.
+        // Normalises the variance of a second-order autoregressive process driven by unit white noise.
         let falls = (1.0 - square) * (1.0 + square * square - 2.0 * square * (2.0 * angle).cos());
         let gain = (falls / (1.0 + square)).sqrt();
         Rhythm { back: [2.0 * radius * angle.cos(), -square], gain, values: [0.0; 2] }

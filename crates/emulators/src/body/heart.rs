@@ -74,7 +74,7 @@ pub struct Heart {
     mayer_angle: f64,
     mayer: Correlated,
     noise: Noise,
-    /// The fraction of a cycle between the last beat and the next.
+    /// The fraction of a cycle from the last beat to the next.
     cycles: f64,
     steps: [CycleStep; 2],
     rate_hz: f64,

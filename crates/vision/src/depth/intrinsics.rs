@@ -1,4 +1,4 @@
-//! How a camera maps space to its pictures.
+//! The mapping from space to a camera's pictures.
 
 use teampulse_messages::cdr::{CdrError, Reader};
 use teampulse_messages::standard::std_msgs::Header;
@@ -15,7 +15,7 @@ const MOST_SIDE: f64 = 65_536.0;
 /// The focal lengths and the principal point of a camera without distortion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intrinsics {
-    /// The width and height of the pictures that they are for [px].
+    /// The width and height of the pictures that the intrinsics are for [px].
     size: [f64; 2],
     /// The focal lengths along rows and along columns [px].
     focal: [f64; 2],
@@ -23,27 +23,27 @@ pub struct Intrinsics {
     centre: [f64; 2],
 }
 
-/// Why a message has no intrinsics that can be used. It fits after "failed to".
+/// Why a message has no usable intrinsics. The text fits after "failed to".
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum IntrinsicsError {
-    /// It is cut off, or of another type.
+    /// The message is truncated, or of another type.
     #[error("read the calibration of a camera: {0}")]
     Message(#[from] CdrError),
-    /// All zeros, as of a camera that nobody calibrated, or no numbers of a camera.
+    /// The calibration is all zeros, as for an uncalibrated camera, or otherwise impossible.
     #[error(
         "use the calibration of a camera: its K has the focal lengths {fx} and {fy} px for {width} × {height} pixels"
     )]
     Uncalibrated {
         /// The focal length along rows [px].
         fx: f64,
-        /// That along columns [px].
+        /// The focal length along columns [px].
         fy: f64,
         /// The width of the pictures [px].
         width: u32,
-        /// Their height [px].
+        /// The height of the pictures [px].
         height: u32,
     },
-    /// Pictures that are cut out of those of the sensor.
+    /// The calibration is for pictures cropped from those of the sensor.
     #[error(
         "use the calibration of a camera: it is for a region of interest; publish whole pictures"
     )]
@@ -51,7 +51,7 @@ pub enum IntrinsicsError {
 }
 
 impl Intrinsics {
-    /// Reads K and the size of the pictures in a `sensor_msgs/msg/CameraInfo`.
+    /// Reads K and the picture size from a `sensor_msgs/msg/CameraInfo`.
     pub fn read(message: &[u8]) -> Result<Intrinsics, IntrinsicsError> {
         let mut reader = Reader::new(message)?;
         reader.read::<Header>()?;
@@ -70,7 +70,7 @@ impl Intrinsics {
         if !is_calibrated {
             return Err(IntrinsicsError::Uncalibrated { fx, fy, width, height });
         }
-        // A region of no size is the whole picture.
+        // A region of size zero is the whole picture.
         let is_whole = [left, top] == [0, 0]
             && [0, width].contains(&region_width)
             && [0, height].contains(&region_height);
@@ -80,7 +80,7 @@ impl Intrinsics {
         Ok(Intrinsics { size, focal: [fx, fy], centre: [cx, cy] })
     }
 
-    /// The same for smaller or larger pictures of the same view; `None` for pictures of other proportions.
+    /// Returns the intrinsics for smaller or larger pictures of the same view; `None` if their proportions differ.
     pub fn of_pictures(&self, size: [f64; 2]) -> Option<Intrinsics> {
         is_alike(self.size, size).then(|| Intrinsics {
             size,
@@ -89,15 +89,15 @@ impl Intrinsics {
         })
     }
 
-    /// What is seen at a place of a picture at a distance along the optical axis [m], in the camera's optical frame: x
-    /// to the right, y down, z forward [m].
+    /// Returns the position in space of a place in a picture, at a distance along the optical axis [m]. The position is
+    /// in the camera's optical frame: x to the right, y down, z forward [m].
     pub fn in_space(&self, place: [f64; 2], distance_m: f64) -> [f64; 3] {
         let [x, y] =
             [0, 1].map(|axis| (place[axis] - self.centre[axis]) / self.focal[axis] * distance_m);
         [x, y, distance_m]
     }
 
-    /// The width and height of the pictures that they are for [px].
+    /// The width and height of the pictures that the intrinsics are for [px].
     pub fn size(&self) -> [f64; 2] {
         self.size
     }

@@ -1,32 +1,32 @@
-//! The distance of what a point of a picture lies on.
+//! The distance of the surface that a point of a picture shows.
 
 use super::Depth;
 
-/// The minimum part of a patch that has to have a distance.
+/// The smallest share of the pixels of a patch that must have a distance.
 const LEAST_FILLED: f64 = 0.25;
-/// The part of the distances of a patch that is left out at each end before their spread is taken.
+/// One in this many distances of a patch is left out at each end before their spread is measured.
 const TAIL: usize = 10;
 
-/// The pixels around a point whose distances are taken together.
+/// The pixels around a point whose distances are combined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
-    /// The number of its columns, and of its rows [px].
+    /// The number of columns, and of rows [px].
     pub side: u32,
-    /// The largest spread of its distances on one surface, without the nearest and the farthest tenth [m].
+    /// The largest spread of distances on one surface, without the nearest and the farthest tenth [m].
     pub most_spread_m: f64,
 }
 
 /// Why a point has no distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unplaced {
-    /// Less than a quarter of the patch has a distance, or the point is outside of the picture.
+    /// Less than a quarter of the patch has a distance, or the point is outside the picture.
     Hole,
-    /// The patch shows two surfaces, or one that is seen along itself.
+    /// The patch shows two surfaces, or one that is nearly parallel to the line of sight.
     Edge,
 }
 
 impl Patch {
-    /// The median distance around a place [m].
+    /// Returns the median distance around a place [m].
     pub fn distance(&self, depth: &Depth, place: [f64; 2]) -> Result<f64, Unplaced> {
         let [width, height] = depth.size();
         let is_inside =
@@ -35,7 +35,8 @@ impl Patch {
             return Err(Unplaced::Hole);
         }
         let side = i64::from(self.side.max(1));
-        // The middle pixel of an odd patch is the nearest one; of an even patch the point is between the two in the middle.
+        // The middle pixel of an odd patch is the nearest one; in an even patch the point is between the two middle
+        // pixels.
         let first = place.map(|at| (at - (side - 1) as f64 / 2.0).round() as i64);
         let pixels = (0..side).flat_map(|row| (0..side).map(move |column| (column, row)));
         let mut distances: Vec<f64> = pixels

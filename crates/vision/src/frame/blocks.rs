@@ -1,4 +1,4 @@
-//! A picture in blocks of pixels.
+//! A picture divided into blocks of pixels.
 
 use crate::picture::Picture;
 
@@ -40,7 +40,7 @@ impl Blocks {
         self.colours.iter().map(|[red, green, blue]| 0.299 * red + 0.587 * green + 0.114 * blue)
     }
 
-    /// The mean luma; NaN without a block.
+    /// The mean luma; NaN if there are no blocks.
     pub fn mean_luma(&self) -> f64 {
         self.lumas().sum::<f64>() / self.colours.len() as f64
     }

@@ -4,7 +4,7 @@ use super::blocks::Blocks;
 
 /// The longest time between two frames that are compared [s].
 const PAUSE_SECS: f64 = 2.0;
-/// The minimum change of a block that counts as movement [0..1], and the same in standard deviations of the noise.
+/// The smallest change of a block that counts as movement: absolute [0..1], and in standard deviations of the noise.
 const LEAST_CHANGE: f64 = 0.008;
 const BEYOND: f64 = 5.0;
 /// The ratio of the standard deviation to the median absolute deviation of a normal distribution.
@@ -21,8 +21,8 @@ pub(super) struct Movement {
 }
 
 impl Movement {
-    /// Takes in the next frame; returns the share of it that moves, and the mean change of its luma minus that of the
-    /// light [0..1]. NaN without a previous frame to compare it with.
+    /// Adds the next frame; returns the share of it that moves, and the mean change of its luma minus the change of the
+    /// light [0..1]. Both are NaN without a previous frame to compare with.
     pub fn push(&mut self, blocks: &Blocks, at: f64) -> (f64, f64) {
         let lumas: Vec<f64> = blocks.lumas().collect();
         let before = std::mem::replace(&mut self.lumas, lumas);
@@ -38,7 +38,8 @@ impl Movement {
         }
         let changes: Vec<f64> =
             self.lumas.iter().zip(&before).map(|(now, before)| now - before).collect();
-        // Half of a view seldom moves, so the median is the change of the light, and the spread around it is noise.
+        // More than half of a view seldom moves, so the median is the change of the light, and the spread around it is
+        // noise.
         let light = median(changes.clone());
         let noise = OF_MEDIAN * median(changes.iter().map(|each| (each - light).abs()).collect());
         let limit = LEAST_CHANGE.max(BEYOND * noise);
@@ -47,13 +48,13 @@ impl Movement {
         (share(self.moves.iter().copied()), sum / changes.len() as f64)
     }
 
-    /// The share of the blocks of a region that moved in the last frame.
+    /// Returns the share of the blocks of a region that moved in the last frame.
     pub fn share_within(&self, is_in: &[bool]) -> f64 {
         share(self.moves.iter().zip(is_in).filter(|(_, is_in)| **is_in).map(|(moves, _)| *moves))
     }
 }
 
-/// The share of true values; 0 for an empty slice.
+/// Returns the share of true values; 0 if there are none.
 fn share(each: impl Iterator<Item = bool>) -> f64 {
     let (count, all) =
         each.fold((0_u32, 0_u32), |(count, all), is| (count + u32::from(is), all + 1));

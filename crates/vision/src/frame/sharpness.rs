@@ -1,8 +1,8 @@
-//! Sharpness of a picture.
+//! The sharpness of a picture.
 
 use crate::picture::Picture;
 
-/// The variance of the Laplacian of the luma, as a share of the variance of the luma; NaN without contrast
+/// Returns the variance of the Laplacian of the luma, divided by the variance of the luma; NaN without contrast
 /// (Pech-Pacheco et al. 2000, doi:10.1109/ICPR.2000.903548).
 pub(super) fn of(picture: &Picture) -> f64 {
     let width = picture.width as usize;
@@ -11,7 +11,7 @@ pub(super) fn of(picture: &Picture) -> f64 {
     }
     let lumas: Vec<i32> = picture.rgb.as_chunks::<3>().0.iter().copied().map(luma).collect();
     let (mut of_luma, mut of_laplacian) = (Moments::default(), Moments::default());
-    // Every other row is enough, for half of the work.
+    // Every other row is enough and halves the work.
     for row in (1..picture.height as usize - 1).step_by(2) {
         let line = |row: usize| &lumas[row * width..(row + 1) * width];
         let (above, here, below) = (line(row - 1), line(row), line(row + 1));
@@ -25,7 +25,7 @@ pub(super) fn of(picture: &Picture) -> f64 {
     if contrast > 0.0 { of_laplacian.variance() / contrast } else { f64::NAN }
 }
 
-/// The luma (ITU-R BT.601), in 256ths.
+/// Returns the luma (ITU-R BT.601), in 256ths.
 fn luma([red, green, blue]: [u8; 3]) -> i32 {
     77 * i32::from(red) + 150 * i32::from(green) + 29 * i32::from(blue)
 }

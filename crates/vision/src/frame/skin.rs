@@ -1,24 +1,24 @@
 //! Detection of skin-coloured regions.
 //!
-//! Skin of every tone has nearly the same hue, that of blood. In Cb and Cr it lies in one range (Chai & Ngan 1999,
-//! doi:10.1109/76.767122), as do wood and sand.
+//! Skin of every tone has nearly the same hue, which is that of blood. Its Cb and Cr are within one range (Chai & Ngan
+//! 1999, doi:10.1109/76.767122), as are those of wood and sand.
 
 use super::blocks::Blocks;
 
-/// The range of Cb and of Cr of skin [0..255].
+/// The ranges of Cb and Cr for skin [0..255].
 const BLUE: std::ops::RangeInclusive<f64> = 77.0..=127.0;
 const RED: std::ops::RangeInclusive<f64> = 133.0..=173.0;
-/// The minimum luma at which colours are reliable [0..1].
+/// The smallest luma at which colours are reliable [0..1].
 const DARK: f64 = 0.08;
 
 /// The largest region of skin-coloured blocks.
 #[derive(Clone, Debug)]
 pub(super) struct Region {
-    /// Its share of all blocks [0..1].
+    /// The region's share of all blocks [0..1].
     pub share: f64,
-    /// Its mean red, green and blue [0..1]; NaN without a block.
+    /// The mean red, green and blue of the region [0..1]; NaN without a block.
     pub colour: [f64; 3],
-    /// Whether each block belongs to it.
+    /// Whether each block belongs to the region.
     pub is_in: Vec<bool>,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn largest(blocks: &Blocks) -> Region {
     Region { share: largest.len() as f64 / is_free.len().max(1) as f64, colour, is_in }
 }
 
-/// Adds a block and all blocks connected with it by an edge.
+/// Returns a block and all blocks connected to it by an edge, and marks them as taken.
 fn connected(start: usize, blocks: &Blocks, is_free: &mut [bool]) -> Vec<usize> {
     is_free[start] = false;
     let mut region = vec![start];

@@ -6,7 +6,7 @@ use super::descriptor::{Descriptor, Source, Subject};
 use super::{Model, ModelError};
 use crate::picture::Picture;
 
-/// The most hands that a model of hands processes in a picture.
+/// The largest number of hands in a picture that a hand model processes.
 const MOST_HANDS: usize = 4;
 
 /// Models in the order in which they process a picture.
@@ -23,7 +23,7 @@ pub struct Findings {
     pub faces: Vec<Detection>,
 }
 
-/// What is wrong with a chain: a model that needs a part which no earlier model finds.
+/// Returns what is wrong with a chain, if anything: a model needs a part that no earlier model finds.
 pub fn missing(descriptors: &[Descriptor]) -> Option<String> {
     descriptors.iter().enumerate().find_map(|(place, descriptor)| {
         let wanted = subject(descriptor.input.source)?;

@@ -1,4 +1,4 @@
-//! Decoding of model outputs to points, parts of the picture, or numbers. One file per kind.
+//! Decodes model outputs to points, parts of the picture, or numbers. Each kind has a file.
 
 mod boxes;
 mod classes;
@@ -26,7 +26,7 @@ pub use hand::SeenHand;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Output {
-    /// Keypoints as heatmaps: each is at the maximum of its map.
+    /// Keypoints as heatmaps; each point is at the maximum of its map.
     Heatmap(heatmap::Heatmap),
     /// Keypoints with their columns and rows classified separately (SimCC).
     Simcc(simcc::Simcc),
@@ -46,7 +46,7 @@ pub enum Output {
     Ssd(ssd::Ssd),
     /// Persons, faces or objects as YOLO outputs them.
     Yolo(yolo::Yolo),
-    /// The points of a hand, and which hand it is.
+    /// The points of a hand, and whether it is left or right.
     Hand(hand::Hand),
 }
 
@@ -59,40 +59,40 @@ pub enum Found {
     Detections(Vec<Detection>),
     /// Numbers.
     Values(Vec<f64>),
-    /// A hand; `None` where the part of the picture shows none.
+    /// A hand; `None` if the part of the picture shows none.
     Hand(Option<SeenHand>),
 }
 
 /// A keypoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Its position [px].
+    /// The position [px].
     pub place: [f32; 2],
-    /// Its score, as the model reports it.
+    /// The score as reported by the model.
     pub score: f32,
 }
 
 /// A part of a picture: a face, a person, or a hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detection {
-    /// Its left side [px].
+    /// The left side [px].
     pub left: f32,
-    /// Its top [px].
+    /// The top [px].
     pub top: f32,
-    /// Its width [px].
+    /// The width [px].
     pub width: f32,
-    /// Its height [px].
+    /// The height [px].
     pub height: f32,
-    /// Its confidence, 0 to 1.
+    /// The confidence, 0 to 1.
     pub score: f32,
-    /// Its keypoints [px].
+    /// The keypoints [px].
     pub points: Vec<[f32; 2]>,
 }
 
 /// Why outputs cannot be decoded.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum DecodeError {
-    /// Fewer outputs than needed.
+    /// There are fewer outputs than needed.
     #[error("it has {is} outputs; its kind needs {expected}")]
     Count {
         /// The number of outputs.
@@ -111,29 +111,29 @@ pub enum DecodeError {
     /// An output has an unexpected shape.
     #[error("its output `{name}` is {is}; expected {expected}")]
     Shape {
-        /// The output.
+        /// The name of the output.
         name: String,
-        /// Its shape.
+        /// The shape of the output.
         is: String,
         /// The expected shape.
         expected: String,
     },
 }
 
-/// The settings of a kind of output, and its decoding.
+/// The settings of a kind of output, and how it is decoded.
 trait Decode {
     /// Decodes the outputs of a model whose input has this size; positions are in pixels of the input.
     fn decode(&self, outputs: &[Tensor], size: [usize; 2]) -> Result<Found, DecodeError>;
 
-    /// Names and units of the values of a picture.
+    /// The names and units of the values for a picture.
     fn channels(&self) -> Vec<(String, &'static str)>;
 
-    /// An invalid setting, if there is one.
+    /// Describes an invalid setting, if there is one.
     fn wrong(&self) -> Option<String> {
         None
     }
 
-    /// What it finds for later models.
+    /// What the model finds for later models.
     fn finds(&self) -> Option<Subject> {
         None
     }
@@ -161,22 +161,22 @@ impl Output {
         self.kind().decode(outputs, size)
     }
 
-    /// Names and units of the values of a picture.
+    /// The names and units of the values for a picture.
     pub fn channels(&self) -> Vec<(String, &'static str)> {
         self.kind().channels()
     }
 
-    /// What it finds for later models.
+    /// What the model finds for later models.
     pub fn finds(&self) -> Option<Subject> {
         self.kind().finds()
     }
 
-    /// Whether its values are positions in the picture.
+    /// Whether the values are positions in the picture.
     pub fn has_places(&self) -> bool {
         !matches!(self, Output::Classes(_) | Output::Regression(_) | Output::Gaze(_))
     }
 
-    /// What distinguishes its streams, at the end of their names: the side of a hand, otherwise nothing.
+    /// The suffixes that distinguish the model's streams: the sides of a hand, otherwise a single empty one.
     pub fn sides(&self) -> &'static [&'static str] {
         match self {
             Output::Hand(_) => &hand::SIDES,
@@ -184,7 +184,7 @@ impl Output {
         }
     }
 
-    /// The values of a picture for each of its streams, of everything found in it.
+    /// Returns the values for each of the model's streams, from everything found in a picture.
     pub fn numbers(&self, found: &[Found]) -> Vec<Vec<f64>> {
         match self {
             Output::Hand(_) => {
@@ -195,7 +195,7 @@ impl Output {
         }
     }
 
-    /// The values of a stream, one per channel: NaN where nothing was found.
+    /// Returns the values of a stream, one per channel; NaN if nothing was found.
     pub fn values(&self, found: Option<&Found>) -> Vec<f64> {
         let count = self.channels().len();
         let mut values = match found {
@@ -259,7 +259,7 @@ impl Detection {
     }
 }
 
-/// The output with this name or, without a name, at this index.
+/// Returns the output with this name or, without a name, at this index.
 fn output<'a>(
     outputs: &'a [Tensor],
     name: Option<&str>,
@@ -276,13 +276,13 @@ fn output<'a>(
     }
 }
 
-/// The error of a tensor with an unexpected shape.
+/// Returns the error for a tensor with an unexpected shape.
 fn misshaped(tensor: &Tensor, expected: impl Into<String>) -> DecodeError {
     let (name, is) = (tensor.name.clone(), shown(&tensor.shape));
     DecodeError::Shape { name, is, expected: expected.into() }
 }
 
-/// The names and units of points.
+/// Returns the names and units of the values of points.
 fn of_points(names: &[String]) -> Vec<(String, &'static str)> {
     let each = |name: &String| {
         [("x", "px"), ("y", "px"), ("score", "1")]

@@ -19,12 +19,12 @@ const MOST_SIDE: usize = 4096;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Descriptor {
-    /// Its name, which is the last token of the names of its streams: `expression`.
+    /// The name of the model, which is the last token of its stream names: `expression`.
     pub name: String,
-    /// What it computes, in a sentence.
+    /// A sentence that says what the model computes.
     #[serde(default)]
     pub doc: String,
-    /// Its ONNX file, next to the descriptor.
+    /// The ONNX file, next to the descriptor.
     pub file: PathBuf,
     /// The SHA-256 of the file, in hexadecimal. `teampulse models add` writes it; a model without it is not run.
     #[serde(default)]
@@ -34,7 +34,7 @@ pub struct Descriptor {
     /// The origin of the file.
     #[serde(default)]
     pub origin: String,
-    /// The highest rate at which it processes pictures [Hz]. By default as high as possible.
+    /// The highest rate at which the model processes pictures [Hz]. By default as high as possible.
     #[serde(default)]
     pub max_hz: Option<f64>,
     /// The input.
@@ -47,39 +47,39 @@ pub struct Descriptor {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Input {
-    /// Its width and height [px].
+    /// The width and height of the input [px].
     pub size: [usize; 2],
     /// The memory layout: `nchw` (planar colours) or `nhwc` (interleaved colours).
     #[serde(default)]
     pub layout: Layout,
-    /// The order of its colours: `rgb` or `bgr`.
+    /// The order of the colours: `rgb` or `bgr`.
     #[serde(default)]
     pub color: Colour,
-    /// The type of its numbers: `f32`, `u8` or `i32`.
+    /// The type of the numbers: `f32`, `u8` or `i32`.
     #[serde(default, rename = "dtype")]
     pub number: Number,
-    /// The factor on colour values (0 to 255), applied before the mean is subtracted.
+    /// The factor applied to colour values (0 to 255) before the mean is subtracted.
     #[serde(default = "one")]
     pub scale: f32,
     /// The mean subtracted from each colour, in the order of `color`.
     #[serde(default)]
     pub mean: [f32; 3],
-    /// The divisor of each colour after that, in the order of `color`.
+    /// The divisor applied to each colour after that, in the order of `color`.
     #[serde(default = "ones")]
     pub std: [f32; 3],
-    /// How a part with other proportions is fitted: `letterbox` (all of it, with a border), `stretch` or `crop` (its
-    /// middle).
+    /// How a part with other proportions is fitted: `letterbox` (the whole part, with a border), `stretch`, or `crop`
+    /// (the middle of the part).
     #[serde(default)]
     pub resize: Resize,
     /// The value of the border, and of the area outside the picture (0 to 255).
     #[serde(default)]
     pub fill: f32,
-    /// The part of the picture that it processes: the whole `frame`, the `face`, the `person` or the `hand` found by an
-    /// earlier model, or a face `aligned` by its five points. A hand whose palm has points is rotated so that its
-    /// fingers point up.
+    /// The part of the picture that the model processes: the whole `frame`, the `face`, the `person` or the `hand`
+    /// found by an earlier model, or a face `aligned` by its five points. A hand whose palm has points is rotated so
+    /// that its fingers point up.
     #[serde(default)]
     pub source: Source,
-    /// How much the part is enlarged on each side: 0.25 adds a quarter to each.
+    /// How much the part is enlarged on each side: 0.25 adds a quarter of its size to each side.
     #[serde(default)]
     pub margin: f64,
 }
@@ -131,12 +131,12 @@ pub enum Number {
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Resize {
-    /// All of it, with a border on two sides.
+    /// The whole part, with a border on two sides.
     #[default]
     Letterbox,
-    /// All of it, distorted.
+    /// The whole part, distorted.
     Stretch,
-    /// Its middle.
+    /// The middle of the part.
     Crop,
 }
 
@@ -151,13 +151,13 @@ pub enum Source {
     Face,
     /// The person found by an earlier model.
     Person,
-    /// That face, rotated and scaled by its five points.
+    /// The face found by an earlier model, rotated and scaled by its five points.
     Aligned,
-    /// The hand that an earlier model found, turned by the points of its palm.
+    /// The hand found by an earlier model, rotated by the points of its palm.
     Hand,
 }
 
-/// What a model finds for later ones.
+/// What a model finds for later models.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Subject {
@@ -185,26 +185,26 @@ pub enum DescriptorError {
     /// A file cannot be read.
     #[error("read {file}: {why}")]
     File {
-        /// The file.
+        /// The path of the file.
         file: String,
         /// The reason.
         why: String,
     },
-    /// It is not TOML, or a field is missing.
+    /// The descriptor is not TOML, or a field is missing.
     #[error("read the descriptor: {0}")]
     Syntax(String),
     /// A setting is invalid.
     #[error("use the descriptor: {0}")]
     Setting(String),
-    /// It has no hash of the file.
+    /// The descriptor has no hash of the model file.
     #[error(
         "use the model `{0}`: its descriptor has no `sha256` (`teampulse models add` writes it)"
     )]
     NoHash(String),
-    /// The hash of the file differs.
+    /// The hash of the model file differs.
     #[error("use the model `{name}`: its file has the SHA-256 {is}, not {expected}")]
     Hash {
-        /// The model.
+        /// The name of the model.
         name: String,
         /// The hash of the file.
         is: String,
@@ -246,7 +246,7 @@ impl Descriptor {
         }
     }
 
-    /// The last tokens of the names of its streams: its own name, or one for each side for a model of hands.
+    /// The last tokens of the stream names: the model's name, with a suffix for each side if it is a hand model.
     pub fn streams(&self) -> impl Iterator<Item = String> {
         self.output.sides().iter().map(|side| format!("{}{side}", self.name))
     }
@@ -270,7 +270,7 @@ impl Descriptor {
 }
 
 impl Input {
-    /// The shape of its input tensor.
+    /// The shape of the input tensor.
     pub fn shape(&self) -> [usize; 4] {
         let [width, height] = self.size;
         match self.layout {
@@ -297,7 +297,7 @@ impl Input {
     }
 }
 
-/// The contents of a model file.
+/// Reads the contents of a model file.
 pub fn contents(file: &Path) -> Result<Vec<u8>, DescriptorError> {
     let about = std::fs::metadata(file).map_err(|error| unread(file, &error))?;
     if !about.is_file() || about.len() > MOST_BYTES {
@@ -307,7 +307,7 @@ pub fn contents(file: &Path) -> Result<Vec<u8>, DescriptorError> {
     std::fs::read(file).map_err(|error| unread(file, &error))
 }
 
-/// The SHA-256 of a file's contents, in hexadecimal.
+/// Returns the SHA-256 of a file's contents, in hexadecimal.
 pub fn sha256(file: &[u8]) -> String {
     let digest: [u8; 32] = Sha256::digest(file).into();
     digest

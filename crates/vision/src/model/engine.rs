@@ -35,7 +35,7 @@ pub enum EngineError {
     /// The ONNX Runtime library cannot be used.
     #[error("use {library} as ONNX Runtime: {why}")]
     Library {
-        /// The file.
+        /// The path of the library.
         library: String,
         /// The error of the library.
         why: String,
@@ -43,9 +43,9 @@ pub enum EngineError {
     /// The file is not a model, or needs an operator that the engine lacks.
     #[error("load the model `{model}` with {engine}: {why}")]
     Load {
-        /// The model.
+        /// The name of the model.
         model: String,
-        /// The engine.
+        /// The name of the engine.
         engine: String,
         /// The error of the engine.
         why: String,
@@ -55,15 +55,15 @@ pub enum EngineError {
         "use the model `{model}`: it has {count} inputs; only models with one input, the picture, are supported"
     )]
     Inputs {
-        /// The model.
+        /// The name of the model.
         model: String,
-        /// The number of its inputs.
+        /// The number of the model's inputs.
         count: usize,
     },
     /// Inference failed.
     #[error("run the model `{model}`: {why}")]
     Run {
-        /// The model.
+        /// The name of the model.
         model: String,
         /// The error of the engine.
         why: String,

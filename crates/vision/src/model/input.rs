@@ -6,7 +6,7 @@ use super::tensor::Tensor;
 use crate::picture::Picture;
 
 /// The five points of an aligned face in a picture of 112 × 112 pixels, as face models expect them [px]: the eyes, the
-/// tip of the nose, and the corners of the mouth, each from the left (Deng et al. 2019, `ArcFace`,
+/// tip of the nose, and the corners of the mouth, pairs from left to right (Deng et al. 2019, `ArcFace`,
 /// doi:10.1109/CVPR.2019.00482).
 const FACE_112: [[f64; 2]; 5] = [
     [38.2946, 51.6963],
@@ -16,7 +16,8 @@ const FACE_112: [[f64; 2]; 5] = [
     [70.7299, 92.2041],
 ];
 
-/// How far the middle of a hand is above that of its palm, as a share of the palm's height: the fingers are above it.
+/// How far the middle of a hand is above the middle of its palm, as a share of the palm's height: the fingers are above
+/// it.
 const PALM_TO_HAND: f64 = 0.4;
 
 /// The similarity transform from a model's input to a picture. The origin of both is the centre of the first pixel.
@@ -31,13 +32,13 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The whole picture.
+    /// Returns the placement of the whole picture.
     pub fn of_picture(input: &Input, picture: &Picture) -> Placement {
         let size = [f64::from(picture.width), f64::from(picture.height)];
         Placement::of_rectangle(input, [-0.5, -0.5], size)
     }
 
-    /// A part of a picture with its margin; `None` if its area is zero.
+    /// Returns the placement of a part of a picture with its margin; `None` if its area is zero.
     pub fn of_part(input: &Input, part: &Detection) -> Option<Placement> {
         let corner = [part.left, part.top].map(f64::from);
         let size = [part.width, part.height].map(f64::from);
@@ -48,8 +49,8 @@ impl Placement {
         is_area.then(|| Placement::of_rectangle(input, corner, grown))
     }
 
-    /// A face aligned by its five points (the least squares of Umeyama 1991, doi:10.1109/34.88573); `None` with fewer
-    /// than five points, or if they coincide.
+    /// Returns the placement of a face aligned by its five points (the least squares of Umeyama 1991,
+    /// doi:10.1109/34.88573); `None` with fewer than five points, or if they coincide.
     pub fn aligned(input: &Input, points: &[[f32; 2]]) -> Option<Placement> {
         let found: &[[f32; 2]; 5] = points.first_chunk()?;
         let found = found.map(|point| point.map(f64::from));
@@ -75,9 +76,9 @@ impl Placement {
         is_face.then_some(Placement { right, down, origin })
     }
 
-    /// A hand, as a square around the points of its palm, grown by the margin and turned so that the way from the wrist
-    /// (the first point) to the root of the middle finger (the third) is up. A hand without points is placed as any
-    /// other part. `None` where the points have no extent.
+    /// Returns the placement of a hand: a square around the points of its palm, enlarged by the margin and rotated so
+    /// that the direction from the wrist (the first point) to the root of the middle finger (the third) is up. A hand
+    /// without points is placed like any other part. `None` if the points have no extent.
     pub fn of_hand(input: &Input, part: &Detection) -> Option<Placement> {
         let &[wrist, _, middle, ..] = part.points.as_slice() else {
             return Placement::of_part(input, part);
@@ -104,7 +105,7 @@ impl Placement {
         is_hand.then_some(Placement { right, down, origin })
     }
 
-    /// A rectangle of a picture, from the corner of its first pixel.
+    /// Returns the placement of a rectangle of a picture, from the corner of its first pixel.
     fn of_rectangle(input: &Input, corner: [f64; 2], size: [f64; 2]) -> Placement {
         let mut step = [0, 1].map(|axis| size[axis] / input.size[axis] as f64);
         match input.resize {
@@ -112,7 +113,7 @@ impl Placement {
             Resize::Letterbox => step = [step[0].max(step[1]); 2],
             Resize::Crop => step = [step[0].min(step[1]); 2],
         }
-        // The middle of both is in the same place.
+        // The middles of the part and of the input coincide.
         let origin = [0, 1].map(|axis| {
             let side = input.size[axis] as f64 * step[axis];
             corner[axis] + (size[axis] - side) / 2.0 + step[axis] / 2.0
@@ -120,19 +121,19 @@ impl Placement {
         Placement { right: [step[0], 0.0], down: [0.0, step[1]], origin }
     }
 
-    /// The position in the picture of a position in the input [px].
+    /// Converts a position in the input to a position in the picture [px].
     pub fn in_picture(&self, [u, v]: [f32; 2]) -> [f32; 2] {
         let (u, v) = (f64::from(u), f64::from(v));
         [0, 1].map(|axis| (self.origin[axis] + self.right[axis] * u + self.down[axis] * v) as f32)
     }
 
-    /// The length in the picture of one input pixel, along each side [px].
+    /// The length of one input pixel in the picture, along each side [px].
     pub fn scale(&self) -> [f32; 2] {
         [self.right, self.down].map(|[x, y]| x.hypot(y) as f32)
     }
 }
 
-/// The input tensor of a model for a picture.
+/// Returns the input tensor of a model for a picture.
 pub fn tensor(input: &Input, picture: &Picture, placement: &Placement) -> Tensor {
     let [width, height] = input.size;
     let mut tensor = Tensor::zeros(input.shape());
@@ -177,7 +178,7 @@ struct Between {
 }
 
 impl Between {
-    /// `None` outside of the picture.
+    /// Returns `None` outside the picture.
     fn new(place: f32, count: u32) -> Option<Between> {
         let length = count as f32;
         let is_inside = place >= -0.5 && place < length - 0.5;
@@ -194,14 +195,14 @@ impl Between {
     }
 }
 
-/// The neighbours of each column and row of an input that is not rotated, shared by all of its pixels.
+/// The neighbours of each column and row for an input that is not rotated, shared by all its pixels.
 struct Upright {
     columns: Vec<Option<Between>>,
     rows: Vec<Option<Between>>,
 }
 
 impl Upright {
-    /// `None` for a rotated placement.
+    /// Returns `None` for a rotated placement.
     fn new(input: &Input, picture: &Picture, placement: &Placement) -> Option<Upright> {
         let is_upright = placement.right[1] == 0.0 && placement.down[0] == 0.0;
         let column = |at| Between::new(placement.in_picture([at as f32, 0.0])[0], picture.width);
@@ -224,7 +225,7 @@ impl Upright {
     }
 }
 
-/// A row of a rotated input.
+/// Returns a row of a rotated input.
 fn turned(
     picture: &Picture,
     placement: &Placement,
@@ -241,14 +242,14 @@ fn turned(
     }
 }
 
-/// The pixels of a row of a picture.
+/// Returns the pixels of a row of a picture.
 fn pixels(picture: &Picture, row: usize) -> &[[u8; 3]] {
     let width = picture.width as usize;
     let pixels: &[[u8; 3]] = picture.rgb.as_chunks().0;
     pixels.get(row * width..(row + 1) * width).unwrap_or_default()
 }
 
-/// The colour between four pixels (bilinear).
+/// Returns the colour between four pixels (bilinear interpolation).
 fn mixed(above: &[[u8; 3]], below: &[[u8; 3]], column: Between, row: Between) -> [f32; 3] {
     let pair =
         |pixels: &[[u8; 3]]| (pixels.get(column.near).copied(), pixels.get(column.far).copied());

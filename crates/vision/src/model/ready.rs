@@ -1,11 +1,11 @@
-//! Descriptors of published models. The user downloads their files, under their licences.
+//! Descriptors of published models. Users download the model files under the files' own licences.
 
-/// A descriptor without a file: `teampulse models add` completes it.
+/// A descriptor without a model file, which `teampulse models add` completes.
 #[derive(Clone, Copy, Debug)]
 pub struct Ready {
-    /// Its name.
+    /// The name of the model.
     pub name: &'static str,
-    /// Its text, without a file hash.
+    /// The text of the descriptor, without a file hash.
     pub text: &'static str,
 }
 

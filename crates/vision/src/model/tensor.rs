@@ -1,6 +1,6 @@
 //! Arrays of numbers: the inputs and outputs of models.
 
-/// The most numbers in a model's input tensor: 256 MiB.
+/// The largest number of values in a model's input tensor: 256 MiB.
 pub const MOST_NUMBERS: usize = 64 << 20;
 
 /// An array of numbers with its shape, in row-major order.
@@ -8,9 +8,9 @@ pub const MOST_NUMBERS: usize = 64 << 20;
 pub struct Tensor {
     /// The name of the output; empty for an input.
     pub name: String,
-    /// The sizes of its dimensions.
+    /// The sizes of the dimensions.
     pub shape: Vec<usize>,
-    /// Its numbers.
+    /// The values.
     pub values: Vec<f32>,
 }
 
@@ -28,19 +28,19 @@ impl Tensor {
         Tensor { name: String::new(), shape: shape.to_vec(), values }
     }
 
-    /// Its shape without leading dimensions of size one.
+    /// The shape without leading dimensions of size one.
     pub fn sides(&self) -> &[usize] {
         let ones = self.shape.iter().take_while(|side| **side == 1).count();
         &self.shape[ones..]
     }
 
-    /// Its shape as text: `1 × 17 × 64 × 48`.
+    /// The shape as text: `1 × 17 × 64 × 48`.
     pub fn shown(&self) -> String {
         shown(&self.shape)
     }
 }
 
-/// A shape as text.
+/// Formats a shape as text.
 pub fn shown(shape: &[usize]) -> String {
     let sides: Vec<String> = shape.iter().map(ToString::to_string).collect();
     if sides.is_empty() { "one number".to_owned() } else { sides.join(" × ") }

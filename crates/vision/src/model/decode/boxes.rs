@@ -2,10 +2,10 @@
 
 use super::Detection;
 
-/// The most detections that are compared with each other.
+/// The largest number of detections that are compared with each other.
 const MOST: usize = 1000;
 
-/// The names and units of the values of the most confident detection, and of its points.
+/// Returns the names and units of the values of the most confident detection, and of its points.
 pub(super) fn channels(points: &[&str]) -> Vec<(String, &'static str)> {
     let sides = [("left", "px"), ("top", "px"), ("width", "px"), ("height", "px")];
     let rest = [("score", "1"), ("count", "1")];
@@ -14,8 +14,8 @@ pub(super) fn channels(points: &[&str]) -> Vec<(String, &'static str)> {
     parts.chain(points.map(|name| (name, "px"))).collect()
 }
 
-/// The values of the most confident detection, the number of detections, and its points. Without any, only the count,
-/// which is 0.
+/// Returns the values of the most confident detection, the number of detections, and its points. Without a detection,
+/// only the count has a value, which is 0.
 pub(super) fn values(found: &[Detection]) -> Vec<f64> {
     let count = found.len() as f64;
     let Some(best) = found.first() else {
@@ -26,8 +26,8 @@ pub(super) fn values(found: &[Detection]) -> Vec<f64> {
     sides.into_iter().chain([count]).chain(points).collect()
 }
 
-/// Non-maximum suppression: drops each detection that overlaps a more confident one by more than this (intersection
-/// over union); the most confident comes first.
+/// Suppresses non-maximum detections: drops each one that overlaps a more confident one by more than `most_overlap`
+/// (intersection over union). The most confident comes first.
 pub(super) fn apart(mut found: Vec<Detection>, most_overlap: f32) -> Vec<Detection> {
     found.retain(|each| each.score.is_finite() && area(each).is_finite());
     found.sort_by(|a, b| b.score.total_cmp(&a.score));

@@ -11,7 +11,7 @@ use super::{Decode, DecodeError, Found, Tensor, misshaped, output};
 pub struct Classes {
     /// The names of the classes.
     pub labels: Vec<String>,
-    /// Whether the output holds probabilities already. If not, softmax is applied.
+    /// Whether the output already holds probabilities. If not, softmax is applied.
     #[serde(default)]
     pub is_probability: bool,
     /// The name of the output. By default the first one.
@@ -38,7 +38,7 @@ impl Decode for Classes {
     }
 }
 
-/// The softmax of scores.
+/// Returns the softmax of scores.
 fn softmax(scores: Vec<f64>) -> Vec<f64> {
     let highest = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let powers: Vec<f64> = scores.into_iter().map(|score| (score - highest).exp()).collect();

@@ -1,14 +1,14 @@
-//! The points of a hand, how certain it is that there is one, and which hand it is, as MediaPipe's model gives them
-//! (Zhang et al. 2020, arXiv:2006.10214): x, y and a depth of each point [px], and two probabilities.
+//! The points of a hand, the confidence that there is one, and whether it is left or right, as output by MediaPipe's
+//! model (Zhang et al. 2020, arXiv:2006.10214): x, y and a depth for each point [px], and two probabilities.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Decode, DecodeError, Found, Point, Tensor, misshaped, of_points, output};
 
-/// The ends of the names of the streams of a model of hands.
+/// The suffixes of the stream names of a hand model.
 pub(super) const SIDES: [&str; 2] = ["_left", "_right"];
-/// How many numbers a point has.
+/// The number of values per point.
 const STRIDE: usize = 3;
 
 /// The settings of the points of a hand.
@@ -17,16 +17,17 @@ const STRIDE: usize = 3;
 pub struct Hand {
     /// The names of the points.
     pub names: Vec<String>,
-    /// How certain a hand has to be, 0 to 1.
+    /// The minimum confidence of a hand, 0 to 1.
     #[serde(default = "least_score")]
     pub least_score: f32,
-    /// The output of the points. Without it, the first.
+    /// The name of the output for points. By default the first one.
     #[serde(default)]
     pub points: Option<String>,
-    /// The output of the probability of a hand. Without it, the second.
+    /// The name of the output for the probability of a hand. By default the second one.
     #[serde(default)]
     pub presence: Option<String>,
-    /// The output of the probability of a right hand, in a picture that is not mirrored. Without it, the third.
+    /// The name of the output for the probability of a right hand, in a picture that is not mirrored. By default the
+    /// third one.
     #[serde(default)]
     pub handedness: Option<String>,
 }
@@ -38,9 +39,9 @@ fn least_score() -> f32 {
 /// A hand in a part of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeenHand {
-    /// Its points; the score of each is that of the hand.
+    /// The points of the hand; the score of each is the score of the hand.
     pub points: Vec<Point>,
-    /// How certain it is that there is a hand, 0 to 1.
+    /// The confidence that there is a hand, 0 to 1.
     pub score: f32,
     /// Whether it is a right hand.
     pub is_right: bool,
@@ -51,7 +52,7 @@ impl Decode for Hand {
         let points = output(outputs, self.points.as_deref(), 0)?;
         let needed = self.names.len() * STRIDE;
         if points.values.len() != needed {
-            return Err(misshaped(points, format!("{needed} numbers, {STRIDE} a point")));
+            return Err(misshaped(points, format!("{needed} numbers, {STRIDE} per point")));
         }
         let score = only(output(outputs, self.presence.as_deref(), 1)?)?;
         let is_right = only(output(outputs, self.handedness.as_deref(), 2)?)? > 0.5;
@@ -66,7 +67,7 @@ impl Decode for Hand {
     }
 }
 
-/// The number of an output that has only one.
+/// Returns the number of an output that has only one.
 fn only(tensor: &Tensor) -> Result<f32, DecodeError> {
     match tensor.values.as_slice() {
         [number] => Ok(*number),
@@ -74,7 +75,7 @@ fn only(tensor: &Tensor) -> Result<f32, DecodeError> {
     }
 }
 
-/// The most certain hand of each of the [`SIDES`].
+/// Returns the most confident hand for each of the [`SIDES`].
 pub(super) fn of_sides(found: &[Found]) -> [Option<&Found>; 2] {
     [false, true].map(|is_right| {
         let score = |found: &Found| match found {

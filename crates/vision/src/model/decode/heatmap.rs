@@ -11,7 +11,7 @@ use super::{Decode, DecodeError, Found, Point, Tensor, misshaped, of_points, out
 pub struct Heatmap {
     /// The names of the points.
     pub names: Vec<String>,
-    /// How far around the maximum values are included [cells].
+    /// The distance from the maximum up to which values are included [cells].
     #[serde(default = "radius")]
     pub radius: usize,
     /// The name of the output. By default the first one.
@@ -47,7 +47,7 @@ impl Decode for Heatmap {
 }
 
 impl Heatmap {
-    /// The point of a map with cells of this size [px].
+    /// Returns the point of a map with cells of this size [px].
     fn point(&self, map: &[f32], columns: usize, cells: [f32; 2]) -> Point {
         let finite = map.iter().enumerate().filter(|(_, value)| value.is_finite());
         let Some((highest, score)) = finite.max_by(|a, b| a.1.total_cmp(b.1)) else {

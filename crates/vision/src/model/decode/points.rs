@@ -21,7 +21,7 @@ pub struct Points {
     /// The index of the score among the values of a point, from 0. By default the score is 1.
     #[serde(default)]
     pub score: Option<usize>,
-    /// Whether the logistic function converts that value to a probability.
+    /// Whether the logistic function converts the score to a probability.
     #[serde(default)]
     pub is_logistic: bool,
     /// The name of the output. By default the first one.

@@ -11,7 +11,7 @@ use super::{Decode, DecodeError, Found, Tensor, misshaped, output};
 pub struct Regression {
     /// The names of the numbers.
     pub names: Vec<String>,
-    /// The index of the first of these in the output, from 0; those before and after are ignored.
+    /// The index of the first of these numbers in the output, from 0; those before and after are ignored.
     #[serde(default)]
     pub first: usize,
     /// The name of the output. By default the first one.

@@ -26,7 +26,7 @@ impl Decode for Simcc {
         let rows = output(outputs, self.rows.as_deref(), 1)?;
         let (across, down) = (self.along(columns, size[0])?, self.along(rows, size[1])?);
         let point = |((x, in_x), (y, in_y)): ((f32, f32), (f32, f32))| {
-            // The lower of both scores, as in mmpose.
+            // The lower of the two scores, as in mmpose.
             Point { place: [x, y], score: in_x.min(in_y) }
         };
         Ok(Found::Points(across.into_iter().zip(down).map(point).collect()))
@@ -38,7 +38,7 @@ impl Decode for Simcc {
 }
 
 impl Simcc {
-    /// The most probable positions along one side [px], with their scores.
+    /// Returns the most probable positions along one side [px], with their scores.
     fn along(&self, tensor: &Tensor, side: usize) -> Result<Vec<(f32, f32)>, DecodeError> {
         let count = self.names.len();
         let bins = match tensor.shape.as_slice() {

@@ -8,7 +8,7 @@ use super::{Decode, DecodeError, Detection, Found, Tensor, boxes, misshaped, out
 use crate::model::descriptor::Subject;
 use crate::model::tensor::sigmoid;
 
-/// The points of a face; left and right are the person's own.
+/// The points of a face; left and right are as seen by the person.
 const OF_FACE: [&str; 6] = ["right_eye", "left_eye", "nose", "mouth", "right_ear", "left_ear"];
 /// The points of a palm: the wrist, the bases of the fingers, and the two joints at the base of the thumb.
 const OF_PALM: [&str; 7] =
@@ -20,13 +20,13 @@ const OF_PALM: [&str; 7] =
 pub struct Ssd {
     /// The cell spacing of each layer [px] and the number of anchors per cell: `[[8, 2], [16, 6]]`.
     pub anchors: Vec<[usize; 2]>,
-    /// What it finds for later models: a `face`, with six points, or a `hand`, with the seven points of its palm.
+    /// What the model finds for later models: a `face` with six points, or a `hand` with the seven points of its palm.
     #[serde(default = "face")]
     pub finds: Subject,
     /// The minimum confidence, 0 to 1.
     #[serde(default = "least_score")]
     pub least_score: f32,
-    /// The largest overlap of two of them (intersection over union).
+    /// The largest overlap of two detections (intersection over union).
     #[serde(default = "most_overlap")]
     pub most_overlap: f32,
     /// The name of the output for offsets. By default the first one.
@@ -99,7 +99,7 @@ impl Ssd {
         }
     }
 
-    /// The centres of all anchors [px].
+    /// Returns the centres of all anchors [px].
     fn centres(&self, [width, height]: [usize; 2]) -> Vec<[f32; 2]> {
         let mut centres = Vec::new();
         for [stride, count] in &self.anchors {
@@ -114,7 +114,7 @@ impl Ssd {
     }
 }
 
-/// What is at an anchor: its centre, its sides and its points, all in pixels from the anchor's centre.
+/// Returns the detection at an anchor: its centre, sides and points, all in pixels from the anchor's centre.
 fn part(row: &[f32], score: f32, [x, y]: [f32; 2]) -> Detection {
     let (centre, points) = ([row[0] + x, row[1] + y], row[4..].as_chunks::<2>().0);
     Detection {

@@ -13,9 +13,9 @@ use crate::model::descriptor::Subject;
 pub struct Yolo {
     /// The version of the output format: `v5` or `v8`.
     pub version: Version,
-    /// What it finds for later models: a `person` or a `face`.
+    /// What the model finds for later models: a `person` or a `face`.
     pub finds: Subject,
-    /// The index of that class, from 0; with COCO, persons are class 0.
+    /// The index of the class to find, from 0; with COCO, persons are class 0.
     #[serde(default)]
     pub class: usize,
     /// The minimum confidence of a detection, 0 to 1.

@@ -9,7 +9,7 @@ use crate::model::descriptor::Subject;
 
 /// The cell spacings [px].
 const STRIDES: [usize; 3] = [8, 16, 32];
-/// The points of a face; left and right are the person's own.
+/// The points of a face; left and right are as seen by the person.
 const POINTS: [&str; 5] =
     ["right_eye", "left_eye", "nose", "right_mouth_corner", "left_mouth_corner"];
 
@@ -83,7 +83,8 @@ impl Yunet {
     }
 }
 
-/// The face of a cell: its centre and points as offsets from the cell, its sides as logarithms, all in strides.
+/// Returns the face of a cell: its centre and points are offsets from the cell, its sides are logarithms, all in
+/// strides.
 fn face(
     cell: [f32; 2],
     stride: f32,

@@ -11,7 +11,7 @@ use ort::value::{DynValue, Tensor as Value};
 use super::{Engine, EngineError, Numbers, Tensor, line, one_input};
 use crate::model::descriptor::Number;
 
-/// The open library and the environment shared by its models: one per process.
+/// The open library, and the environment shared by its models: one per process.
 static OPEN: Mutex<Option<(PathBuf, Environment)>> = Mutex::new(None);
 
 /// A model loaded by ONNX Runtime.
@@ -60,7 +60,7 @@ fn environment(library: &Path) -> Result<Environment, EngineError> {
     Ok(environment)
 }
 
-/// One thread that waits without spinning: two are slower on a busy computer.
+/// Creates a session with one thread that waits without spinning: two threads are slower on a busy computer.
 fn session(environment: &Environment, file: &[u8]) -> Result<Session, String> {
     let said = |error: ort::Error<_>| error.to_string();
     let builder = Session::builder(environment).map_err(|error| error.to_string())?;
