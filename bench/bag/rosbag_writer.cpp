@@ -1,5 +1,5 @@
-// How many messages a CPU-second ROS 1's own bag writer takes: `rosbag_writer FILE MESSAGES BYTES`.
-// The twin of src/main.rs: eight topics in turn, uncompressed, the same payloads.
+// Measures how many messages per CPU-second the bag writer of ROS 1 takes: `rosbag_writer FILE MESSAGES BYTES`.
+// The counterpart of src/main.rs: eight topics in turn, uncompressed, the same payloads.
 
 #include <cmath>
 #include <cstdint>
@@ -16,7 +16,7 @@
 constexpr int TOPICS = 8;
 constexpr int PAYLOADS = 64;
 
-// Doubles of a slow wave with noise, as sensors give them.
+// Makes doubles of a slow wave with noise, like those of sensors.
 static std_msgs::UInt8MultiArray message(int k, size_t bytes) {
   std::vector<double> wave((bytes + 7) / 8);
   uint64_t state = k + 1;

@@ -1,4 +1,5 @@
-"""What two cameras, a microphone and all wearables cost beside five robots, with and without a model that looks at a camera."""
+"""Measures what two cameras, a microphone and all wearables cost beside five robots, with and without a model that
+processes a camera."""
 
 import hashlib
 import io
@@ -25,7 +26,7 @@ from test_models import jpeg, model_process, placed
 from test_ros_audio import vowel
 from worn import OPERATOR, emulated
 
-# Until all devices stream and the shorter windows are full.
+# The time until all devices stream and the shorter windows are full [s].
 SETTLED_SECS = float(os.environ.get("SETTLED_SECS", "60"))
 COUNTED_SECS = float(os.environ.get("COUNTED_SECS", "60"))
 MEASURED = os.environ["BENCH_WEARABLES"]
@@ -63,19 +64,19 @@ labels = {[f"c{label}" for label in range(mobilenet.CLASSES)]}
 class Run:
     """A session with cameras."""
 
-    # Of a core: by the monitor, and by the process of its models.
+    # The shares of a core used by the monitor, and by the process of its models.
     share: float
     of_models: float
-    # From the arrival of a person's reading to the queues of sinks [ms].
+    # The delays from the arrival of a person's reading to the queues of sinks [ms].
     delays_ms: list[float]
     frames: int
     lost: int
-    # How many frames a second the model has looked at.
+    # The number of frames per second that the model processed.
     seen_hz: float
 
 
 def drawn(count: int) -> list[bytes]:
-    """Pictures as a camera's: a disc that moves in front of noise."""
+    """Returns pictures like those of a camera: a disc that moves in front of noise."""
     random, files = numpy.random.default_rng(1), []
     rows, columns = numpy.mgrid[: SIZE[1], : SIZE[0]]
     for picture in range(count):
@@ -88,7 +89,7 @@ def drawn(count: int) -> list[bytes]:
 
 
 def worker(folder: Path) -> str:
-    """The part of a study that looks at a camera with a model."""
+    """Returns the part of a study that processes a camera with a model."""
     file = mobilenet.model()
     (folder / "model.onnx").write_bytes(file)
     descriptor = folder / "model.toml"
@@ -152,7 +153,7 @@ def recorded(stage: harness.Stage, server: Server, has_model: bool) -> Run:
 
 
 def speaks(server: Server, over: threading.Event) -> None:
-    """Somebody speaks in front of the microphone until it is over."""
+    """Plays a voice into the microphone until `over` is set."""
     sound = vowel(140, 4.0)
     while not over.is_set():
         server.play(sound)
@@ -210,7 +211,7 @@ def hidden():
 
 
 def hidden_in(stage: harness.Stage) -> tuple[int, int]:
-    """How many pictures were recorded, and in how many a face can be read."""
+    """Returns how many pictures were recorded, and in how many a face is recognisable."""
     descriptor = placed(stage.folder, blur.detector(), blur.OF_FACES)
     out = stage.folder / "sessions"
     monitor = stage.teampulse("run", stage.study(blur.STUDY.replace("DESCRIPTOR", str(descriptor))), "--out", out)
@@ -234,7 +235,7 @@ def hidden_in(stage: harness.Stage) -> tuple[int, int]:
     for each in bags.messages(harness.the_bag(out), blur.HIDDEN):
         if (at := stamp_ns(each)) in places:
             (person, (x, y)), pixels = places[at], blur.opened(bytes(each.content.data))
-            # Where the face was, with some pixels more.
+            # The place of the face, with a margin of some pixels.
             left, top = max(int(x) - 40, 0), max(int(y) - 40, 0)
             recorded += 1
             readable += person.known(pixels[top : int(y) + 40, left : int(x) + 40]) >= 0.9

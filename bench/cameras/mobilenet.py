@@ -1,5 +1,5 @@
-"""A model as large as MobileNetV2 (Sandler et al. 2018, doi:10.1109/CVPR.2018.00474), with weights drawn at random: it costs
-what such a model costs, and knows nothing."""
+"""A model as large as MobileNetV2 (Sandler et al. 2018, doi:10.1109/CVPR.2018.00474), with random weights: it costs as
+much as such a model, but computes nothing useful."""
 
 import numpy
 import onnx
@@ -11,7 +11,7 @@ GROUPS = [(1, 16, 1, 1), (6, 24, 2, 2), (6, 32, 3, 2), (6, 64, 4, 2), (6, 96, 3,
 
 
 class Network:
-    """Layers in the order in which they are added."""
+    """A model's layers, in the order in which they are added."""
 
     def __init__(self, seed: int):
         self.random = numpy.random.default_rng(seed)
@@ -45,7 +45,7 @@ class Network:
 
 
 def model(seed: int = 1) -> bytes:
-    """An ONNX file."""
+    """Returns the model as an ONNX file."""
     network = Network(seed)
     network.convolution(32, side=3, stride=2)
     for expansion, channels, repeats, stride in GROUPS:

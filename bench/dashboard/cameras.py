@@ -1,4 +1,4 @@
-"""Cameras of a team: their pictures as JPEG, as ROS messages, sent at their rate."""
+"""Cameras of a team: JPEG pictures as ROS messages, sent at the cameras' rate."""
 
 import base64
 import struct
@@ -7,7 +7,7 @@ import time
 
 HZ = 30
 
-# A moving disc in front of noise, as JPEG of the size that a camera makes.
+# Draws a moving disc in front of noise, as a JPEG as large as those of cameras.
 DRAW = """async ([width, height, count]) => {
   const canvas = new OffscreenCanvas(width, height);
   const context = canvas.getContext("2d");
@@ -30,19 +30,19 @@ DRAW = """async ([width, height, count]) => {
 
 
 def drawn(page, size: tuple[int, int], count: int) -> list[bytes]:
-    """Pictures that a browser's page draws, as JPEG files."""
+    """Returns pictures drawn by a browser page, as JPEG files."""
     return [base64.b64decode(each) for each in page.evaluate(DRAW, [*size, count])]
 
 
 def compressed(file: bytes, stamp_ns: int = 0) -> bytes:
-    """A `sensor_msgs/CompressedImage` as CDR."""
+    """Returns a `sensor_msgs/CompressedImage` as CDR."""
     secs, nanos = divmod(stamp_ns, 10**9)
     head = struct.pack("<4s iI I5s3x I5s3x I", b"\0\1\0\0", secs, nanos, 5, b"cam1\0", 5, b"jpeg\0", len(file))
     return head + file
 
 
 class Cameras:
-    """Sends pictures on topics of a robot, each at its rate, until it is left; a monitor must be there."""
+    """Sends pictures on topics of a robot, each at its rate, until the context is left; a monitor must be running."""
 
     def __init__(self, stage, topics: list[str], files: list[bytes]):
         self._over = threading.Event()

@@ -1,4 +1,4 @@
-"""What many viewers take of the processor, and what one behind a slow link gets: markers first."""
+"""Measures what many viewers cost, and what a viewer behind a slow link receives: markers first."""
 
 import asyncio
 import contextlib
@@ -20,7 +20,7 @@ from figures import Figures
 CLIENTS = 20
 WATCHED_SECS = int(os.environ.get("SECONDS_EACH", "10"))
 LINK_BYTES_PER_SEC = 5_000_000 // 8
-# As a router holds them for a link that is full.
+# As many as a router holds for a link that is full.
 LINK_QUEUE_BYTES = 64 << 10
 PICTURE_BYTES = 45_600  # 1280 x 720 at JPEG quality 75
 CAMERAS = ("front", "back")
@@ -46,7 +46,7 @@ people = 1
 
 
 class Link:
-    """A connection through a link of so many bytes a second towards the client."""
+    """Passes a connection through a link with this many bytes per second towards the client."""
 
     def __init__(self, port: int):
         self.port = port
@@ -76,7 +76,7 @@ class Link:
 
 
 async def view(address: str, wants, seen=None, until=None):
-    """Looks at a session as a page does: draws some streams and acknowledges pictures."""
+    """Views a session like a page: draws some streams and acknowledges pictures."""
     async with websockets.connect(f"{address.replace('http', 'ws')}/ws", max_size=None) as socket:
         async for message in socket:
             if isinstance(message, bytes):
@@ -107,7 +107,7 @@ def as_team_page(stream) -> list[float]:
 
 
 async def many(address: str, monitor) -> tuple[float, float]:
-    """The processor of the monitor without viewers, and with twenty [cores]."""
+    """Returns the processor use of the monitor without viewers, and with twenty [cores]."""
 
     async def taken() -> float:
         before_secs, began_secs = monitor.cpu_secs(), time.monotonic()
@@ -126,7 +126,7 @@ async def many(address: str, monitor) -> tuple[float, float]:
 
 
 async def slow(address: str) -> tuple[dict, dict[str, float]]:
-    """What a viewer behind a slow link sees, and when each marker was set."""
+    """Returns what a viewer behind a slow link sees, and when each marker was set."""
     seen = {"pictures": 0, "markers": {}, "missed": {}}
     until = asyncio.Event()
     port = int(address.rpartition(":")[2])
@@ -177,7 +177,7 @@ def main() -> int:
             monitor = stage.teampulse("run", study, "--out", out)
             address = monitor.wait_for(r"dashboard is at (http://\S+?)/?$")[1]
             stage.teampulse("simulate", study)
-            # No pictures, which nobody here decodes.
+            # No pictures, as nothing here decodes them.
             files = [b"\xff\xd8\xff" + os.urandom(PICTURE_BYTES - 3) for _ in range(4)]
             with Cameras(stage, [f"/robot1/{name}/compressed" for name in CAMERAS], files):
                 seen, set_at = asyncio.run(slow(address))

@@ -2,7 +2,7 @@
 
 
 class Figures:
-    """Prints a line a figure, and knows whether one missed its bar."""
+    """Prints a line per figure, and remembers whether one missed its bar."""
 
     def __init__(self):
         self.is_missed = False

@@ -1,4 +1,4 @@
-"""What eight hours leave in the memory of the dashboard and of a browser that looks at it, accelerated."""
+"""Measures how much memory eight accelerated hours leave in use in the dashboard and in a browser that views it."""
 
 import json
 import os
@@ -16,18 +16,18 @@ from websockets.sync.client import connect
 
 HOURS, SPEED = 8, 240
 DEMO_SECS = 185
-# From the end of this hour on memory may grow by this share at most.
+# From the end of this hour on, memory may grow by at most this share.
 SETTLED_HOUR, MOST_GROWN = 2, 0.05
-# The looks at a page in each hour.
+# The number of times that a page is measured in each hour.
 LOOKS = 5
 
 
 class Browser:
-    """Chromium with a page for each address, asked for nothing but what they hold."""
+    """Chromium with a page for each address, used only to measure the memory of the pages."""
 
     def __init__(self, folder: Path, addresses: list[str]):
         flags = [*FLAGS, "--headless", "--remote-debugging-port=0", f"--user-data-dir={folder}", "--window-size=1280,720"]
-        # Chromium slows down pages in the background: here each counts as visible.
+        # Chromium slows down pages in the background, so each is treated as visible.
         flags += ["--disable-backgrounding-occluded-windows", "--disable-renderer-backgrounding"]
         self._process = subprocess.Popen([shutil.which("chromium"), *flags], stderr=subprocess.DEVNULL)
         said = folder / "DevToolsActivePort"
@@ -40,7 +40,8 @@ class Browser:
         return json.load(urllib.request.urlopen(request))["webSocketDebuggerUrl"]
 
     def heaps_mib(self) -> list[float]:
-        """What each page holds after its garbage was collected: the least of some looks, between two batches of messages."""
+        """Returns the memory of each page after a garbage collection: the smallest of several measurements, between two
+        batches of messages."""
         looks = [[self._heap_mib(page) for page in self._pages] for _ in range(LOOKS)]
         return [min(page) for page in zip(*looks)]
 
@@ -69,7 +70,7 @@ def main() -> int:
     pages = ("team", "signals")
     with tempfile.TemporaryDirectory() as folder:
         bag = os.environ.get("BAG") or harness.Stage(Path(folder), domain=77).demo(DEMO_SECS)
-        # It goes on for an hour, so that the last looks are at a session, too.
+        # It runs for another hour, so that the last measurements are of a running session, too.
         soak = harness.Program([os.environ["BENCH_SOAK"], "watched", bag, HOURS + 1, SPEED], domain=65)
         try:
             address = soak.wait_for(r"(http://[^\"]+)", pipe="stdout")[1]

@@ -1,4 +1,5 @@
-"""What a browser without a GPU takes to draw 24 charts: frames, latency, processor, and how soon a page has data."""
+"""Measures what it costs a browser without a GPU to draw 24 charts: frames, latency, processor, and how soon a page has
+data."""
 
 import json
 import os
@@ -39,7 +40,7 @@ people = 6
 """
 WAVES = ("ecg", "ppg", "eeg", "emg")
 
-# Notes when frames are, when waves arrive, and when they are drawn; nothing in the page knows of it.
+# Records when frames occur, when waves arrive, and when they are drawn, unknown to the page.
 WATCH = """
 window.seen = {frames: [], arrived: [], drawn: [], waiting: null};
 const Socket = WebSocket;
@@ -72,7 +73,7 @@ requestAnimationFrame(frame);
 
 
 def cpu_secs(ancestor: int) -> float:
-    """The processor time of all processes of Chromium below one."""
+    """Returns the processor time of all Chromium processes below one process."""
     parents, names = {}, {}
     for each in Path("/proc").glob("[0-9]*"):
         try:
@@ -112,7 +113,7 @@ def charts(page, address: str) -> dict:
 
 
 def first_data_secs(browser, address: str) -> tuple[float, float]:
-    """How soon the Team page is painted, and how soon it has a number."""
+    """Returns how soon the Team page is painted, and how soon it shows a number."""
     page = browser.new_page()
     page.goto(address, wait_until="commit")
     page.wait_for_selector(".robot[data-state=online]", timeout=30_000)

@@ -1,4 +1,4 @@
-"""How soon a click on the timeline lands in a recording of an hour, also in one with a camera."""
+"""Measures how soon a click on the timeline is shown in a recording of an hour, also in one with a camera."""
 
 import shutil
 import struct
@@ -23,7 +23,7 @@ IMAGE = "\n".join((
 ))
 FLAGS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
 
-# When the page has all of the moment that was clicked, and when pictures were drawn.
+# Records when the page has all data of the clicked time, and when pictures were drawn.
 WATCH = """
 window.ready = [];
 window.drawn = [];
@@ -46,7 +46,7 @@ addEventListener("pointerdown", (event) => (window.clicked = performance.now()),
 
 
 def an_hour_of(bag: Path, out: Path, pictures: list[bytes]) -> None:
-    """Writes a recording again and again, each time later, with the stamps of our own messages and pictures of a camera."""
+    """Writes a recording repeatedly, each time later, with the stamps of our own messages and pictures of a camera."""
     with next(bag.glob("*.mcap")).open("rb") as stream, out.open("wb") as written:
         messages = [(schema, channel, message) for schema, channel, message in make_reader(stream).iter_messages()]
         first, last = messages[0][2].log_time, messages[-1][2].log_time
@@ -82,7 +82,7 @@ def an_hour_of(bag: Path, out: Path, pictures: list[bytes]) -> None:
 
 
 def jumps_secs(browser, address: str, page_name: str, has_camera: bool) -> list[float]:
-    """From each click until the page has that moment, with its picture."""
+    """Returns the time from each click until the page has the clicked time, with its picture."""
     page = browser.new_page(viewport={"width": 1280, "height": 720}, bypass_csp=True)
     page.add_init_script(WATCH)
     page.goto(f"{address}#/{page_name}")

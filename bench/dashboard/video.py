@@ -1,4 +1,4 @@
-"""Whether a browser without a GPU still draws 48 charts with four cameras beside them."""
+"""Checks whether a browser without a GPU still draws 48 charts beside four cameras."""
 
 import json
 import os
@@ -34,7 +34,7 @@ people = 12
 """
 WAVES = {"ecg": "ecg", "ppg": "ppg", "eeg": "AF7", "emg": "emg1"}
 
-# How many pictures are drawn into each canvas.
+# Counts the pictures drawn into each canvas.
 COUNT = """
 window.pictures = 0;
 const paint = CanvasRenderingContext2D.prototype.drawImage;

@@ -1,4 +1,4 @@
-"""Features of simulated operators against what truly was, phase by phase."""
+"""Compares features of simulated operators with the ground truth, phase by phase."""
 
 import math
 from collections import defaultdict
@@ -12,17 +12,17 @@ import bags
 import tables
 
 PHASES = ["baseline", "1-back", "2-back", "3-back"]
-# How the topics end that are read.
+# The ends of the names of the topics that are read.
 HEARD = ("/truth/beats", "/truth/state", "/truth/breaths", "/responses", "/phases")
 NANOS = 1_000_000_000
-# What section 9 of the project's reference asks for.
+# The requirements of section 9 of the project's reference.
 MOST_RATE_BPM, MOST_BREATHS = 1.0, 0.5
 MOST_RMSSD_SHARE, MOST_LEVEL_SHARE, MOST_AMPLITUDE_SHARE = 0.05, 0.10, 0.10
 LEAST_FOUND = 0.95
 MOST_P = 0.001
-# A response counts for sure when it is so high [uS], and alone for so long [s].
+# A response counts as certain if it is this high [uS] and no other is within this time [s].
 SURE_US, ALONE_SECS = 0.08, 6.0
-# From its onset to its peak [s], and how far that may be off.
+# The time from its onset to its peak [s], and the tolerance of that.
 RISE_SECS, RISE_OFF_SECS = 1.13, 1.0
 
 
@@ -39,12 +39,12 @@ class Session:
             self.heard[each.topic].append((tables.stamp_ns(each) / NANOS, each.content))
 
     def phases(self, person: str) -> dict[str, tuple[float, float]]:
-        """When each phase of a person began and ended [s]."""
+        """Returns when each phase of a person began and ended [s]."""
         begun = {event.label: secs for secs, event in self.heard[of(person, "task/phases")]}
         return {name: (begun[name], begun[name] + self.phase_secs) for name in PHASES}
 
     def values(self, person: str, family: str, value: str) -> dict[str, float]:
-        """The value of a feature in each phase; NaN where it has a reason instead."""
+        """Returns the value of a feature in each phase; NaN if it has a reason instead."""
         topic = of(person, f"simulated/{family}/phases")
         place, found = self.channels[topic].index(value), {}
         for name, (begin, _) in self.phases(person).items():
@@ -57,12 +57,12 @@ class Session:
         return self.heard[of(person, f"truth/{leaf}")]
 
     def rows(self, family: str, value: str) -> np.ndarray:
-        """The values of a feature, a row a person and a column a phase."""
+        """Returns the values of a feature, with a row per person and a column per phase."""
         rows = (self.values(person, family, value) for person in self.people)
         return np.array([[each[name] for name in PHASES] for each in rows])
 
     def true_rows(self, of_span: Callable) -> np.ndarray:
-        """What truly was: `of_span(person, begin, end)`, a row a person and a column a phase."""
+        """Returns the ground truth: `of_span(person, begin, end)`, with a row per person and a column per phase."""
         spans = ([self.phases(person)[name] for name in PHASES] for person in self.people)
         people = zip(self.people, spans, strict=True)
         return np.array([[of_span(person, *span) for span in each] for person, each in people])
@@ -81,7 +81,7 @@ def of(person: str, leaf: str) -> str:
 
 
 def worst(what: str, off: np.ndarray, most: float, unit: str = "") -> tuple[bool, str]:
-    """How far 95 % of what was found are off at most; what was not found counts as missing."""
+    """Returns whether the 95th percentile of the errors and the share of values found meet their bars, and a text."""
     found = np.isfinite(off)
     p95 = float(np.quantile(np.abs(off[found]), 0.95)) if found.any() else math.inf
     shown = f"{p95:.2f}{unit}" if unit else f"{p95:.1%}"
@@ -104,7 +104,7 @@ def heart_rate(session: Session) -> tuple[bool, str]:
 
 def rmssd(session: Session) -> tuple[bool, str]:
     found = session.rows("ecg/heart", "HRV_RMSSD")
-    # An extrasystole is corrected, and the truth has it: such phases are left out.
+    # The features correct extrasystoles, but the truth contains them, so such phases are left out.
     found[session.rows("ecg/heart", "HRV_Corrected") > 0] = math.nan
 
     def true_ms(*span) -> float:
@@ -162,7 +162,7 @@ FOUND = [heart_rate, rmssd, skin_level, responses, breathing_rate]
 
 
 def page(rows: np.ndarray) -> float:
-    """The p of Page's test that values rise along the columns, by its normal approximation."""
+    """Returns the p of Page's test that values rise along the columns, by its normal approximation."""
     people, count = rows.shape
     ranks = rows.argsort(axis=1).argsort(axis=1) + 1
     weighed = float((ranks.sum(axis=0) * np.arange(1, count + 1)).sum())
@@ -172,7 +172,7 @@ def page(rows: np.ndarray) -> float:
 
 
 def ordered(what: str, rows: np.ndarray, sign: int, digits: int) -> tuple[bool, str]:
-    """Whether the means of all people rise (or fall) from phase to phase, and how surely."""
+    """Returns whether the means of all people rise (or fall) from phase to phase, and how significantly."""
     whole = rows[np.isfinite(rows).all(axis=1)]
     means, p = whole.mean(axis=0), page(sign * whole)
     is_ordered = all(sign * after > sign * before for before, after in pairwise(means))

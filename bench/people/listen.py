@@ -1,5 +1,5 @@
-"""Hears what the sensors of a person publish and what teampulse publishes of it, and counts how much later that
-is: from the arrival of the wave that ends a window to the arrival of the window."""
+"""Receives what the sensors of a person publish and what teampulse computes from it, and measures the delay between
+them: from the arrival of the wave that ends a window to the arrival of the window."""
 
 import json
 import sys
@@ -14,11 +14,11 @@ NANOS = 1_000_000_000
 
 @dataclass
 class Sensor:
-    """What was heard of one sensor."""
+    """The messages received about one sensor."""
 
-    # Of each wave its last sample [ns] and its arrival [ns of the monotonic clock].
+    # The last sample [ns] and the arrival [ns of the monotonic clock] of each wave.
     waves: list[tuple[int, int]] = field(default_factory=list)
-    # Of each window its end [ns] and its arrival.
+    # The end [ns] and the arrival of each window.
     windows: list[tuple[int, int]] = field(default_factory=list)
 
     def hear_wave(self, wave: Wave) -> None:

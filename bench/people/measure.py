@@ -1,4 +1,4 @@
-"""What features of people cost, how late they are, and whether they find what truly was, over ROS."""
+"""Measures what features of people cost, how late they are, and whether they find the truth, over ROS."""
 
 import json
 import os
@@ -16,7 +16,7 @@ HERE = Path(__file__).parent
 LISTENER = [sys.executable, HERE / "listen.py"]
 WITHOUT_ROS = harness.ROOT / "examples/without_ros"
 
-# A baseline and three levels without a rest; then on until the longest window is full.
+# A baseline and three levels without a rest; then more time until the longest window is full.
 PHASE_SECS = 60
 WINDOWS_SECS = [30, 60, 300]
 DISCOVERED_SECS = 15
@@ -35,15 +35,15 @@ SENSORS = {
 MANY = 30
 LISTENED = "/humans/persons/p001/simulated"
 MOST_SHARE = {1: 0.02, MANY: 0.50}
-# Beyond what grows with the windows: buffers, and what the allocator holds.
+# Memory that does not grow with the windows: buffers, and what the allocator retains.
 MOST_GROWN_SHARE = 0.15
 MOST_LATENCY_MS = 20
 LATENCY_RUNS = 3
 
 
 def study(people: int, features: bool) -> str:
-    """A study with so many simulated people, with and without what is computed of them. What is
-    published costs nothing while nobody listens."""
+    """Returns a study with this many simulated people, with or without features of them. Publishing costs nothing while
+    nobody subscribes."""
     return f"""
         publish = ["{LISTENED}/*/*/w30"]
         [session]
@@ -68,7 +68,7 @@ def study(people: int, features: bool) -> str:
 
 @cache
 def of_people() -> list[str]:
-    """The names of all features."""
+    """Returns the names of all features."""
     with tempfile.TemporaryDirectory() as folder:
         stage = harness.Stage(Path(folder), domain=66)
         listed = stage.ask("list", "features").stdout.splitlines()
@@ -79,12 +79,12 @@ def of_people() -> list[str]:
 
 @dataclass
 class Run:
-    """What a session took, by how many seconds it had lasted."""
+    """The cost of a session, by the seconds since its start."""
 
     # The share of a core, and the memory [bytes].
     share: dict[int, float] = field(default_factory=dict)
     memory: dict[int, int] = field(default_factory=dict)
-    # What somebody heard of one person then [ms], several times.
+    # The latencies at a listener to one person at that time [ms], several times.
     latencies_ms: list[list[float]] = field(default_factory=list)
     session: Session | None = None
 
@@ -117,7 +117,7 @@ def watch(people: int, features: bool, at_secs: list[int]) -> Run:
 
 
 def share(monitor: harness.Program) -> float:
-    """The share of a core that it takes for a while."""
+    """Returns the share of a core that the session uses for a while."""
     cpu_before_secs, began = monitor.cpu_secs(), time.monotonic()
     time.sleep(COUNTED_SECS)
     return (monitor.cpu_secs() - cpu_before_secs) / (time.monotonic() - began)
@@ -128,7 +128,7 @@ def memory_bytes(pid: int) -> int:
     return 1024 * int(status.partition("VmRSS:")[2].split()[0])
 
 
-# When the windows are full, and as long after that again.
+# The times of measurements: when the windows are full, and a minute later.
 WATCHED_SECS = [DISCOVERED_SECS, FULL_SECS, FULL_SECS + 2 * COUNTED_SECS]
 
 
@@ -175,7 +175,7 @@ def heard_latencies_ms(stage: harness.Stage) -> list[float]:
 
 
 def latency():
-    """from the arrival of the sample that ends a window to that of the window, at a listener"""
+    """from the arrival of the sample that ends a window to the arrival of the window, at a listener"""
     for heard_ms in with_features(1).latencies_ms:
         p50_ms, p99_ms = (sorted(heard_ms)[len(heard_ms) * share // 100] for share in (50, 99))
         text = f"p50 {p50_ms:.1f} ms, p99 {p99_ms:.1f} ms (bar {MOST_LATENCY_MS} ms)"
@@ -183,7 +183,7 @@ def latency():
 
 
 def found():
-    """what 30 operators' features find of what truly was, in each phase"""
+    """the features of 30 operators against the truth, in each phase"""
     session = with_features(MANY).session
     yield from (figure(session) for figure in FOUND)
 

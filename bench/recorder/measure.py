@@ -1,4 +1,4 @@
-"""What `teampulse run` takes to record what another process publishes, and what it loses."""
+"""Measures what it costs `teampulse run` to record what another process publishes, and how much is lost."""
 
 import json
 import os
@@ -15,14 +15,14 @@ import harness
 from ruamel.yaml import YAML
 
 SECONDS = int(os.environ.get("SECONDS_EACH", "30"))
-# The exit code of a recorder that has lost something.
+# The exit code of a recorder that has lost messages.
 DATA_LOST = 3
 BUSY = "while True: pass"
 
 
 @dataclass
 class Load:
-    """What a publisher publishes."""
+    """The messages that publishers send."""
 
     topics: int
     rate_hz: int
@@ -30,8 +30,8 @@ class Load:
     burst: int = 1
 
     def arguments(self, publishers: int) -> list:
-        """What each of so many publishers is asked for, which share the topics."""
-        # Whole bursts only: a burst cut short is none.
+        """Returns what each of this many publishers, which share the topics, is to publish."""
+        # Only whole bursts count.
         count = self.rate_hz * SECONDS // self.burst * self.burst
         topics = self.topics // publishers
         return [
@@ -42,7 +42,7 @@ class Load:
 
 @dataclass
 class Recording:
-    """How a recording went."""
+    """The result of a recording."""
 
     sent: int
     lost: int
@@ -50,24 +50,24 @@ class Recording:
     seconds: float
     recorder_cpu_secs: float
     publisher_cpu_secs: float
-    # What the publisher overwrote before its socket had it: no recorder can have that.
+    # Messages that the publisher overwrote before its socket had them: no recorder can have those.
     unsent: int = 0
-    # What took the machine's processors beside the publisher, the recorder and what keeps them busy.
+    # The processor time used besides that of the publisher, the recorder and the processes that keep cores busy.
     others_cpu_secs: float = 0
 
     def share(self) -> str:
-        """How much of a core both needed."""
+        """Returns the share of a core that both needed."""
         publishers = self.publisher_cpu_secs / self.seconds
         recorder = self.recorder_cpu_secs / self.seconds
         return f"publishers {publishers:.0%}, recorder {recorder:.0%} of a core"
 
     def rate_hz(self) -> float:
-        """How many messages a second the publishers got out: they are held up by their own processor,
-        and by what is not yet acknowledged."""
+        """Returns how many messages per second the publishers sent: they are limited by their own processor, and by
+        messages that are not yet acknowledged."""
         return self.sent / self.seconds
 
     def cpu_us(self) -> float:
-        """What a message took of a processor in the recorder."""
+        """Returns the processor time per message in the recorder."""
         return self.recorder_cpu_secs / self.sent * 1e6
 
 
@@ -79,8 +79,7 @@ def record(
     options: Sequence = (),
     publishers: int = 1,
 ) -> Recording:
-    """Records a load beside so many processes that take a core each, and counts what of it is in
-    the bag."""
+    """Records a load beside this many processes that use a core each, and counts the messages in the bag."""
     with tempfile.TemporaryDirectory() as folder:
         stage = harness.Stage(Path(folder), domain=60)
         try:
@@ -122,7 +121,7 @@ def record(
 
 
 def machine_cpu_secs() -> float:
-    """The time of all processors that anything has used so far."""
+    """Returns the processor time that all processes have used so far."""
     user, nice, system, _idle, _waiting, irq, soft_irq = map(
         int, Path("/proc/stat").read_text().split()[1:8]
     )
@@ -130,12 +129,12 @@ def machine_cpu_secs() -> float:
 
 
 def kept_of(bag: Path) -> int:
-    """How many messages of the publisher are in the bag."""
+    """Returns the number of the publisher's messages in the bag."""
     return sum(count for topic, count in bags.counts(bag).items() if topic.startswith("/bench"))
 
 
 def dropped(pid: int) -> int:
-    """How many packets the kernel dropped so far because a receive buffer of a process was full."""
+    """Returns how many packets the kernel has dropped so far because a receive buffer of a process was full."""
     links = (os.readlink(file) for file in Path(f"/proc/{pid}/fd").iterdir())
     sockets = {link[8:-1] for link in links if link.startswith("socket:[")}
     lines = Path(f"/proc/{pid}/net/udp").read_text().splitlines()[1:]
@@ -143,7 +142,7 @@ def dropped(pid: int) -> int:
 
 
 def losses_by_place(bag: Path, packets: int) -> str:
-    """Where messages were lost, as far as the kernel and the bag say."""
+    """Returns where messages were lost, as far as the kernel and the bag show."""
     metadata = YAML(typ="safe").load(bag / "metadata.yaml")["rosbag2_bagfile_information"]
     notes = metadata.get("custom_data") or {}
     lost = {
@@ -198,7 +197,7 @@ def unprivileged() -> tuple[bool, str]:
             result = record(Load(topics=10, rate_hz=5000, size_bytes=1024))
         finally:
             harness.TEAMPULSE = as_usual
-    # Less than these hold too little of a rate for a bar.
+    # A smaller limit holds too little of this rate for a bar to apply.
     has_bar = harness.rmem_max_bytes() >= 4 << 20
     bar = "bar 0" if has_bar else "no bar"
     text = f"{result.lost} of {result.sent} lost ({bar}), rmem_max {harness.rmem_max_bytes() >> 10} KiB"
@@ -241,8 +240,8 @@ def silent_topics() -> tuple[bool, str]:
 def fast(
     load: Load, peer: str, most_us: float | None = None, busy: int = 0, publishers: int = 1
 ) -> tuple[bool, str]:
-    """Publishers as rclcpp has them with `QoS(1000)`: reliable, the last 1,000 of each topic kept, the
-    kernel's own send buffers, and Fast DDS sending within `publish()`."""
+    """Sets up publishers as rclcpp does with `QoS(1000)`: reliable, with the last 1,000 messages of each topic kept,
+    the kernel's default send buffers, and Fast DDS sending within `publish()`."""
     options = ["--synchronous"] if peer == "fastdds" else []
     result = record(load, peer=peer, busy=busy, options=options, publishers=publishers)
     bar = "no bar" if most_us is None else f"bar {most_us:g}"
@@ -307,7 +306,7 @@ def hundred_robots() -> tuple[bool, str]:
             study, out = stage.study(HUNDRED_ROBOTS), Path(folder) / "sessions"
             monitor = stage.teampulse("run", study, "--out", out)
             stage.teampulse("simulate", study)
-            # Until all 400 topics are discovered; then what it takes to stay on them.
+            # First until all 400 topics are discovered; then the cost of following them is measured.
             time.sleep(10)
             cpu_before_secs, began = monitor.cpu_secs(), time.monotonic()
             time.sleep(SECONDS)
@@ -325,8 +324,8 @@ def hundred_robots() -> tuple[bool, str]:
 
 
 def robots_missed(bag: Path) -> tuple[int, int]:
-    """How many robots' topics there are, and how many messages are missing between the first and
-    the last of each, as their rates say."""
+    """Returns how many robots' topics there are, and how many messages are missing between the first and the last of
+    each, by their rates."""
     arrived_secs = defaultdict(list)
     for topic, log_ns, _ in bags.stored(bag):
         if topic.count("/") == 2 and topic.rpartition("/")[2] in RATES_HZ:
@@ -335,13 +334,13 @@ def robots_missed(bag: Path) -> tuple[int, int]:
     for topic, secs in arrived_secs.items():
         rate_hz = RATES_HZ[topic.rpartition("/")[2]]
         expected = round((max(secs) - min(secs)) * rate_hz) + 1
-        # A first message that came late makes one more than that: it makes up for none of another topic.
+        # A first message that came late adds one to the count, which must not compensate for a loss on another topic.
         missing += max(0, expected - len(secs))
     return len(arrived_secs), missing
 
 
 def reported_losses(stage: harness.Stage, bag: Path) -> dict:
-    """The losses that the bag reports, by where; `None` is unknown."""
+    """Returns the losses that the bag reports, by place; `None` is unknown."""
     streams = json.loads(stage.ask("info", bag, "--json").stdout)["streams"]
     return dict(Counter(str(stream["lost"]) for stream in streams))
 

@@ -1,4 +1,4 @@
-"""What our bus takes to receive from another process, without a session behind it."""
+"""Measures what receiving from another process costs on our bus, without a session behind it."""
 
 import os
 import sys
@@ -22,13 +22,13 @@ LOADS = {
 
 
 def measure(topics: int, rate_hz: int, size_bytes: int) -> tuple[bool, str]:
-    """Lets the peer publish to the bus; counts what comes, how late, and what it costs."""
+    """Makes the peer publish to the bus; counts the messages received, their latency, and the cost."""
     with tempfile.TemporaryDirectory() as folder:
         stage = harness.Stage(Path(folder), domain=62)
         try:
             receiver = stage.start(os.environ["BENCH_ROS"], topics)
             receiver.answer("subscribed")
-            # With one topic the peer would not number it.
+            # With a single topic, the peer would not number it.
             name = "/bench" if topics > 1 else "/bench0"
             count = rate_hz * SECONDS
             load = ("--topics", topics, "--rate", rate_hz, "--size", size_bytes, "--count", count)

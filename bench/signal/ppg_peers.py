@@ -1,4 +1,4 @@
-"""Makes src/ppg_peers.rs: where other programs find pulses in recorded PPGs.
+"""Makes src/ppg_peers.rs: the pulses that other programs find in recorded PPGs.
 Run: OMP_NUM_THREADS=1 python ppg_peers.py SHARED_DATA > src/ppg_peers.rs
 NeuroKit2 0.2.13, HeartPy 1.2.7, BioSPPy 2.2.4."""
 import sys
@@ -31,15 +31,15 @@ def peaks(x, rate):
             yield []
 
 
-# Without its level, which the ends of the resampling filter would see as a jump.
+# The level is subtracted, as it would be a jump at the ends of the resampling filter.
 rest = np.loadtxt(f"{data}/ppg/ppg_1000hz.txt", comments="#")
 rest = resample_poly(rest - np.median(rest), 1, 10)
 wrist = np.loadtxt(f"{data}/e4_devicely/BVP.csv", skiprows=2)
-print("//! Where other programs find pulses; made by `ppg_peers.py`: NeuroKit2 (elgendi, bishop, charlton),")
-print("//! `HeartPy`, `BioSPPy`; none where one fails.\n")
+print("//! The pulses that other programs find; made by `ppg_peers.py`: NeuroKit2 (elgendi, bishop, charlton), `HeartPy`,")
+print("//! `BioSPPy`; no pulses if a program fails.\n")
 for name, doc, x, rate in (
-    ("AT_REST", "In `ppg/ppg_1000hz.txt` without its level, at 100 Hz [samples].", rest, 100),
-    ("ON_THE_MOVE", "In `e4_devicely/BVP.csv` [samples].", wrist, 64),
+    ("AT_REST", "Pulses in `ppg/ppg_1000hz.txt` without its level, at 100 Hz [samples].", rest, 100),
+    ("ON_THE_MOVE", "Pulses in `e4_devicely/BVP.csv` [samples].", wrist, 64),
 ):
     print(f"/// {doc}\npub const {name}: [&[f64]; 5] = [")
     for found in peaks(x, rate):

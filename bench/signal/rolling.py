@@ -1,8 +1,8 @@
-"""Runs the feature `statistics` and pandas' rolling windows on the same quarter of an hour of all of an
-operator's signals in turn, best of several, one thread each.
+"""Runs the feature `statistics` and pandas' rolling windows in turn on the same quarter of an hour of all signals
+of an operator, on one thread each; the best of several runs counts.
 
-Ours: mean, SD, median, MAD, minimum, maximum and slope of every channel, each second, and what they
-differ by from the baseline. Theirs: the first five that pandas has: no MAD and no slope.
+Ours: mean, SD, median, MAD, minimum, maximum and slope of every channel, each second, and their differences from
+the baseline. Theirs: the five of these that pandas has, without MAD and slope.
 
 usage: rolling.py BENCH_SIGNAL
 """
@@ -19,10 +19,10 @@ import pandas as pd
 SECS = 900
 ROUNDS = 3
 WINDOWS_SECS = [30, 60, 300]
-# Of one core, of all windows together.
+# The bar for all windows together [share of a core].
 BAR = 0.004
 
-# What a full operator wears: name, channels, rate [Hz].
+# The sensors of a fully equipped operator: name, channels, rate [Hz].
 STREAMS = [
     ("emg", 8, 200),
     ("eeg", 4, 256),
@@ -37,7 +37,7 @@ STREAMS = [
 
 
 def signal(random, channels, rate):
-    """Noise that drifts: no two numbers are the same, and the newest are not the greatest."""
+    """Returns drifting noise: no two numbers are the same, and the newest are not the largest."""
     samples = SECS * rate
     drift = random.standard_normal((samples, channels)).cumsum(0) / np.sqrt(rate)
     return 20 + drift + random.standard_normal((samples, channels))

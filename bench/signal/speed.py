@@ -1,5 +1,5 @@
-"""Runs NeuroKit2's, SciPy's and our analysis of the same hour of signal in turn, best of several, one
-thread each. Ours reads the signal from a file of float64; only the analysis is timed.
+"""Runs NeuroKit2's, SciPy's and our analysis of the same hour of signal in turn, on one thread each; the best of
+several runs counts. Ours reads the signal from a file of float64; only the analysis is timed.
 
 usage: speed.py BENCH_SIGNAL [JOB...]
 """
@@ -18,7 +18,7 @@ warnings.filterwarnings("ignore")
 import neurokit2 as nk  # noqa: E402
 
 SECS, TIMES = 300, 12  # five minutes of simulated signal, twelve times: an hour
-ROUNDS = 6  # in turn, as the machine is not always equally fast
+ROUNDS = 6  # in turn, as the speed of the machine varies
 
 
 def hour(signal):
@@ -51,7 +51,7 @@ def eeg(rate):
 
 
 def intervals(_rate):
-    """Five minutes of intervals between beats [ms]."""
+    """Returns five minutes of intervals between beats [ms]."""
     beats = np.random.default_rng(0)
     wave = np.sin(np.arange(350) * 1.3)
     return 857 + 30 * wave + 15 * beats.standard_normal(350)
@@ -77,8 +77,7 @@ def welch(signal, rate):
     return ss.welch(signal, rate, nperseg=4 * rate, noverlap=2 * rate)
 
 
-# job, rate [Hz], signal, what the peer does, its name, bar: how many times faster at least (None: no
-# such peer), rounds
+# Job, rate [Hz], signal, what the peer does, its name, the smallest speed ratio (None: no such peer), rounds.
 JOBS = [
     ("beats", 130, ecg, beats, "NeuroKit2's ecg_clean and ecg_peaks", 2, ROUNDS),
     ("beats", 512, ecg, beats, "NeuroKit2's ecg_clean and ecg_peaks", 2, ROUNDS),
@@ -94,7 +93,7 @@ JOBS = [
     ("nonlinear", 1, intervals, nonlinear, "NeuroKit2's hrv_nonlinear", 50, 3),
     ("emg", 200, emg, None, "", None, 3),
 ]
-# At most so long [s], whatever the peer takes.
+# The longest time [s], whatever the peer takes.
 LIMITS = {"nonlinear": 0.005, "emg": 0.5}
 
 

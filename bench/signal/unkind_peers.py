@@ -1,4 +1,4 @@
-"""Beats of other programs in the signals that `bench-signal unkind write` made, one line each."""
+"""Writes the beats that other programs find in the signals of `bench-signal unkind write`, one line each."""
 
 import csv
 import sys
@@ -12,7 +12,7 @@ warnings.filterwarnings("ignore")
 
 
 def ecg(signal, rate):
-    """NeuroKit2's default, its Khamis (UNSW), and sleepecg and HeartPy where they are installed."""
+    """Returns the beats of NeuroKit2's default and Khamis (UNSW), and of sleepecg and HeartPy if they are installed."""
     clean = nk.ecg_clean(signal, sampling_rate=rate)
     yield "neurokit2", nk.ecg_findpeaks(clean, sampling_rate=rate)["ECG_R_Peaks"]
     khamis = nk.ecg_clean(signal, sampling_rate=rate, method="khamis2016")
@@ -26,7 +26,7 @@ def ecg(signal, rate):
 
 
 def ppg(signal, rate):
-    """NeuroKit2's default (Elgendi), its Charlton would take memory without bounds; HeartPy."""
+    """Returns the beats of NeuroKit2's default (Elgendi; its Charlton uses unbounded memory) and of HeartPy."""
     clean = nk.ppg_clean(signal, sampling_rate=rate)
     yield "neurokit2", nk.ppg_findpeaks(clean, sampling_rate=rate)["PPG_Peaks"]
     import heartpy

@@ -1,7 +1,7 @@
-"""Holds our frames of voices against the truth, librosa's pyin and Praat (parselmouth); prints a line a figure.
+"""Compares our frames of voices with the truth, librosa's pyin and Praat (parselmouth); prints a line per figure.
 
 Called with the program that makes frames and a scratch folder. Settings were chosen on the first seeds, and are judged
-on the others, which nothing was chosen by."""
+on the others, on which nothing was chosen."""
 
 import json
 import subprocess
@@ -21,7 +21,7 @@ LOWEST_HZ, HIGHEST_HZ = 65.0, 500.0
 WORST_PITCH, WORST_VOICING, LEAST_ACTIVITY = 0.01, 0.03, 0.95
 COLUMNS = 16
 SPEECH, PITCH = 3, 5
-"""Of a frame, after its time."""
+"""The numbers of a frame, after its time."""
 
 missed = []
 
@@ -59,7 +59,7 @@ def of_pyin(samples, length):
 
 
 def errors(at_secs, hz, truth):
-    """Relative errors of pitch where both are voiced, and whether voicing is wrong."""
+    """Returns the relative errors of pitch where both are voiced, and whether voicing is wrong."""
     places = np.round(at_secs * RATE_HZ).astype(int)
     inside = (places >= 0) & (places < len(truth))
     true, hz = truth[places[inside]], hz[inside]
@@ -68,7 +68,8 @@ def errors(at_secs, hz, truth):
 
 
 def score(found, truths):
-    """Mean error of pitch, share of errors over 20 %, voicing errors; over all frames of all sounds."""
+    """Returns the mean error of pitch, the share of errors over 20 %, and voicing errors, over all frames of all
+    sounds."""
     pairs = [errors(*found[name], truth) for name, truth in truths.items()]
     pitch, voicing = (np.concatenate(each) for each in zip(*pairs))
     fine = pitch[pitch < 0.2]

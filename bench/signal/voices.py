@@ -1,4 +1,4 @@
-"""Synthetic voices whose pitch, voicing, jitter and shimmer are known, and speech of espeak-ng whose pauses are."""
+"""Synthetic voices whose pitch, voicing, jitter and shimmer are known, and speech of espeak-ng with known pauses."""
 
 import subprocess
 import wave
@@ -8,7 +8,7 @@ from scipy.signal import lfilter, resample_poly
 
 RATE_HZ = 16_000
 FINER = 6
-"""The source is made at this many times the rate, so that its edges are band-limited."""
+"""The oversampling of the source, so that its edges are band-limited."""
 
 VOWELS = {
     "a": (730, 1090, 2440, 3400),
@@ -29,7 +29,7 @@ def vowel(source, formants, rate_hz, scale=1.0):
 
 
 def glottal_flow(phase, open_share):
-    """The derivative of Rosenberg's pulse by its phase in the period."""
+    """Returns the derivative of Rosenberg's pulse at a phase of the period."""
     opening, closing = 0.67 * open_share, 0.33 * open_share
     rising = np.pi / 2 / opening * np.sin(np.pi * phase / opening)
     falling = -np.pi / 2 / closing * np.sin(np.pi / 2 * (phase - opening) / closing)
@@ -37,7 +37,7 @@ def glottal_flow(phase, open_share):
 
 
 def voiced(pitch_hz, jitter, shimmer, rng):
-    """A voiced source at the finer rate, and the true mean jitter and shimmer of its periods."""
+    """Returns a voiced source at the finer rate, and the true mean jitter and shimmer of its periods."""
     rate = RATE_HZ * FINER
     source, at = np.zeros(len(pitch_hz)), 0.0
     periods, amplitudes = [], []
@@ -67,7 +67,7 @@ def ramped(sound, rate, secs=0.01):
 
 
 def utterances(seed, snr_db=20.0, secs=12.0):
-    """Vowels that glide between pauses and whispers: samples, and the pitch at each (0 where there is none)."""
+    """Returns vowels that glide between pauses and whispers: samples, and the pitch at each (0 if there is none)."""
     rng = np.random.default_rng(seed)
     rate = RATE_HZ * FINER
     centre = 80 * 5 ** rng.random()
@@ -103,7 +103,7 @@ def utterances(seed, snr_db=20.0, secs=12.0):
 
 
 def sustained(seed, jitter, shimmer):
-    """A vowel of 4 s at a steady pitch, with the jitter and shimmer of its source."""
+    """Returns a vowel of 4 s at a steady pitch, with the jitter and shimmer of its source."""
     rng = np.random.default_rng(seed)
     rate = RATE_HZ * FINER
     hz = np.full(4 * rate, rng.uniform(90, 260))
@@ -121,7 +121,7 @@ VOICES = ["en-us", "en-gb+f3", "de", "en-us+m3", "en-gb+f2", "fr", "es", "en-us+
 
 
 def spoken(text, voice, speed, path):
-    """A phrase of espeak-ng at 16 kHz, without the silence around it."""
+    """Returns a phrase of espeak-ng at 16 kHz, without the silence around it."""
     command = ["espeak-ng", "-v", voice, "-s", str(speed), "-w", str(path), text]
     subprocess.run(command, check=True, capture_output=True)
     with wave.open(str(path)) as file:
@@ -133,7 +133,7 @@ def spoken(text, voice, speed, path):
 
 
 def conversation(seed, folder, snr_db=20.0):
-    """Phrases between pauses of known length in noise: samples, and whether each is speech."""
+    """Returns phrases between pauses of known length in noise: samples, and whether each is speech."""
     rng = np.random.default_rng(seed)
     voice = VOICES[seed % len(VOICES)]
     pieces, labels = [], []

@@ -1,4 +1,5 @@
-"""What eight hours of recording leave in memory, what very many topics and robots cost, and what a slow or failing worker costs the others."""
+"""Measures how much memory eight hours of recording leave in use, what very many topics and robots cost, and what a
+slow or failing worker costs the others."""
 
 import json
 import os
@@ -11,16 +12,16 @@ import harness
 
 HOURS = 8
 DEMO_SECS = 185
-# From the end of this hour on memory may grow by this share at most: it does not grow with the recording.
+# From the end of this hour on, memory may grow by at most this share: it must not grow with the recording.
 SETTLED_HOUR, MOST_GROWN = 2, 0.05
 MOST_HELD_KIB = 150 << 10
-# Recording and replaying many topics may take so much of a processor each.
+# The most processor time that recording and replaying many topics may take, each [s].
 FEW_TOPICS, MANY_TOPICS, MOST_SECS = 5_000, 20_000, 15
-# How much longer readings may take beside a slow or failing worker than without one.
+# How much longer readings may take with a slow or failing worker than without one.
 WORKERS, WORKED_SECS, WORKED_TURNS = ("none", "slow", "failing", "panicking"), 5, 4
 MOST_SLOWER, SLACK_US = 1.2, 100
 
-# Each endpoint of many robots that come and go may cost so many times what one of few costs.
+# How many times as much an endpoint of many robots that come and go may cost as one of a few robots.
 FEW_ROBOTS, MANY_ROBOTS, MOST_TIMES, ROUNDS = 100, 1_000, 2.0, 3
 
 
@@ -56,7 +57,7 @@ def topics() -> tuple[bool, str]:
 
 def workers() -> tuple[bool, str]:
     """a worker that takes 2 s an item, fails or panics"""
-    # In turns, so that other load on the machine affects each alike; the best of each counts.
+    # In turns, so that other load on the machine affects all alike; the best run of each counts.
     runs = [[soak("worker", kind, WORKED_SECS)[0] for kind in WORKERS] for _ in range(WORKED_TURNS)]
     whole = all(run["offered"] == run["received"] == run["recorded"] for turn in runs for run in turn)
     p99_us = [min(turn[place]["p99_us"] for turn in runs) for place in range(len(WORKERS))]

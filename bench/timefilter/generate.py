@@ -1,11 +1,11 @@
 """Writes the arrivals of a mixed set of sensors: `generate.py SCENARIO SECONDS SEED > FILE`.
 
-A line a sample, in order of arrival: topic, arrival, device clock, true time (all in ns), how many
-samples of its stream came with it, and its place among those.
+One line per sample, in order of arrival: topic, arrival, device clock, true time (all in ns), the number of
+samples of its stream that arrived together, and its place among those.
 
 Bluetooth: 50 ms and a log-normal tail, at most 300 ms, on a connection interval of 30 ms, in order;
 Wi-Fi: 3 ms and a log-normal tail; USB: a fixed delay and 2 ms of noise. Device clocks drift by
-15 to 60 ppm and begin anywhere.
+15 to 60 ppm and start at any time.
 """
 
 import sys
@@ -33,7 +33,7 @@ SCENARIOS = {
 
 
 def bluetooth(true, batch, rng):
-    """Arrivals, and how many samples came with each and its place among them."""
+    """Returns the arrivals, each with the number of samples that arrived together and its place among them."""
     number = np.arange(len(true))
     first = number // batch * batch
     last = np.minimum(first + batch - 1, len(true) - 1)
@@ -64,7 +64,7 @@ def stream(rate, transport, detail, drift_ppm, duration, rng):
         delay = detail + np.abs(rng.normal(0, 0.002, count))
         arrival, together, place = alone(true, delay)
     device = true * (1 + drift_ppm * 1e-6) + rng.uniform(0, 1000)
-    rng.uniform(size=count)  # who is lost: nobody, but the next stream's numbers follow these
+    rng.uniform(size=count)  # which samples are lost: none, but the next stream's random numbers follow these
     return arrival, device, true, together, place
 
 

@@ -1,7 +1,7 @@
-// The sets that ROS 1's C++ message_filters makes, and the processor time it needs:
+// Measures the sets that ROS 1's C++ message_filters makes, and the processor time it needs:
 //   message_filters FILE POLICY TOPICS QUEUE_SIZE AGE_PENALTY MAX_INTERVAL [LOWER_BOUND...]
 // FILE has a line "topic stamp" for each message in order of arrival; POLICY is approximate or exact;
-// times are in ns; a maximum interval of 0 is none; there may be a lower bound for each topic. Prints
+// times are in ns; a maximum interval of 0 means no limit; there may be a lower bound for each topic. Prints
 // the hash of all sets, their number, and ns per message, the best of three runs.
 #include <algorithm>
 #include <ctime>

@@ -1,10 +1,10 @@
-"""How long ROS 1's Python ApproximateTimeSynchronizer needs: `message_filters.py FILE TOPICS
+"""Measures ROS 1's Python ApproximateTimeSynchronizer: `message_filters.py FILE TOPICS
 QUEUE_SIZE SLOP_SECS` prints ns of processor time per message, and the number of sets."""
 
 import sys
 import time
 
-# Beside this file there is a program of the same name as the library's module.
+# A program in this folder has the same name as the library's module.
 sys.path[0] = "/usr/lib/python3/dist-packages"
 
 import message_filters

@@ -1,4 +1,4 @@
-"""What wearables cost the monitor, how late their readings are recorded, and what it loses of them."""
+"""Measures what wearables cost the monitor, how late their readings are recorded, and how many are lost."""
 
 import json
 import os
@@ -14,7 +14,7 @@ import bags
 import harness
 from worn import OPERATOR, emulated
 
-# Until all devices stream and the shorter windows are full.
+# The time until all devices stream and the shorter windows are full [s].
 SETTLED_SECS = float(os.environ.get("SETTLED_SECS", "75"))
 COUNTED_SECS = float(os.environ.get("COUNTED_SECS", "60"))
 # `teampulse` with a sink that measures delays.
@@ -23,7 +23,7 @@ PEOPLE = "/humans/persons/"
 ROBOTS, STRAPS = 5, 30
 MOST_SHARE = {"operator": 0.05, "straps": 0.40}
 MOST_DELAY_MS = 20
-# A beat may be under way when the first measurement of a strap comes, and when the last does.
+# A beat may be in progress when the first measurement of a strap arrives, and when the last one does.
 BEAT_SECS = 2.0
 
 
@@ -31,19 +31,19 @@ BEAT_SECS = 2.0
 class Run:
     """A session with wearables."""
 
-    # Of a core, by the monitor.
+    # The share of a core that the monitor uses.
     share: float
-    # From the arrival of a reading to the queues of sinks [ms].
+    # The delays from the arrival of a reading to the queues of sinks [ms].
     delays_ms: list[float]
     readings: int
-    # How many readings of people are known to be lost.
+    # The number of readings about people that are known to be lost.
     lost: int
-    # The intervals between beats that don't fill the time of their strap, by the seconds that they miss.
+    # The missing seconds of each strap whose intervals between beats don't add up to the elapsed time.
     gaps_secs: dict[str, float]
 
 
 def watch(kinds: list[str], people: int, robots: int, program: Path | str) -> Run:
-    """Records the wearables of people beside robots with a program."""
+    """Records the wearables of people, and robots, with a program."""
     with tempfile.TemporaryDirectory() as folder:
         stage = harness.Stage(Path(folder), domain=68)
         try:
@@ -96,7 +96,7 @@ def recorded(stage: harness.Stage, wearables: str, robots: int, program: Path | 
 
 
 def expected(lines: str) -> list[tuple[str, str]]:
-    """The person and the source of each device in the lines of a study."""
+    """Returns the person and the source of each device in the lines of a study."""
     words = [line.partition("=")[2].strip(' "') for line in lines.splitlines()]
     keys = [line.partition("=")[0].strip() for line in lines.splitlines()]
     types = [word for key, word in zip(keys, words) if key == "type"]
@@ -110,8 +110,8 @@ def device_of(topic: str) -> tuple[str, str]:
 
 
 def gaps_secs(bag: Path) -> dict[str, float]:
-    """The streams of intervals between beats that are shorter than the time in which they came, though straps
-    don't number them."""
+    """Returns the streams whose intervals between beats don't add up to the time in which they arrived, with the missing
+    seconds; straps don't number intervals."""
     came = defaultdict(list)
     for message in bags.messages(bag, "/rr_interval"):
         came[message.topic].append((message.log_secs, message.content.values[0] / 1024))

@@ -1,7 +1,7 @@
-//! How many messages a CPU-second the bag's writer takes: `bench-bag FOLDER MESSAGES BYTES`.
+//! Measures how many messages per CPU-second the bag writer takes: `bench-bag FOLDER MESSAGES BYTES`.
 //!
-//! Eight topics, uncompressed, payloads of noisy doubles made beforehand; the processor time of the
-//! whole process between the first message and the closed bag.
+//! It writes eight uncompressed topics with payloads of noisy doubles made beforehand. Measured is the processor time
+//! of the whole process between the first message and the closed bag.
 #![expect(clippy::print_stdout, reason = "the number is its output")]
 
 use std::error::Error;
@@ -17,7 +17,7 @@ use teampulse_core::stream::{Schema, Shape, Stream, StreamId, Subject};
 use teampulse_core::time::Time;
 
 const TOPICS: u32 = 8;
-/// How many different payloads there are.
+/// The number of different payloads.
 const PAYLOADS: usize = 64;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Records of all topics in turn, each with a payload of its own.
+/// Makes records of all topics in turn, each with a separate payload.
 fn records(bytes: usize) -> Vec<Record> {
     let streams: Vec<Arc<Stream>> = (0..TOPICS).map(|k| Arc::new(stream(k))).collect();
     let record = |k: usize| {
@@ -74,7 +74,7 @@ fn stream(k: u32) -> Stream {
     Stream::raw(format!("/robot{k}/data"), Subject::robot("r"), Shape::Message(Arc::new(schema)))
 }
 
-/// Doubles of a slow wave with noise, as sensors give them.
+/// Makes doubles of a slow wave with noise, like those of sensors.
 fn payload(k: usize, bytes: usize) -> Bytes {
     let mut state = k as u64 + 1;
     let double = |n: usize| {

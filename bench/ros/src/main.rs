@@ -1,8 +1,8 @@
-//! What the bus alone takes to receive: `bench-ros TOPICS` subscribes to `/bench0`, `/bench1`, … and
-//! counts until its standard input closes.
+//! Measures what receiving costs on the bus alone: `bench-ros TOPICS` subscribes to `/bench0`, `/bench1`, … and counts
+//! until its standard input closes.
 //!
-//! Prints one JSON object a line: that it has subscribed; then how many messages came, how many were
-//! lost on the way by the publishers' own numbers, and how long they took from being written.
+//! Prints one JSON object per line: first that it has subscribed; then the number of messages received, the number lost
+//! in transit by the publishers' sequence numbers, and the latencies since the messages were written.
 #![expect(clippy::print_stdout, reason = "the counts are its output")]
 
 use std::error::Error;
@@ -15,10 +15,10 @@ use teampulse_ros::buses::Buses;
 use teampulse_ros::environment::Environment;
 use teampulse_ros::losses::Losses;
 
-/// As the sources ask for it.
+/// The QoS that sources request.
 const ASKED: Asked = Asked::Adaptive { depth: 2000 };
-/// Where the peers write the time of writing, by the monotonic clock: after the CDR header, three
-/// lengths and the message's number.
+/// The offset of the time of writing, by the monotonic clock, in the peers' messages: after the CDR header, three
+/// lengths and the number of the message.
 const WRITTEN_AT: usize = 16 + 8;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -41,12 +41,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What came on a topic.
+/// What was received on a topic.
 #[derive(Default)]
 struct Count {
     received: u64,
     lost: u64,
-    /// In how many places messages are missing.
+    /// The number of places where messages are missing.
     gaps: u64,
     losses: Losses,
     latencies_ns: Vec<i64>,

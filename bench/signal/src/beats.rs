@@ -1,5 +1,5 @@
-//! Heart beats against experts' annotations: the MIT-BIH arrhythmia database, channel 0, whole
-//! records, beats only, matched one to one.
+//! Heartbeats compared with experts' annotations: the MIT-BIH arrhythmia database, channel 0, whole records, beats
+//! only, matched one to one.
 
 use std::error::Error;
 use std::path::Path;
@@ -21,7 +21,7 @@ const WIDE_SECS: f64 = 0.15;
 const LOW_RATE_HZ: f64 = 130.0;
 const FAST_RATE_HZ: f64 = 512.0;
 
-/// Prints figures with their bars; whether all were met.
+/// Prints the figures with their bars; returns whether all bars were met.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     let records = mitdb(&data.join("ecg_mitdb"))?;
     let slow: Vec<Record> = records.iter().map(at_low_rate).collect();
@@ -75,7 +75,7 @@ fn whole(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, Box<dyn Error>> {
     Ok(find_beats(signal, rate_hz)?)
 }
 
-/// How long after them beats were reported.
+/// The delays between beats and their reports.
 #[derive(Default)]
 struct Delays {
     in_time_ms: Vec<f64>,
@@ -196,17 +196,17 @@ impl Bars {
         let count = delays.in_time_ms.len();
         let at = |share: f64| delays.in_time_ms[((count - 1) as f64 * share) as usize];
         let (median, p99) = (at(0.5), at(0.99));
-        let text = format!("causal: reported {p99:.0} ms later (p99; median {median:.0})");
+        let text = format!("causal: reported {p99:.0} ms after the beat (p99; median {median:.0})");
         self.line(p99 <= 250.0, &format!("{text} (bar 250)"));
         let percent = 100.0 * delays.later as f64 / (count + delays.later) as f64;
         self.line(percent <= 1.0, &format!("causal: {percent:.2} % found later (bar 1 %)"));
     }
 
-    /// The record that comes with noise, and others in the same noise.
+    /// Measures the record that comes with noise, and other records with the same noise added.
     fn noise(&mut self, folder: &Path, records: &[Record]) -> Result<(), Box<dyn Error>> {
         let noise = Noise::read(folder)?;
         let mut before = 0.0;
-        // What the best known of other programs' defaults reaches, from its own counts.
+        // The F1 that the best of other programs reaches with its defaults, computed from its counts.
         for (decibels, bar) in [(0.0, 70.0), (6.0, 85.0), (12.0, 92.0), (24.0, 99.0)] {
             let record = noise.own(decibels);
             let found = find_beats(&record.signal, RATE_HZ)?;
@@ -220,7 +220,7 @@ impl Bars {
             self.line(index > before, &text);
             before = index;
         }
-        // NeuroKit2 0.2.13's default (ecg_clean, ecg_peaks) in the same signals, by the same rule.
+        // The F1 of NeuroKit2 0.2.13's default (ecg_clean, ecg_peaks) on the same signals, by the same rule.
         for (decibels, bar) in [(0.0, 69.62), (6.0, 82.63), (12.0, 89.94)] {
             let others = noise.others(records, decibels);
             let whole = Scores::of(&others, RATE_HZ, whole)?;
@@ -234,7 +234,7 @@ impl Bars {
         Ok(())
     }
 
-    /// Five minutes at rest, with the beats that the recorder's own program marked: 10 to 11 ms before
+    /// Measures five minutes at rest, with the beats marked by the recorder's own program, which are 10 to 11 ms before
     /// the R peaks.
     fn rest(&mut self, folder: &Path) -> Result<(), Box<dyn Error>> {
         let truth = column(&folder.join("ecg_5_min.opensignals_rpeaks.csv"))?;
@@ -248,7 +248,8 @@ impl Bars {
     }
 }
 
-/// Cleaning and beats beside the bare filter of the same signal, and the whole analysis.
+/// Compares the cost of cleaning and finding beats with the bare filter on the same signal, and with the whole
+/// analysis.
 fn speed(bars: &mut Bars, signal: &[f64], rate_hz: f64) -> Result<(), Box<dyn Error>> {
     let hours = signal.len() as f64 / rate_hz / 3600.0;
     let band = butterworth::band_pass(4, 0.5, 40.0, rate_hz)?;

@@ -1,10 +1,10 @@
-//! What happens to sensors: motion, and the loss of contact.
+//! Disturbances of sensors: motion, and loss of contact.
 
 use std::f64::consts::TAU;
 
 type Disturb = fn(&mut [f64], f64, f64, usize);
 
-/// Each changes a span of a signal at a rate [Hz] with pulses of an amplitude; the turn makes one
+/// Each disturbance changes a span of a signal at a rate [Hz] with pulses of an amplitude; the turn makes each one
 /// different from the next.
 pub const DISTURBANCES: [(&str, Disturb); 7] = [
     ("arm swings", swing),
@@ -16,7 +16,7 @@ pub const DISTURBANCES: [(&str, Disturb); 7] = [
     ("missing samples", lose),
 ];
 
-/// Numbers between −1 and 1 that look random.
+/// Returns pseudo-random numbers between −1 and 1.
 fn random(place: usize, turn: usize) -> f64 {
     let mixed = (place as u64 + 1)
         .wrapping_mul(0x9e37_79b9_7f4a_7c15)
@@ -25,7 +25,7 @@ fn random(place: usize, turn: usize) -> f64 {
     (mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
-/// Six waves between 0.6 and 4 Hz, together one to four times as high as the pulses.
+/// Adds six waves between 0.6 and 4 Hz, together one to four times as high as the pulses.
 fn swing(span: &mut [f64], rate_hz: f64, amplitude: f64, turn: usize) {
     let height = amplitude * (1.0 + turn as f64);
     for wave in 0..6 {
@@ -37,7 +37,7 @@ fn swing(span: &mut [f64], rate_hz: f64, amplitude: f64, turn: usize) {
     }
 }
 
-/// Noise of two corners: a walk that is pulled back, twice as high as the pulses.
+/// Adds noise with two corner frequencies: a walk that is pulled back, twice as high as the pulses.
 fn shake(span: &mut [f64], rate_hz: f64, amplitude: f64, turn: usize) {
     let (slow, fast) = (TAU * 0.7 / rate_hz, (TAU * 4.0 / rate_hz).min(1.0));
     let (mut walk, mut drift) = (0.0, 0.0);
@@ -48,7 +48,7 @@ fn shake(span: &mut [f64], rate_hz: f64, amplitude: f64, turn: usize) {
     }
 }
 
-/// A step of two to four amplitudes, up or down, about every 0.6 s.
+/// Adds a step of two to four amplitudes, up or down, about every 0.6 s.
 fn step(span: &mut [f64], rate_hz: f64, amplitude: f64, turn: usize) {
     let each = (0.6 * rate_hz) as usize;
     let mut level = 0.0;
@@ -73,7 +73,7 @@ fn hiss(span: &mut [f64], _: f64, amplitude: f64, turn: usize) {
     }
 }
 
-/// Lifted until the upper half of the pulses is cut off.
+/// Lifts the signal until the upper half of the pulses is cut off.
 fn saturate(span: &mut [f64], _: f64, amplitude: f64, _: usize) {
     let mut sorted = span.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);

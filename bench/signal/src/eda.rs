@@ -1,4 +1,4 @@
-//! Skin conductance against NeuroKit2, and responses that were made up against what was found.
+//! Skin conductance compared with NeuroKit2, and found responses compared with synthetic ones.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -12,18 +12,18 @@ use teampulse_signal::eda::{Split, Threshold, clean, cvx_eda, find_responses, hi
 use crate::golden::{golden, numbers, verdict};
 use crate::records::column;
 
-/// Files of golden values, with the recordings they were made of.
+/// Files of golden values, with the recordings that they were computed from.
 const RECORDED: [&str; 2] = ["eda_1000hz.json", "bio100_eda.json"];
-/// Of the phasic part of cvxEDA: 1 − r, and the greatest difference as a share of the range.
+/// The bars for the phasic part of cvxEDA: 1 − r, and the greatest difference as a share of the range.
 const CVX_BARS: (f64, f64) = (1e-5, 1e-3);
-/// Golden values have twelve digits.
+/// The bar for the high-pass split; golden values have twelve digits.
 const HIGH_PASS_BAR: f64 = 1e-9;
 /// The rate of the golden responses [Hz].
 const GOLDEN_HZ: f64 = 50.0;
 const LEAST_FOUND: f64 = 0.95;
 const MOST_OFF: f64 = 0.1;
 
-/// Prints figures with their bars; whether all were met.
+/// Prints the figures with their bars; returns whether all bars were met.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     let mut met = true;
     for name in RECORDED {
@@ -72,8 +72,8 @@ fn splits(name: &str, values: &Value) -> Result<bool, Box<dyn Error>> {
     Ok(met == [true; 2])
 }
 
-/// 1 − the correlation of the phasic parts, and the greatest difference of both parts as a share of
-/// the range of the phasic one.
+/// Returns 1 − the correlation of the phasic parts, and the greatest difference of both parts as a share of the range
+/// of the phasic one.
 fn differences(ours: &Split, theirs: &Split) -> (f64, f64) {
     let range = theirs.phasic.iter().copied().fold(f64::MIN, f64::max)
         - theirs.phasic.iter().copied().fold(f64::MAX, f64::min);
@@ -94,7 +94,7 @@ fn correlation(left: &[f64], right: &[f64]) -> f64 {
     sum(left, right, (a, b)) / (sum(left, left, (a, a)) * sum(right, right, (b, b))).sqrt()
 }
 
-/// NeuroKit2 was given the signal at 50 Hz by SciPy's `resample_poly`, with its steps at both ends.
+/// Compares the responses with NeuroKit2's, which was given the signal resampled to 50 Hz by SciPy's `resample_poly`.
 fn responses(
     what: &str,
     signal: &[f64],
@@ -124,8 +124,8 @@ fn responses(
     ))
 }
 
-/// SciPy's `resample_poly(signal, 1, every)`: 20·every + 1 weights, Kaiser's window with β = 5,
-/// zeros beyond the ends.
+/// Resamples like SciPy's `resample_poly(signal, 1, every)`: 20·every + 1 weights, a Kaiser window with β = 5, zeros
+/// beyond the ends.
 fn every_so_often(signal: &[f64], every: usize) -> Vec<f64> {
     let half = 10 * every;
     let weight = |k: usize| {
@@ -146,7 +146,7 @@ fn every_so_often(signal: &[f64], every: usize) -> Vec<f64> {
     (0..signal.len()).step_by(every).map(at).collect()
 }
 
-/// The modified Bessel function of the first kind and order 0.
+/// Returns the modified Bessel function of the first kind and order 0.
 fn bessel_0(x: f64) -> f64 {
     let term = |term: &mut f64, k: u32| {
         *term *= (x / 2.0 / f64::from(k)).powi(2);
@@ -155,7 +155,7 @@ fn bessel_0(x: f64) -> f64 {
     1.0 + (1..60).scan(1.0, term).sum::<f64>()
 }
 
-/// Half a minute before and after a wristband was put on: too short for much.
+/// Analyses half a minute before and after a wristband was put on, which is too short for most features.
 fn wristband(signal: &[f64]) -> Result<bool, Box<dyn Error>> {
     let channels = [signal.to_vec()];
     let recording = Recording { rate_hz: 4.0, begin_ns: 0, channels: &channels };
@@ -174,13 +174,13 @@ fn wristband(signal: &[f64]) -> Result<bool, Box<dyn Error>> {
     Ok(verdict(met, &format!("e4_devicely: {} by high-pass and cvxEDA", figures.join(", "))))
 }
 
-/// Onset [s] and amplitude [µS] of a response.
+/// The onset [s] and amplitude [µS] of a synthetic response.
 struct MadeUp {
     onset_secs: f64,
     amplitude_us: f64,
 }
 
-/// Twenty minutes with responses 12 to 25 s apart, of 0.1 to 1 µS, on a level that drifts.
+/// Analyses twenty minutes with responses 12 to 25 s apart, of 0.1 to 1 µS, on a level that drifts.
 fn made_up(rate_hz: f64, noise_us: f64) -> Result<bool, Box<dyn Error>> {
     let mut random = Random(1);
     let mut truth = Vec::new();
@@ -223,8 +223,8 @@ fn live(recording: &Recording<'_>) -> Result<Vec<Event>, Box<dyn Error>> {
     Ok(events)
 }
 
-/// A response is found when one has its peak within a second of its own; of those, how far
-/// amplitudes are off in the mean.
+/// Scores found responses. A true response counts as found if a found one peaks within a second of its peak; of these,
+/// the mean error of the amplitudes is computed.
 fn score(truth: &[MadeUp], events: &[Event], rate_hz: f64, what: &str) -> bool {
     let peak_secs = (2.0f64 / 0.7).ln() * 2.0 * 0.7 / 1.3;
     let found = truth.iter().filter_map(|each| {
@@ -249,12 +249,12 @@ fn score(truth: &[MadeUp], events: &[Event], rate_hz: f64, what: &str) -> bool {
     )
 }
 
-/// A response of height 1.
+/// Returns a response of height 1.
 fn bateman(secs: f64) -> f64 {
     ((-secs / 2.0).exp() - (-secs / 0.7).exp()) / 0.368_9
 }
 
-/// Numbers that look random, the same each time.
+/// Pseudo-random numbers, the same each time.
 struct Random(u64);
 
 impl Random {

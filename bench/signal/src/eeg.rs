@@ -1,4 +1,4 @@
-//! Band powers of EEGs against SciPy, what closed eyes do to them, blinks, and how fast it goes.
+//! Band powers of EEGs compared with SciPy, the effect of closed eyes, blinks, and speed.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -16,23 +16,23 @@ use teampulse_signal::filter::{butterworth, zero_phase};
 use crate::golden::{Worst, golden, number, verdict};
 use crate::records::column;
 
-/// Of the recordings with open and with closed eyes [Hz], and of the `OpenBCI` board [Hz].
+/// The rates of the recordings with open and closed eyes, and of the `OpenBCI` board [Hz].
 const EYES_HZ: f64 = 125.0;
 const OPENBCI_HZ: f64 = 250.0;
-/// Blinks read off a plot of its first two channels, not annotated by an expert, and looked at while
-/// the detector was made [s]: a check that it works at all, no measure of how well it does elsewhere.
+/// Blinks read off a plot of the first two channels [s]. They were not annotated by an expert, and were looked at while
+/// the detector was made: this checks that it works at all, not how well it works elsewhere.
 const SEEN_SECS: [f64; 26] = [
     4.28, 4.95, 5.17, 5.37, 5.6, 5.78, 6.0, 6.22, 13.88, 15.43, 15.65, 15.84, 16.05, 16.25, 16.47,
     78.5, 79.85, 80.1, 80.3, 80.5, 80.8, 86.24, 86.73, 87.26, 87.78, 88.29,
 ];
 const NEAR_SECS: f64 = 0.08;
-/// SciPy's Welch of an hour of four channels at 256 Hz [s].
+/// The time that SciPy's Welch takes for an hour of four channels at 256 Hz [s].
 const SCIPY_SECS: f64 = 0.077;
 const HEADBAND_HZ: f64 = 256.0;
-/// How often it is measured; the best time counts.
+/// The number of runs; the best time counts.
 const RUNS: usize = 5;
 
-/// Prints figures with their bars; whether all were met.
+/// Prints the figures with their bars; returns whether all bars were met.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     let eyes = |state: &str| column(&data.join(format!("eeg_eyes/eeg_eyes_{state}_125hz.txt")));
     let (closed, open) = (eyes("closed")?, eyes("open")?);
@@ -47,7 +47,7 @@ pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     Ok(met.iter().all(|&each| each))
 }
 
-/// The channels of a recording of an `OpenBCI` board [µV].
+/// Reads the channels of a recording of an `OpenBCI` board [µV].
 fn channels(path: &Path) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
     let text = std::fs::read_to_string(path)?;
     let column = |index: usize| {
@@ -101,7 +101,7 @@ fn named(windows: &dyn Windows, measured: &Measured, name: &str) -> Result<f64, 
     value.map_err(|reason| format!("compute {name}: {reason}").into())
 }
 
-/// Alpha rises and engagement falls, also as a session would see it: window by window, live.
+/// Checks that alpha rises and engagement falls, also window by window as in a live session.
 fn closing_the_eyes(closed: &[f64], open: &[f64]) -> Result<bool, Box<dyn Error>> {
     let of = |signal: &[f64], name: &str| -> Result<f64, Box<dyn Error>> {
         let channels = [signal.to_vec()];
@@ -125,7 +125,7 @@ fn closing_the_eyes(closed: &[f64], open: &[f64]) -> Result<bool, Box<dyn Error>
         & verdict(engagement.0 < engagement.1, &below))
 }
 
-/// The median over windows of 30 s, asked each second as samples come in.
+/// Returns the median relative alpha over windows of 30 s, requested each second as samples arrive.
 fn live_alpha(signal: &[f64]) -> Result<f64, Box<dyn Error>> {
     let mut live = causal(&Settings::default(), EYES_HZ)?;
     let mut values = Vec::new();
@@ -172,7 +172,7 @@ fn blinks(board: &[Vec<f64>]) -> Result<bool, Box<dyn Error>> {
     Ok(met)
 }
 
-/// White noise on a recording: the more of it, the less quality.
+/// Checks that the more white noise is added to a recording, the lower its quality is.
 fn noise(signal: &[f64]) -> Result<bool, Box<dyn Error>> {
     let mean = signal.iter().sum::<f64>() / signal.len() as f64;
     let rms = (signal.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / signal.len() as f64).sqrt();
@@ -190,13 +190,13 @@ fn noise(signal: &[f64]) -> Result<bool, Box<dyn Error>> {
     ))
 }
 
-/// Noise between −1 and 1.
+/// Returns uniform noise between −1 and 1.
 fn even_noise(k: usize) -> f64 {
     let bits = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     ((bits ^ (bits >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as f64 / 8_388_608.0 - 1.0
 }
 
-/// An hour of four channels at 256 Hz: its spectra, and all of it live.
+/// Measures an hour of four channels at 256 Hz: its spectra, and the whole live analysis.
 fn speed() -> Result<bool, Box<dyn Error>> {
     let noise =
         |channel: usize| (0..3600 * 256).map(|k| 40.0 * even_noise(4 * k + channel)).collect();

@@ -1,4 +1,4 @@
-//! Muscles' activity against plain formulas, and what is known of recordings.
+//! Muscle activity compared with plain formulas, and with what is known of recordings.
 
 use std::error::Error;
 use std::path::Path;
@@ -13,13 +13,13 @@ use crate::records::column;
 
 const MYO_HZ: f64 = 200.0;
 const MYO_CHANNELS: usize = 8;
-/// Golden values are rounded to nine decimals.
+/// The rounding error of golden values, which have nine decimals.
 const HALF_A_DIGIT: f64 = 5e-10;
-/// Of eight channels at 200 Hz, all features, a frame each 50 ms.
+/// The bar for an hour of eight channels at 200 Hz: all features, with a frame every 50 ms.
 const MOST_SECS_AN_HOUR: f64 = 0.5;
 const RUNS: usize = 5;
 
-/// Prints figures with their bars; whether all were met.
+/// Prints the figures with their bars; returns whether all bars were met.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     let rest = myo(data, 0)?;
     let extension = myo(data, 2)?;
@@ -36,7 +36,7 @@ pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     Ok(met.iter().all(|&each| each))
 }
 
-/// Eight channels, and which gesture was asked for at each sample.
+/// Eight channels, and the requested gesture at each sample.
 struct Myo {
     channels: Vec<Vec<f64>>,
     labels: Vec<f64>,
@@ -109,7 +109,7 @@ fn formulas(data: &Path, myo: &[(u32, &Myo)]) -> Result<bool, Box<dyn Error>> {
     Ok(both == [true; 2])
 }
 
-/// Our value, but for what rounding the other one may have taken away.
+/// Returns our value without differences that the rounding of the other value explains.
 fn unrounded(ours: f64, theirs: f64) -> f64 {
     if (ours - theirs).abs() <= HALF_A_DIGIT * 1.01 { theirs } else { ours }
 }
@@ -118,7 +118,7 @@ fn raw_bursts(data: &Path) -> Result<Vec<f64>, Box<dyn Error>> {
     column(&data.join("emg_bursts/emg_bursts.csv"))
 }
 
-/// Spans with the same label, and that label.
+/// Returns the spans with the same label, each with that label.
 fn spans(myo: &Myo) -> Vec<(Span, f64)> {
     let mut begin = 0;
     let runs = myo.labels.chunk_by(|a, b| a.total_cmp(b).is_eq());
@@ -131,7 +131,7 @@ fn spans(myo: &Myo) -> Vec<(Span, f64)> {
     runs.map(of_run).collect()
 }
 
-/// The root mean square over channels and spans.
+/// Returns the root mean square over channels and spans.
 fn loudness(windows: &dyn Windows, spans: impl Iterator<Item = Span>) -> f64 {
     let places: Vec<usize> = (0..windows.values().len())
         .filter(|&k| windows.values()[k].name.starts_with("EMG_RMS/"))
@@ -157,7 +157,7 @@ fn louder(what: &str, myo: &Myo, bar: f64) -> Result<bool, Box<dyn Error>> {
     Ok(verdict(loud > bar * quiet, &format!("{text} (bar ×{bar}), quality {quality:.2}")))
 }
 
-/// Contractions that are plain to see: as many live as afterwards, at the same times.
+/// Checks that as many obvious contractions are found live as afterwards, at the same times.
 fn bursts(data: &Path) -> Result<bool, Box<dyn Error>> {
     let channels = [raw_bursts(data)?];
     let recording = Recording { rate_hz: 1000.0, begin_ns: 0, channels: &channels };
@@ -189,7 +189,7 @@ fn run(running: &mut dyn Causal, recording: &Recording<'_>) -> Vec<Event> {
     events
 }
 
-/// In each gesture some muscle has a burst.
+/// Checks that each gesture has a burst of some muscle.
 fn gestures(myo: &Myo) -> Result<bool, Box<dyn Error>> {
     let all = whole(&armband(), &myo.recording())?;
     let gestures: Vec<Span> =

@@ -1,27 +1,27 @@
-//! Values that independent tools computed.
+//! Values computed by independent tools.
 
 use std::error::Error;
 use std::path::Path;
 
 use serde_json::Value;
 
-/// A file of the folder `golden`.
+/// Reads a file in the folder `golden`.
 pub fn golden(data: &Path, name: &str) -> Result<Value, Box<dyn Error>> {
     let text = std::fs::read_to_string(data.join("golden").join(name))?;
     Ok(serde_json::from_str(&text)?)
 }
 
-/// A number of a golden file.
+/// Returns a number of a golden file.
 pub fn number(values: &Value, name: &str) -> Result<f64, Box<dyn Error>> {
     values[name].as_f64().ok_or_else(|| format!("find the number {name}").into())
 }
 
-/// The numbers of a list in a golden file.
+/// Returns the numbers of a list in a golden file.
 pub fn numbers(values: &Value) -> Vec<f64> {
     values.as_array().into_iter().flatten().filter_map(Value::as_f64).collect()
 }
 
-/// The greatest relative difference of one set of values, and whose it is.
+/// The largest relative difference in a set of values, and the name of its value.
 #[derive(Default)]
 pub struct Worst {
     share: f64,
@@ -40,7 +40,7 @@ impl Worst {
         }
     }
 
-    /// Prints it with its bar; whether that was met.
+    /// Prints the difference with its bar; returns whether the bar was met.
     pub fn print(&self, what: &str, bar: f64) -> bool {
         let (count, share, name) = (self.count, self.share, &self.name);
         let of = if name.is_empty() { String::new() } else { format!(" of {name}") };
@@ -51,7 +51,7 @@ impl Worst {
     }
 }
 
-/// Prints a figure; whether its bar was met.
+/// Prints a figure; returns whether its bar was met.
 pub fn verdict(met: bool, figure: &str) -> bool {
     println!("{}  {figure}", if met { "pass" } else { "FAIL" });
     met

@@ -1,4 +1,4 @@
-//! Heart rate variability and the correction of intervals, against plain formulas and NeuroKit2.
+//! Heart rate variability and the correction of intervals, compared with plain formulas and NeuroKit2.
 
 use std::error::Error;
 use std::path::Path;
@@ -15,9 +15,9 @@ use teampulse_signal::intervals::{Artefacts, Beats, Correction, Kind};
 use crate::golden::{Worst, golden, number, numbers, verdict};
 use crate::records::{RATE_HZ, column};
 
-/// Of the golden records of MIT-BIH.
+/// The golden records of MIT-BIH.
 const RECORDS: [&str; 6] = ["100", "105", "106", "119", "203", "208"];
-/// What NeuroKit2 lacks, or defines otherwise.
+/// Features that NeuroKit2 lacks or defines differently.
 const OURS_ALONE: [&str; 14] = [
     "HRV_NN50",
     "HRV_pNN50",
@@ -34,14 +34,14 @@ const OURS_ALONE: [&str; 14] = [
     "HRV_DFA_alpha1",
     "HRV_DFA_alpha2",
 ];
-/// How often the nonlinear features are computed; the best time counts.
+/// The number of times the nonlinear features are computed; the best time counts.
 const RUNS: usize = 50;
-/// Of the nonlinear features of five minutes.
+/// The bar for the nonlinear features of five minutes [ms].
 const MOST_MS: f64 = 5.0;
-/// Of a core, for live windows.
+/// The bar for live windows [% of a core].
 const MOST_LIVE_PERCENT: f64 = 0.5;
 
-/// Prints figures with their bars; whether all were met.
+/// Prints the figures with their bars; returns whether all bars were met.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     let rest = golden(data, "rest_rri_ms.json")?;
     let rr_ms = column(&data.join("rr_rest/rest_rri_ms.txt"))?;
@@ -99,7 +99,7 @@ fn see_formulas(worst: &mut Worst, values: &Value, rr_ms: &[f64]) -> Result<(), 
     Ok(())
 }
 
-/// What NeuroKit2 defines as we do: all but pNN, SD2 and what follows from it, TINN and scales.
+/// Compares the features that NeuroKit2 defines as we do: all but pNN, SD2 and what depends on it, TINN and scales.
 fn neurokit(values: &Value, rr_ms: &[f64]) -> Result<bool, Box<dyn Error>> {
     let mut worst = Worst::default();
     for Measure { name, value, .. } in measures(rr_ms) {
@@ -107,7 +107,7 @@ fn neurokit(values: &Value, rr_ms: &[f64]) -> Result<bool, Box<dyn Error>> {
             worst.see(name, value, number(values, name)?);
         }
     }
-    Ok(worst.print("NeuroKit2 where its definitions are ours", 1e-9))
+    Ok(worst.print("NeuroKit2, features with the same definition", 1e-9))
 }
 
 fn measures(rr_ms: &[f64]) -> Vec<Measure> {
@@ -127,7 +127,7 @@ fn nonlinear(rr_ms: &[f64]) -> Vec<Measure> {
     all.into_iter().flatten().flatten().collect()
 }
 
-/// At NeuroKit2's scales: 4 to 11, and 12 to a tenth of the beats.
+/// Compares the exponents at NeuroKit2's scales: 4 to 11, and 12 to a tenth of the beats.
 fn exponents(values: &Value, rr_ms: &[f64]) -> Result<bool, Box<dyn Error>> {
     let mut worst = Worst::default();
     let long = 12..=(rr_ms.len() + 1) / 10;
@@ -160,11 +160,11 @@ fn artefacts(values: &Value, rr_ms: &[f64]) -> bool {
         ours.map(|each| each.beat as f64).eq(numbers(&values[*name]))
     });
     let counts = kinds.map(|(name, kind)| format!("{} {name}", artefacts.count(kind))).join(", ");
-    verdict(same, &format!("artefacts at rest: {counts}, beat for beat those of NeuroKit2"))
+    verdict(same, &format!("artefacts at rest: {counts}, the same for each beat as NeuroKit2's"))
 }
 
-/// What goes wrong with beats: an interval is halved (missed, extra), a beat is astray by a share of its
-/// interval, or all after it are.
+/// The artefacts that are injected: an interval is halved (missed, extra), a beat is shifted by a share of its
+/// interval, or all beats after it are.
 const WRONG: [(&str, Wrong); 8] = [
     ("missed", Wrong::Missed),
     ("extra", Wrong::Extra),
@@ -185,7 +185,7 @@ enum Wrong {
 }
 
 impl Wrong {
-    /// Does this to the beat of a place.
+    /// Applies the artefact to the beat at an index.
     fn happen(self, times: &mut Vec<f64>, place: usize) {
         let interval = times[place] - times[place - 1];
         match self {
@@ -199,7 +199,7 @@ impl Wrong {
     }
 }
 
-/// One kind of artefact after each 40 beats, at rest and of a simulated heart.
+/// Injects one kind of artefact after every 40 beats, into beats at rest and of a simulated heart.
 fn injected(rr_ms: &[f64]) -> Result<bool, Box<dyn Error>> {
     let natural = Correction::default().correct(&Beats::detected(&beats_secs(rr_ms)));
     let present = natural.beats.intervals_ms().into_iter().filter(|each| each.is_finite());
@@ -213,8 +213,8 @@ fn injected(rr_ms: &[f64]) -> Result<bool, Box<dyn Error>> {
     Ok(met)
 }
 
-/// Five minutes each of beats that experts call normal, one after the other: what correction takes away
-/// there is the heart's own.
+/// Corrects segments of five minutes of beats that experts call normal; there, whatever the correction removes is true
+/// variability.
 fn spared(data: &Path) -> Result<bool, Box<dyn Error>> {
     let mut changes = Vec::new();
     for segment in all_normal_segments(data)? {
@@ -236,8 +236,8 @@ fn spared(data: &Path) -> Result<bool, Box<dyn Error>> {
     ))
 }
 
-/// One artefact in 20 beats of the same, of kinds in turn: how far corrected RMSSD is from that of the
-/// beats without them.
+/// Injects one artefact per 20 beats into the same segments, with kinds in turn; measures how far the corrected RMSSD
+/// is from the RMSSD without artefacts.
 fn disturbed(data: &Path) -> Result<bool, Box<dyn Error>> {
     let mut errors = Vec::new();
     for segment in all_normal_segments(data)? {
@@ -277,7 +277,7 @@ fn all_normal_segments(data: &Path) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
     Ok(segments)
 }
 
-/// Times of normal beats [s] without any other between them, 128 to 400 at a time.
+/// Returns the times [s] of normal beats with no other beats between them, 128 to 400 at a time.
 fn normal_segments(table: &str) -> Vec<Vec<f64>> {
     let beats = table.lines().skip(1).filter_map(|line| line.split_once(','));
     let beats: Vec<(f64, bool)> = beats
@@ -315,7 +315,7 @@ fn inject(what: &str, wrong: Wrong, clean: &[f64]) -> Result<bool, Box<dyn Error
     ))
 }
 
-/// Breathing and Mayer waves of a heart at rest, and 4 ms of jitter.
+/// Simulates a heart at rest with breathing and Mayer waves, and 4 ms of jitter.
 fn simulated_ms(count: u32) -> Vec<f64> {
     let (mut secs, mut state) = (0.0, 1u32);
     let mut interval = |_| {
@@ -351,7 +351,7 @@ fn speed(rr_ms: &[f64]) -> bool {
     )
 }
 
-/// The time domain of 30, 60 and 300 s each second, and everything each ten seconds.
+/// Measures the time domain of 30, 60 and 300 s each second, and all features every ten seconds.
 fn live(rr_ms: &[f64]) -> bool {
     let mut heart = HeartWindows::causal();
     for at_secs in beats_secs(rr_ms) {

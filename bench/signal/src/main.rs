@@ -1,4 +1,4 @@
-//! What `bench/signal/run` measures of the signal crate; each part prints its own figures.
+//! The measurements of `bench/signal/run`. Each part prints figures; a bar is the limit that a figure must meet.
 
 #![expect(clippy::print_stdout, reason = "figures go to standard output")]
 #![expect(clippy::print_stderr, reason = "errors go to standard error")]

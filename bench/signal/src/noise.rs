@@ -1,16 +1,16 @@
-//! Recorded noise of moving electrodes, and other records with the same in them.
+//! Recorded noise of moving electrodes, and other records with the same noise added.
 
 use std::error::Error;
 use std::path::Path;
 
 use crate::records::{RATE_HZ, Record, column};
 
-/// Where the pieces of other records begin [samples]: at 5 and at 15 minutes.
+/// Where the segments of other records begin [samples]: at 5 and at 15 minutes.
 const BEGINS: [usize; 2] = [108_000, 324_000];
-/// Half of how far around a beat its height is taken [samples]: 50 ms.
+/// The distance around a beat within which its height is measured [samples]: 50 ms to each side.
 const REACH: usize = 18;
 
-/// Two minutes of noise, and of the record that it came with.
+/// Two minutes of noise, and the record that it came with.
 pub struct Noise {
     samples: Vec<f64>,
     clean: Record,
@@ -18,8 +18,8 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// The two recordings differ in nothing but the height of the same noise: from them follow it
-    /// and the signal without.
+    /// Reads two recordings that differ only in the height of the same noise; the noise and the clean signal are
+    /// computed from them.
     pub fn read(folder: &Path) -> Result<Noise, Box<dyn Error>> {
         let beats = column(&folder.join("118e00_ann.csv"))?;
         let loud = column(&folder.join("118e00.csv"))?;
@@ -33,12 +33,12 @@ impl Noise {
         Ok(Noise { samples, clean: Record { name: "118".into(), signal, beats }, height })
     }
 
-    /// The record that the noise came with, in this much of it.
+    /// Returns the record that the noise came with, at this signal-to-noise ratio.
     pub fn own(&self, decibels: f64) -> Record {
         self.over(&self.clean, decibels)
     }
 
-    /// Two minutes each of all other records, with noise as high beside their beats.
+    /// Returns two minutes of each other record, with noise as high relative to its beats.
     pub fn others(&self, records: &[Record], decibels: f64) -> Vec<Record> {
         let others = records.iter().filter(|record| record.name != self.clean.name);
         let length = self.samples.len();
@@ -70,7 +70,7 @@ fn gain(decibels: f64) -> f64 {
     10f64.powf(-decibels / 20.0)
 }
 
-/// The median over beats of highest less lowest sample.
+/// Returns the median over beats of the highest minus the lowest sample.
 fn height(signal: &[f64], beats: &[f64]) -> f64 {
     let around = |&beat: &f64| {
         let beat = beat as usize;

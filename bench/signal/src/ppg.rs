@@ -1,5 +1,5 @@
-//! Pulse waves: recorded ones against what most of five other programs find, simulated ones, motion
-//! that is added to recordings, and speed.
+//! Pulse waves: recorded ones compared with what most of five other programs find, simulated ones, motion added to
+//! recordings, and speed.
 
 use std::error::Error;
 use std::path::Path;
@@ -19,23 +19,22 @@ use crate::records::{RATE_HZ as MITDB_HZ, column, mitdb};
 #[path = "../../../crates/signal/tests/golden/ppg.rs"]
 mod simulated;
 
-/// What the beat detectors of PPGs are compared at [s] (Charlton et al. 2022,
-/// doi:10.1088/1361-6579/ac826d).
+/// The tolerance at which beat detectors of PPGs are compared [s] (Charlton et al. 2022, doi:10.1088/1361-6579/ac826d).
 const WITHIN_SECS: f64 = 0.15;
 const LEAST_PERCENT: f64 = 99.0;
-/// How much less causally [percent], and how far the mean rate may be off [1/min].
+/// The bars for how much lower the causal F1 may be [percentage points], and for the error of the mean rate [1/min].
 const MOST_LESS: f64 = 0.5;
 const MOST_OFF_PER_MIN: f64 = 1.0;
-/// What NeuroKit2's `ppg_process` takes for an hour at 64 Hz, and what we may [s].
+/// The time that NeuroKit2's `ppg_process` takes for an hour at 64 Hz, and the bar for ours [s].
 const NEUROKIT_SECS: f64 = 1.83;
 const MOST_SECS: f64 = 0.05;
-/// An E4's rate [Hz].
+/// The rate of an E4 [Hz].
 const E4_HZ: f64 = 64.0;
-/// Records of MIT-BIH with an even rhythm, and with many extrasystoles.
+/// Records of MIT-BIH with a regular rhythm, and with many extrasystoles.
 const EVEN: [&str; 6] = ["100", "101", "112", "115", "122", "209"];
 const UNEVEN: [&str; 5] = ["106", "119", "203", "208", "223"];
 
-/// Prints figures with their bars; whether all were met.
+/// Prints the figures with their bars; returns whether all bars were met.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     let rest = column(&data.join("ppg/ppg_1000hz.txt"))?;
     let finger = column(&data.join("ppg_heartpy/data_100hz.csv"))?;
@@ -56,7 +55,7 @@ fn places(pulses: &[Pulse]) -> Vec<f64> {
     pulses.iter().map(|pulse| pulse.sample).collect()
 }
 
-/// Pulses found with the whole recording, and those found causally with the delay of each [s].
+/// Returns the pulses found with the whole recording, and those found causally with the delay of each [s].
 fn both(signal: &[f64], rate_hz: f64) -> Result<[Vec<f64>; 3], Box<dyn Error>> {
     let mut detector = PulseDetector::new(rate_hz)?;
     let (mut causal, mut late_secs) = (Vec::new(), Vec::new());
@@ -69,7 +68,7 @@ fn both(signal: &[f64], rate_hz: f64) -> Result<[Vec<f64>; 3], Box<dyn Error>> {
     Ok([places(&find_pulses(signal, rate_hz)?), causal, late_secs])
 }
 
-/// Where at least three lists have a peak, `within` samples from each other: the median.
+/// Returns the median of each peak that at least three lists have, `within` samples from each other.
 fn consensus(lists: &[Vec<f64>], within: f64) -> Vec<f64> {
     let mut all: Vec<(f64, usize)> = lists
         .iter()
@@ -92,7 +91,7 @@ fn consensus(lists: &[Vec<f64>], within: f64) -> Vec<f64> {
     peaks
 }
 
-/// F1, causal against whole, lateness and mean rate.
+/// Compares F1, causal with whole detection, delay and mean rate.
 fn scores(what: &str, truth: &[f64], signal: &[f64], rate_hz: f64) -> Result<bool, Box<dyn Error>> {
     let [whole, causal, late_secs] = both(signal, rate_hz)?;
     let of = |found: &[f64]| matched(truth, found, WITHIN_SECS * rate_hz);
@@ -110,7 +109,7 @@ fn scores(what: &str, truth: &[f64], signal: &[f64], rate_hz: f64) -> Result<boo
         verdict(
             less <= MOST_LESS,
             &format!(
-                "pulses, {what}: causal {causal_text}, reported {late_ms:.0} ms later (bar {MOST_LESS} less)"
+                "pulses, {what}: causal {causal_text}, reported {late_ms:.0} ms after the pulse (bar {MOST_LESS} less)"
             ),
         ),
         verdict(
@@ -141,7 +140,7 @@ fn recorded(data: &Path, rest: &[f64], finger: &[f64]) -> Result<bool, Box<dyn E
         let values = golden(data, name)?;
         Ok(consensus(&tools.map(|tool| numbers(&values[tool])), 15.0))
     };
-    // Two of these tools failed on the jump at the ends of their input; what is left is a part.
+    // Two of these tools failed at the jumps at the ends of their input, so only part of their peaks are left.
     let part: Vec<f64> = golden_of("ppg_1000hz.json")?.iter().map(|peak| peak * 10.0).collect();
     let found = matched(&part, &places(&find_pulses(rest, 1000.0)?), 150.0);
     let met = [
@@ -155,7 +154,7 @@ fn recorded(data: &Path, rest: &[f64], finger: &[f64]) -> Result<bool, Box<dyn E
     Ok(met.iter().all(|&each| each))
 }
 
-/// A wrist in motion: nobody knows the truth. Where our quality is good, the tools should agree.
+/// Analyses a wrist in motion, where the truth is unknown: if our quality is good, the tools should agree.
 fn on_the_move(data: &Path) -> Result<bool, Box<dyn Error>> {
     let signal = &column(&data.join("e4_devicely/BVP.csv"))?[2..];
     let [whole, causal, _] = both(signal, E4_HZ)?;
@@ -187,7 +186,7 @@ fn of_neurokit() -> Result<bool, Box<dyn Error>> {
     Ok(met)
 }
 
-/// Pulses made of the beats of real people.
+/// Analyses pulses synthesised from the beats of real people.
 fn of_rhythms(data: &Path) -> Result<bool, Box<dyn Error>> {
     let records = mitdb(&data.join("ecg_mitdb"))?;
     let mut met = true;
@@ -227,7 +226,7 @@ fn sum(one: Agreement, other: Agreement) -> Agreement {
     }
 }
 
-/// A sensor that was put on, and off again, and lay still from 46 s to 76 s.
+/// Analyses a sensor that was put on and taken off again, with the hand at rest from 46 s to 76 s.
 fn came_off(data: &Path) -> Result<bool, Box<dyn Error>> {
     let table = std::fs::read_to_string(data.join("ppg_heartpy/data2_timer.csv"))?;
     let rows = table.lines().skip(1).filter_map(|line| line.split_once(','));
@@ -246,7 +245,7 @@ fn came_off(data: &Path) -> Result<bool, Box<dyn Error>> {
     Ok(verdict(off >= 80.0 && still <= 10.0, &format!("{text} (bar 10)")))
 }
 
-/// A recording at rest over and over, with disturbances of known place.
+/// Analyses a repeated recording at rest, with disturbances at known places.
 fn disturbed(what: &str, signal: &[f64], rate_hz: f64) -> Result<bool, Box<dyn Error>> {
     let pulses = find_pulses(signal, rate_hz)?;
     let (first, last) = (pulses[1].onset as usize, pulses[pulses.len() - 2].onset as usize);
@@ -272,7 +271,7 @@ fn disturbed(what: &str, signal: &[f64], rate_hz: f64) -> Result<bool, Box<dyn E
         let mut clean_from = rate_hz;
         for &(from, to) in &spans {
             flagged += quality.flagged(from as f64, to as f64) / spans.len() as f64;
-            // The cycles that reach into the span are flagged, too.
+            // Cycles that reach into the span are flagged, too.
             let clean_to = from as f64 - 1.5 * rate_hz;
             false_flags += quality.flagged(clean_from, clean_to) / spans.len() as f64;
             clean_from = to as f64 + 1.5 * rate_hz;
@@ -288,9 +287,9 @@ fn disturbed(what: &str, signal: &[f64], rate_hz: f64) -> Result<bool, Box<dyn E
     Ok(met)
 }
 
-/// An hour at 64 Hz, with all values of windows of 60 s.
+/// Measures an hour at 64 Hz, with all values of windows of 60 s.
 fn speed(finger: &[f64]) -> Result<bool, Box<dyn Error>> {
-    // At 64 instead of 100 Hz the same waves are slower.
+    // Played at 64 instead of 100 Hz, the same waves are slower.
     let hour: Vec<f64> = finger.iter().copied().cycle().take(3600 * E4_HZ as usize).collect();
     let channels = [hour];
     let recording = Recording { rate_hz: E4_HZ, begin_ns: 0, channels: &channels };

@@ -1,7 +1,7 @@
-//! Where other programs find pulses; made by `ppg_peers.py`: NeuroKit2 (elgendi, bishop, charlton),
-//! `HeartPy`, `BioSPPy`; none where one fails.
+//! The pulses that other programs find; made by `ppg_peers.py`: NeuroKit2 (elgendi, bishop, charlton), `HeartPy`,
+//! `BioSPPy`; no pulses if a program fails.
 
-/// In `ppg/ppg_1000hz.txt` without its level, at 100 Hz [samples].
+/// Pulses in `ppg/ppg_1000hz.txt` without its level, at 100 Hz [samples].
 pub const AT_REST: [&[f64]; 5] = [
     &[
         56.0, 112.0, 173.0, 235.0, 299.0, 363.0, 426.0, 487.0, 550.0, 615.0, 682.0, 744.0, 805.0,
@@ -30,7 +30,7 @@ pub const AT_REST: [&[f64]; 5] = [
     ],
 ];
 
-/// In `e4_devicely/BVP.csv` [samples].
+/// Pulses in `e4_devicely/BVP.csv` [samples].
 pub const ON_THE_MOVE: [&[f64]; 5] = [
     &[
         79.0, 120.0, 140.0, 192.0, 225.0, 259.0, 293.0, 342.0, 393.0, 419.0, 467.0, 498.0, 539.0,

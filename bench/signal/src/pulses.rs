@@ -1,12 +1,12 @@
-//! Pulse waves of which the truth is known.
+//! Synthetic pulse waves.
 
 use std::f64::consts::TAU;
 
-/// The wave of beats [s] at a rate, with breath, drift and a little noise, and where its peaks are
+/// Returns the wave of beats [s] at a rate, with breathing, drift and a little noise, and the positions of its peaks
 /// [samples].
 ///
-/// A Gaussian rise and fall with a lower diastolic wave and a run-off; the shorter the interval before
-/// a beat, the weaker its pulse, because the heart was less full.
+/// A pulse is a Gaussian rise and fall with a lower diastolic wave and a run-off. The shorter the interval before a
+/// beat, the weaker its pulse, because the heart was less full.
 pub fn waves(beats_secs: &[f64], rate_hz: f64) -> (Vec<f64>, Vec<f64>) {
     let peaks_secs: Vec<f64> = beats_secs.iter().map(|beat| beat + 0.25).collect();
     let mut gaps: Vec<f64> = beats_secs.windows(2).map(|pair| pair[1] - pair[0]).collect();

@@ -1,4 +1,4 @@
-//! Qualities of recorded ECGs, as they are and in recorded noise.
+//! The quality of recorded ECGs, unchanged and with recorded noise.
 
 use std::error::Error;
 use std::path::Path;
@@ -7,11 +7,11 @@ use crate::noise::Noise;
 use crate::records::{RATE_HZ, Record, mitdb};
 use crate::unkind::{How, Unkind, Window, windows};
 
-/// Pieces are as long as made-up signals [s].
+/// The length of segments [s], as for synthetic signals.
 const PIECE_SECS: f64 = 120.0;
-/// Above this quality a wrong rate looks trustworthy.
+/// The quality above which a wrong rate looks trustworthy.
 const TRUSTED: f64 = 0.8;
-/// The heights of the noise [dB].
+/// The signal-to-noise ratios [dB].
 const DECIBELS: [f64; 6] = [24.0, 18.0, 12.0, 6.0, 0.0, -6.0];
 
 #[derive(Default)]
@@ -21,7 +21,7 @@ struct Count {
     wrong: usize,
 }
 
-/// Prints how many windows of 30 s are above the trusted quality, and how many of them are wrong.
+/// Prints how many windows of 30 s are above the trusted quality, and how many of these are wrong.
 ///
 /// Settings are chosen on records with even numbers, and judged on those with odd ones.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
@@ -60,7 +60,7 @@ fn report(what: &str, records: &[Record]) -> Result<bool, Box<dyn Error>> {
     Ok(wrong == 0)
 }
 
-/// The windows of a record in pieces, causal and of whole pieces.
+/// Returns the windows of a record in segments, causal and for whole segments.
 fn of_record(record: &Record) -> Result<Vec<Window>, Box<dyn Error>> {
     let length = (PIECE_SECS * RATE_HZ) as usize;
     let mut all = Vec::new();

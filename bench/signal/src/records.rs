@@ -1,4 +1,4 @@
-//! Recorded ECGs with beats that experts marked.
+//! Recorded ECGs with beats marked by experts.
 
 use std::error::Error;
 use std::path::Path;
@@ -13,8 +13,8 @@ pub struct Record {
     pub beats: Vec<f64>,
 }
 
-/// The records of a folder in WFDB's format 212 (channel 0 [mV]), with beats in `*.beats.csv`, as far
-/// as the signal goes.
+/// Reads the records in a folder in WFDB's format 212 (channel 0 [mV]), with beats in `*.beats.csv`, as far as the
+/// signal extends.
 pub fn mitdb(folder: &Path) -> Result<Vec<Record>, Box<dyn Error>> {
     let mut names: Vec<String> = std::fs::read_dir(folder)?
         .filter_map(|entry| entry.ok()?.file_name().to_str()?.strip_suffix(".dat").map(Into::into))
@@ -39,7 +39,7 @@ fn first_of_pair(low: u8, high: u8) -> f64 {
     f64::from(value - 1024) / 200.0
 }
 
-/// A column of numbers.
+/// Reads a column of numbers.
 pub fn column(path: &Path) -> Result<Vec<f64>, Box<dyn Error>> {
     let text = std::fs::read_to_string(path)?;
     Ok(text.lines().filter_map(|line| line.trim().parse().ok()).collect())

@@ -1,11 +1,11 @@
-//! Recordings as a slower device would have made them.
+//! Resamples recordings as if a slower device had made them.
 
 use std::f64::consts::PI;
 
-/// How many samples of the new rate weigh in on either side.
+/// The number of samples at the new rate that contribute from each side.
 const REACH: f64 = 16.0;
 
-/// The signal at another, lower rate: a sinc under a Hann window, cut off at 45 % of it.
+/// Returns the signal at another, lower rate, by a sinc under a Hann window, cut off at 45 % of that rate.
 pub fn resampled(signal: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
     let step = from_hz / to_hz;
     let count = (signal.len() as f64 / step) as usize;

@@ -1,5 +1,5 @@
-//! Breathing: recorded belts against NeuroKit2 and Welch's spectrum, made-up belts against their
-//! breaths, and rates derived from an ECG against the belt that was worn with it.
+//! Breathing: recorded belts compared with NeuroKit2 and Welch's spectrum, synthetic belts with their breaths, and
+//! rates derived from an ECG with the belt that was worn with it.
 //!
 //! On `resp` the two other tools disagree: NeuroKit2 gives 19.35 a minute, Welch's peak 22. By eye, the
 //! belt moves 18 to 20 times in the minute, unevenly (1.8 to 5 s, three times beyond the range of its
@@ -26,15 +26,15 @@ use teampulse_signal::respiration::{
 use crate::golden::{golden, number, numbers, verdict};
 use crate::records::column;
 
-/// Of a belt's rate [1/min], and of one derived from an ECG.
+/// The bars for the rate of a belt, and for a rate derived from an ECG [1/min].
 const BELT_PER_MIN: f64 = 0.5;
 const DERIVED_PER_MIN: f64 = 2.0;
-/// Of an hour at 50 Hz with windows of a minute [s]; NeuroKit2's `rsp_process` takes 0.28 s.
+/// The bar for an hour at 50 Hz with windows of a minute [s]; NeuroKit2's `rsp_process` takes 0.28 s.
 const MOST_SECS: f64 = 0.025;
-/// How near a trough has to be found [s].
+/// The tolerance for finding a trough [s].
 const NEAR_SECS: f64 = 0.5;
 
-/// Prints figures with their bars; whether all were met.
+/// Prints the figures with their bars; returns whether all bars were met.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     let belt = column(&data.join("resp/resp_1000hz.txt"))?;
     let table = std::fs::read_to_string(data.join("multi_bio_100hz/bio_100Hz.csv"))?;
@@ -90,7 +90,7 @@ fn recorded(data: &Path, name: &str, signal: &[f64], rate_hz: f64) -> Result<boo
     Ok(near & verdict((live - same).abs() <= BELT_PER_MIN, &format!("{text} (bar {BELT_PER_MIN})")))
 }
 
-/// The rate derived from an ECG, of windows that the belt was worn in.
+/// Compares the rate derived from an ECG with the belt, in windows in which the belt was worn.
 fn derived(ecg: &[f64], belt: &[f64]) -> Result<bool, Box<dyn Error>> {
     let rate_hz = 100.0;
     let beats = find_beats(ecg, rate_hz)?;
@@ -123,15 +123,15 @@ fn derived(ecg: &[f64], belt: &[f64]) -> Result<bool, Box<dyn Error>> {
     Ok(met)
 }
 
-/// How somebody breathes on a belt.
+/// How a person breathes, and what else a belt records.
 #[derive(Clone, Copy)]
 struct Belt {
     per_min: f64,
-    /// Relative changes from breath to breath: of duration and of amplitude.
+    /// The relative variation between breaths, of duration and of amplitude.
     uneven: (f64, f64),
-    /// Share of a breath that is a pause.
+    /// The share of a breath that is a pause.
     pause: f64,
-    /// Height of drift, noise and heart beats over that of breaths.
+    /// The height of drift, noise and heartbeats relative to the breaths.
     drift: f64,
     noise: f64,
     heart: f64,
@@ -151,7 +151,7 @@ const BELTS: [(&str, Belt); 9] = [
     ("all", Belt { uneven: (0.2, 0.3), drift: 2.0, noise: 0.15, heart: 0.08, ..EVEN }),
 ];
 
-/// A belt at 50 Hz, and the onsets of its inhalations [s].
+/// Returns the signal of a belt at 50 Hz, and the onsets of its inhalations [s].
 fn belt(of: &Belt, length_secs: f64, seed: u64) -> (Vec<f64>, Vec<f64>) {
     let mut random = random(seed);
     let (mut onsets, mut at) = (Vec::new(), 0.3);
@@ -181,7 +181,7 @@ fn belt(of: &Belt, length_secs: f64, seed: u64) -> (Vec<f64>, Vec<f64>) {
     (signal, onsets)
 }
 
-/// Nearly normal numbers.
+/// Returns approximately normal random numbers.
 fn random(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     let mut even = move || {
@@ -198,7 +198,7 @@ fn made_up(name: &str, of: &Belt) -> Result<bool, Box<dyn Error>> {
     let (mut hits, mut truths, mut extra) = ([0; 2], 0, [0; 2]);
     for seed in 1..=10 {
         let (signal, onsets) = belt(of, 180.0, seed);
-        // What is known causally after the first seconds.
+        // The breaths that are found causally after the first seconds.
         let samples = 15.0 * 50.0..170.0 * 50.0;
         let onsets: Vec<f64> = onsets.iter().map(|secs| secs * 50.0).collect();
         let pairs = onsets.windows(2).map(|pair| Breath {
@@ -230,7 +230,7 @@ fn made_up(name: &str, of: &Belt) -> Result<bool, Box<dyn Error>> {
     ))
 }
 
-/// The quality falls with noise.
+/// Checks that the quality falls with noise.
 fn noise() -> Result<bool, Box<dyn Error>> {
     let mut qualities = Vec::new();
     for noise in [0.0, 0.1, 0.3, 1.0, 3.0, 30.0] {
@@ -242,7 +242,7 @@ fn noise() -> Result<bool, Box<dyn Error>> {
         qualities.push(all?.iter().sum::<f64>() / 10.0);
     }
     let falls = qualities.windows(2).all(|pair| pair[0] > pair[1]);
-    Ok(verdict(falls, &format!("quality with ever more noise: {qualities:.2?} (bar: falls)")))
+    Ok(verdict(falls, &format!("quality with increasing noise: {qualities:.2?} (bar: falls)")))
 }
 
 #[expect(clippy::disallowed_methods, reason = "a benchmark reads the machine's time")]

@@ -1,5 +1,5 @@
-//! The cost of the feature `statistics` on all streams of an operator: `rolling.py` runs it in turn with
-//! pandas on the same samples.
+//! The cost of the feature `statistics` on all streams of an operator. `rolling.py` runs this alternately with pandas
+//! on the same samples.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -15,11 +15,11 @@ use teampulse_core::time::Time;
 use teampulse_features::any::statistics::Statistics;
 use teampulse_features::context::FeatureContext;
 
-/// Times that all streams are run; the best counts.
+/// The number of times that all streams are run; the best time counts.
 const ROUNDS: usize = 3;
-/// The results of this many waves are taken together.
+/// The number of waves after which the results are taken.
 const TAKEN_AT_ONCE: usize = 100;
-/// A wave lasts so long [ns].
+/// The duration of a wave [ns].
 const WAVE_NS: f64 = 1e8;
 
 /// A stream with all its samples, in waves.
@@ -28,7 +28,7 @@ struct Input {
     waves: Vec<Sample>,
 }
 
-/// Prints how much of a processor the statistics of all streams take [s]: of each file `NAME_CHANNELS_RATE.f64` in a
+/// Prints the processor time that the statistics of all streams take [s], for each file `NAME_CHANNELS_RATE.f64` in a
 /// folder, over windows of these lengths [s].
 pub fn measure(folder: &Path, windows_secs: &str) -> Result<bool, Box<dyn Error>> {
     let windows_secs: Vec<f64> =
@@ -50,7 +50,7 @@ pub fn measure(folder: &Path, windows_secs: &str) -> Result<bool, Box<dyn Error>
     Ok(true)
 }
 
-/// The time of a processor that this thread has used so far [s]: what others take does not count.
+/// Returns the processor time that this thread has used so far [s]; the time of other threads does not count.
 fn processor_secs() -> Result<f64, Box<dyn Error>> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat")?;
     let used_ns: f64 = text.split(' ').next().ok_or("no time of a processor")?.parse()?;
@@ -87,7 +87,7 @@ fn input(path: &Path) -> Result<Input, Box<dyn Error>> {
     Ok(Input { stream, waves })
 }
 
-/// The waves of all streams in the order in which they come.
+/// Returns the waves of all streams in the order in which they arrive.
 fn in_order(inputs: &[Input]) -> Vec<Sample> {
     let of_stream = |(id, input): (u32, &Input)| {
         let of_stream = |wave: &Sample| Sample { stream: StreamId(id), ..wave.clone() };
@@ -108,7 +108,7 @@ fn run(feature: &dyn Feature, inputs: &[Input], waves: &[Sample]) {
         for wave in waves {
             extractor.push(wave, &mut out);
         }
-        // As a pump does, the results are taken away.
+        // The results are removed, as a pump does.
         black_box(std::mem::take(&mut out).samples().count());
     }
 }

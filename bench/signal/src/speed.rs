@@ -1,4 +1,4 @@
-//! The speed of analyses of an hour of signal: `speed.py` runs them in turn with other programs.
+//! The speed of analyses of an hour of signal. `speed.py` runs them alternately with other programs.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -8,9 +8,9 @@ use std::time::Instant;
 use teampulse_signal::analysis::{Recording, Span, Whole};
 use teampulse_signal::{ecg, eda, eeg, emg, hrv, ppg, respiration};
 
-/// Times that an analysis runs; the best counts.
+/// The number of times that an analysis runs; the best time counts.
 const ROUNDS: usize = 3;
-/// Windows in which whole recordings are measured [s].
+/// The length of the windows in which whole recordings are measured [s].
 const WINDOW_SECS: i64 = 60;
 
 /// Prints how long a job takes on the samples of a file [s].
@@ -86,7 +86,7 @@ fn run(job: &str, recording: &Recording<'_>) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// All values of NeuroKit2's function of that name, for intervals [ms].
+/// Computes all values of NeuroKit2's function of the same name, for intervals [ms].
 fn nonlinear(intervals_ms: &[f64]) {
     black_box(hrv::poincare(intervals_ms));
     black_box(hrv::asymmetry(intervals_ms));
@@ -95,7 +95,7 @@ fn nonlinear(intervals_ms: &[f64]) {
     black_box(hrv::detrended_fluctuation(intervals_ms));
 }
 
-/// Asks windows one after the other.
+/// Requests successive windows.
 fn measured(whole: &Whole, recording: &Recording<'_>) {
     let window_ns = WINDOW_SECS * 1_000_000_000;
     let end_ns = recording.span().end_ns;

@@ -1,4 +1,4 @@
-//! Group statistics against SciPy and pingouin: 30 participants, four conditions.
+//! Group statistics compared with SciPy and pingouin: 30 participants, four conditions.
 
 use std::error::Error;
 use std::path::Path;
@@ -11,7 +11,7 @@ use teampulse_signal::statistics::{
 
 use crate::golden::{Worst, golden, number, numbers};
 
-/// Prints figures with their bars; whether all were met.
+/// Prints the figures with their bars; returns whether all bars were met.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     let values = golden(data, "stats_paired.json")?;
     let column = |name: &str| numbers(&values["input"][name]);
@@ -50,7 +50,7 @@ pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     let met = [
         statistics.print("statistics of SciPy", 1e-9),
         p_values.print("p-values of SciPy", 1e-9),
-        // These are stored with ten decimals.
+        // These golden values are stored with ten decimals.
         rounded.print("analysis of variance and pairs of pingouin, rounded", 1e-6),
     ];
     Ok(met.iter().all(|&each| each))
@@ -82,7 +82,7 @@ fn see_pairs(
     for (pair, golden) in pairs.iter().zip(golden.as_array().into_iter().flatten()) {
         worst.see("T", pair.test.t, number(golden, "T")?);
         let p = number(golden, "p_corr")?;
-        // The smallest are stored as 0 or with three digits.
+        // The smallest golden values are stored as 0 or with three digits.
         if p > 1e-4 {
             worst.see("Holm's p", pair.p_corrected, p);
         }

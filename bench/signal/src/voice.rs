@@ -1,4 +1,5 @@
-//! Voices of files of samples, as their frames and values, for `voices.py` to hold against the truth and peers.
+//! Writes the frames and values of voices in files of samples, which `voices.py` compares with the truth and with
+//! peers.
 
 use std::error::Error;
 use std::fs;
@@ -10,7 +11,7 @@ use teampulse_signal::voice::analysis::whole;
 use teampulse_signal::voice::{Framer, Settings};
 
 /// Writes `X.frames` beside each `X.f64` of a folder (samples at a rate [Hz], as 64-bit numbers): the time [s] and the
-/// numbers of each frame; prints the values of each file as JSON, a line a file.
+/// numbers of each frame. Prints the values of each file as JSON, one line per file.
 pub fn write(folder: &Path, rate_hz: &str) -> Result<bool, Box<dyn Error>> {
     let rate_hz: f64 = rate_hz.parse()?;
     let mut files: Vec<_> = fs::read_dir(folder)?.collect::<Result<_, _>>()?;

@@ -1,4 +1,4 @@
-//! Acceleration and temperature of wristbands: what is known of recordings.
+//! Acceleration and temperature of wristbands, checked by what is known of the recordings.
 
 use std::error::Error;
 use std::path::Path;
@@ -10,11 +10,11 @@ use teampulse_signal::temperature::analysis as temperature;
 use crate::golden::verdict;
 use crate::records::column;
 
-/// An Empatica E4's export begins with the time and the rate.
+/// The number of header lines in an Empatica E4's export: the time and the rate.
 const E4_HEADER: usize = 2;
 const E4_STEPS_PER_G: f64 = 64.0;
 
-/// Prints figures with their bars; whether all were met.
+/// Prints the figures with their bars; returns whether all bars were met.
 pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     let e4 = axes(&data.join("e4_devicely/ACC.csv"))?;
     let e4: Vec<Vec<f64>> = e4.into_iter().map(|axis| axis[E4_HEADER..].to_vec()).collect();
@@ -28,7 +28,7 @@ pub fn measure(data: &Path) -> Result<bool, Box<dyn Error>> {
     Ok(met.iter().all(|&each| each))
 }
 
-/// Three columns of numbers, whatever stands between them.
+/// Reads three columns of numbers, whatever separates them.
 fn axes(path: &Path) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
     let mut axes = vec![Vec::new(); 3];
     for line in std::fs::read_to_string(path)?.lines() {
@@ -41,7 +41,7 @@ fn axes(path: &Path) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
     Ok(axes)
 }
 
-/// Values of a whole recording by their names.
+/// Returns the values of a whole recording by their names.
 fn reported(all: &Whole, recording: &Recording<'_>) -> impl Fn(&str) -> f64 {
     let names: Vec<String> = all.windows.values().iter().map(|v| v.name.to_string()).collect();
     let values = all.windows.measure(recording.span()).values;

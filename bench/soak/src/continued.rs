@@ -1,5 +1,5 @@
-//! A recording that goes on and on: each time it is handed over, all its stamps follow those of the time
-//! before, as in one long session.
+//! A recording that repeats: each time it is handed over, all its stamps follow those of the previous time, as in one
+//! long session.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,17 +17,17 @@ use teampulse_messages::convert::{Decoded, decode, type_name};
 use teampulse_messages::definition::Definition;
 use teampulse_messages::fields::{header_stamp, starts_with_header};
 
-/// What lies between the end of a recording and its beginning again.
+/// The pause between the end of a recording and its next start.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// After this many readings other tasks have their turn.
+/// The number of readings after which other tasks run.
 const TURN: usize = 256;
 
-/// Hands over what is raw in a bag, again and again, until this much time has passed in it.
+/// Hands over the raw data of a bag repeatedly, until this much time has passed in it.
 pub struct Continued {
     pub bag: Arc<Bag>,
     pub secs: f64,
-    /// How many times as fast as it was recorded; as fast as it can be taken where that is not given.
+    /// How many times as fast as recorded to hand it over; `None` for as fast as it can be taken.
     pub speed: Option<f64>,
 }
 
@@ -68,7 +68,7 @@ impl Source for Continued {
     }
 }
 
-/// What came from outside, and is not said of streams themselves.
+/// Whether a stream came from outside, and is not about streams themselves.
 fn is_wanted(stream: &Stream) -> bool {
     stream.origin == Origin::Raw && !matches!(stream.shape, Shape::Status | Shape::Description)
 }
@@ -93,7 +93,7 @@ impl Known {
         Known { id, stream: Arc::clone(stream), is_stamped }
     }
 
-    /// The reading that a message is, this much later; `None` for what ends a session.
+    /// Returns the reading of a message, shifted in time; `None` for a message that ends a session.
     fn reading(&self, message: &Message, shift: Duration) -> Result<Option<Reading>, SourceError> {
         let later = |time: Time| time + shift;
         let (device_time, source_time, data) = if let Shape::Message(_) = self.stream.shape {
@@ -114,13 +114,13 @@ impl Known {
     }
 }
 
-/// A message with a later stamp, if it has one.
+/// Returns a message with a later stamp, if it has one.
 fn restamped(cdr: &Bytes, shift: Duration) -> Bytes {
     let Some(stamp) = header_stamp(cdr) else { return cdr.clone() };
     let nanos = (stamp + shift).nanos();
     let (secs, nanos) = (nanos.div_euclid(1_000_000_000) as i32, nanos.rem_euclid(1_000_000_000));
     let mut bytes = cdr.to_vec();
-    // What the second byte says: whether the least byte comes first.
+    // The second byte states whether the message is little-endian.
     let (secs, nanos) = match bytes[1] & 1 {
         1 => (secs.to_le_bytes(), (nanos as u32).to_le_bytes()),
         _ => (secs.to_be_bytes(), (nanos as u32).to_be_bytes()),

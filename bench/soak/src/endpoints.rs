@@ -36,15 +36,15 @@ const STANDARD: [(&str, &str); 5] = [
     ("odom", "nav_msgs/msg/Odometry"),
     ("wifi", "wireless_msgs/msg/Connection"),
 ];
-/// How many others it has, each with a message.
+/// The number of other topics of a robot, each with a message.
 const OTHERS: usize = 7;
 /// A `std_msgs/Float64`.
 const MESSAGE: &[u8] = &[0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-/// How long what is left to do may take.
+/// How long remaining work may take.
 const SETTLING: Duration = Duration::from_millis(100);
 
-/// Lets this many robots come one by one, leave, and come again; prints the processor time for each of their
-/// endpoints [us].
+/// Makes this many robots come one by one, leave, and come again; prints the processor time for each of their endpoints
+/// [us].
 pub async fn run(robots: usize) -> Result<(), Box<dyn Error>> {
     let monitor = MemoryBus::new("/teampulse");
     let bus: Arc<dyn Bus> = Arc::clone(&monitor) as Arc<dyn Bus>;
@@ -95,14 +95,14 @@ async fn come_and_go(monitor: &Arc<MemoryBus>, robots: usize) {
     }
 }
 
-/// A robot that is there.
+/// A robot that is present.
 struct Robot {
     _publishers: Vec<Box<dyn Publisher>>,
     _clock: Option<Subscription>,
 }
 
 impl Robot {
-    /// Appears, waits until it is subscribed to, and sends a message on each topic of no standard type.
+    /// Appears, waits until it is subscribed to, and sends a message on each of its other topics.
     async fn come(monitor: &Arc<MemoryBus>, number: usize) -> Robot {
         let bus = monitor.join(&format!("/robot{number}/driver"));
         let standard = STANDARD.map(|(topic, type_name)| (topic.to_owned(), type_name));

@@ -1,4 +1,4 @@
-//! Hours of a recording, as fast as they can be taken.
+//! Hours of a recording, processed as fast as possible.
 
 use std::error::Error;
 use std::fs;
@@ -18,7 +18,7 @@ use crate::session;
 
 const HOUR_SECS: f64 = 3600.0;
 
-/// Lets a recording go on until this many hours have passed in it; prints a line for each.
+/// Repeats a recording until this many hours have passed in it; prints a line for each.
 pub async fn run(bag: &Path, hours: f64) -> Result<(), Box<dyn Error>> {
     let bag = Arc::new(Bag::open(bag)?);
     let (began, _) = bag.bounds().ok_or("the bag is empty")?;
@@ -29,7 +29,7 @@ pub async fn run(bag: &Path, hours: f64) -> Result<(), Box<dyn Error>> {
     end(session).await
 }
 
-/// Lets a recording go on, this many times as fast as it was recorded, on a dashboard alone; prints its address, and a
+/// Repeats a recording, this many times as fast as it was recorded, on a dashboard alone; prints its address, and a
 /// line for each hour.
 pub async fn watched(bag: &Path, hours: f64, speed: f64) -> Result<(), Box<dyn Error>> {
     let bag = Arc::new(Bag::open(bag)?);
@@ -58,8 +58,7 @@ async fn end(session: Session) -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// Prints the least and the most that the process held within each hour of the recording, by a look every
-/// minute.
+/// Prints the smallest and the largest memory of the process within each hour of the recording, checked every minute.
 struct HourlyMemory {
     began: Time,
 }
@@ -104,8 +103,7 @@ impl Sink for HourlyMemory {
     }
 }
 
-/// What of this process is in memory, without the files that it has mapped [KiB]; 0 where the system
-/// does not say.
+/// Returns the memory of this process, without the files that it has mapped [KiB]; 0 if the system does not report it.
 fn resident_kib() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("RssAnon:"));

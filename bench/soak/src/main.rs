@@ -1,15 +1,13 @@
-//! What long and large recordings take, at full speed:
+//! Measures what long and large recordings cost at full speed:
 //!
-//! - `bench-soak hours BAG HOURS` lets a recording go on until this many hours are recorded, through all
-//!   features into a bag, flushed as often as live, and its tidy files, and prints what the process
-//!   holds after each hour;
-//! - `bench-soak watched BAG HOURS SPEED` shows that on a dashboard, this many times as fast as it was recorded;
-//! - `bench-soak endpoints ROBOTS` lets this many robots come, leave and come again, and prints the processor
-//!   time for each of their endpoints;
-//! - `bench-soak topics COUNT` records a bag of this many topics and replays it, and prints the
-//!   processor time of both;
-//! - `bench-soak worker KIND SECS` runs a live session with a worker that is slow, fails or panics, and
-//!   prints how long readings took to a sink, and how many were received and recorded.
+//! - `bench-soak hours BAG HOURS` repeats a recording until this many hours are recorded, through all features into a
+//!   bag that is flushed as often as live, with its tidy files; prints the memory of the process after each hour;
+//! - `bench-soak watched BAG HOURS SPEED` shows this on a dashboard, this many times as fast as it was recorded;
+//! - `bench-soak endpoints ROBOTS` makes this many robots come, leave and come again, and prints the processor time for
+//!   each of their endpoints;
+//! - `bench-soak topics COUNT` records a bag of this many topics and replays it, and prints the processor time of both;
+//! - `bench-soak worker KIND SECS` runs a live session with a worker that is slow, fails or panics, and prints how long
+//!   readings took to a sink, and how many were received and recorded.
 #![expect(clippy::print_stdout, reason = "the figures are its output")]
 
 mod continued;
@@ -38,7 +36,7 @@ use teampulse_features::context::FeatureContext;
 use teampulse_messages::convert::encode;
 use teampulse_sinks::{SINKS, SinkContext};
 
-/// That of the program itself.
+/// The allocator of the program itself.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
@@ -60,7 +58,7 @@ async fn main() -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// A session from a recording, with all features, into a bag with its tidy files.
+/// Creates a session from a recording, with all features, into a bag with its tidy files.
 fn session(source: Box<dyn Source>, folder: &Path) -> Result<Session, Box<dyn Error>> {
     let clock = Clock::settable();
     let context = SinkContext::new(folder, "soak", clock.clone());
@@ -87,7 +85,7 @@ fn session(source: Box<dyn Source>, folder: &Path) -> Result<Session, Box<dyn Er
 /// Features by kind.
 type Features = Vec<(&'static str, Arc<dyn Feature>)>;
 
-/// All features, as they are without settings.
+/// Builds all features with their default settings.
 fn features() -> Result<Features, Box<dyn Error>> {
     let built = FEATURES.iter().map(|entry| {
         let feature = (entry.build)(Settings::empty(), &FeatureContext::default())?;
@@ -96,7 +94,7 @@ fn features() -> Result<Features, Box<dyn Error>> {
     built.collect()
 }
 
-/// The time of a processor that this process has used so far, in user and kernel [s].
+/// Returns the processor time that this process has used so far, in user and kernel mode [s].
 fn cpu_secs() -> f64 {
     let used = clock_gettime(ClockId::ProcessCPUTime);
     used.tv_sec as f64 + used.tv_nsec as f64 / 1e9

@@ -14,10 +14,10 @@ use teampulse_core::time::Time;
 
 use crate::{cpu_secs, session};
 
-/// How many messages each topic has.
+/// The number of messages on each topic.
 const MESSAGES: u32 = 3;
 
-/// Records this many topics, replays what was recorded, and prints what each took.
+/// Records this many topics, replays the recording, and prints what each took.
 pub async fn run(count: u32) -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let (recorded, replayed) = (folder.path().join("recorded"), folder.path().join("replayed"));
@@ -42,7 +42,7 @@ pub async fn run(count: u32) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The number of topics; each delivers a little, and its losses.
+/// The number of topics; each delivers a few messages, and its losses.
 struct Topics {
     count: u32,
 }

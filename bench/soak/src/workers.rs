@@ -1,4 +1,4 @@
-//! What becomes of a session while a worker is slow or dies.
+//! The effect on a session of a worker that is slow or dies.
 
 use std::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,14 +18,14 @@ use teampulse_core::worker::{Fed, Feed, Worker, WorkerError};
 use crate::session;
 
 const TOPICS: usize = 8;
-/// From one reading of each topic to the next.
+/// The time from one reading of each topic to the next.
 const PERIOD: Duration = Duration::from_millis(2);
-/// What a slow worker takes for a sample.
+/// How long a slow worker takes for a sample.
 const AN_ITEM: Duration = Duration::from_secs(2);
 const NUMBERS: &str = "/bench/numbers";
 
-/// Runs a live session with a worker of a kind (`none`, `slow`, `failing`, `panicking`) for this many seconds;
-/// prints how long a reading took from its source to a sink, and how many were received and recorded.
+/// Runs a live session with a worker of a kind (`none`, `slow`, `failing`, `panicking`) for this many seconds; prints
+/// how long a reading took from its source to a sink, and how many were received and recorded.
 pub async fn run(kind: &str, secs: f64) -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let bag = folder.path().join("bag");
@@ -37,7 +37,7 @@ pub async fn run(kind: &str, secs: f64) -> Result<(), Box<dyn Error>> {
         "slow" => Some(Box::new(Bad::Slow)),
         "failing" => Some(Box::new(Bad::Failing)),
         "panicking" => Some(Box::new(Bad::Panicking)),
-        _ => return Err("a worker is none, slow, failing or panicking".into()),
+        _ => return Err("expected a worker of kind none, slow, failing or panicking".into()),
     };
     session.workers.extend(worker.map(|worker| (kind.to_owned(), worker)));
     session.sinks.push(Box::new(Lateness { began, late_us: Arc::clone(&late_us) }));
@@ -71,7 +71,7 @@ fn is_ours(stream: &Stream) -> bool {
     stream.name.strip_prefix(NUMBERS).is_some_and(|rest| !rest.contains('/'))
 }
 
-/// Topics whose numbers are when they were offered [µs].
+/// Topics whose values are the times when they were offered [µs].
 struct Numbers {
     began: Stopwatch,
     readings: usize,
@@ -105,7 +105,7 @@ impl Source for Numbers {
     }
 }
 
-/// Notes how old each reading is when it comes.
+/// Records how old each reading is when it arrives.
 struct Lateness {
     began: Stopwatch,
     late_us: Arc<Mutex<Vec<u64>>>,
@@ -142,7 +142,7 @@ impl Sink for Lateness {
     }
 }
 
-/// A worker that is no good.
+/// A worker that misbehaves.
 enum Bad {
     Slow,
     Failing,

@@ -1,10 +1,9 @@
-//! How well the clock models find true times, and whether they know how well.
+//! Measures how well the clock models find true times, and how well they know their own uncertainty.
 //!
-//! Every figure is of one recording from its 60th second on; the worst recording counts. A row is
-//! a moment of a grid of 64 Hz, a cell the straight line between the samples of one stream around
-//! it, taken of their *true* times: what a cell's true time differs from the row's is its error.
-//! A row's error is the largest of its cells', its skew their spread, and what is stated for it is
-//! the largest uncertainty of its cells.
+//! Every figure is for one recording from its 60th second on; the worst recording counts. A row is a time of a grid of
+//! 64 Hz. A cell is the straight line between the samples of one stream around that time, by their *true* times; the
+//! difference between a cell's true time and the row's is its error. A row's error is the largest error of its cells,
+//! its skew is their spread, and its stated uncertainty is the largest uncertainty of its cells.
 
 use std::error::Error;
 
@@ -26,13 +25,13 @@ const USB: Transport = Transport { name: "USB", bar_ms: 0.05, usual: Latency::US
 
 struct Transport {
     name: &'static str,
-    /// What the residuals of a stream may be [ms].
+    /// The bar for the residuals of a stream [ms].
     bar_ms: f64,
-    /// What the table of devices says.
+    /// The latency in the table of devices.
     usual: Latency,
 }
 
-/// A sample with its time as a model has it, the latency not taken off [ns].
+/// A sample with its time according to a model, before the latency is subtracted [ns].
 #[derive(Clone, Copy)]
 struct Timed {
     truth: i64,
@@ -40,7 +39,7 @@ struct Timed {
     uncertainty: f64,
 }
 
-/// Measures the recordings of a scenario; whether every bar is reached.
+/// Measures the recordings of a scenario; returns whether every bar is met.
 pub fn measure(arguments: &[String]) -> Result<bool, Box<dyn Error>> {
     let [scenario, paths @ ..] = arguments else { return Err("no scenario is named".into()) };
     let (mut causal, mut smoothed) = (Worst::default(), Worst::default());
@@ -63,7 +62,7 @@ pub fn measure(arguments: &[String]) -> Result<bool, Box<dyn Error>> {
     Ok(figures.iter().all(Figure::passes))
 }
 
-/// The batches of one stream, each with the true times of its samples.
+/// Returns the batches of one stream, each with the true times of its samples.
 fn stream(samples: &[Arrived], topic: usize) -> Vec<(Stamps, Vec<i64>)> {
     let samples: Vec<&Arrived> = samples.iter().filter(|sample| sample.topic == topic).collect();
     let mut batches = Vec::new();
@@ -123,16 +122,16 @@ struct Worst {
     usual: Rows,
 }
 
-/// Figures of the rows of a recording, or the worst of several.
+/// The figures for the rows of a recording, or the worst of several recordings.
 #[derive(Default)]
 struct Rows {
     skew_ms: f64,
     error_ms: f64,
     stated_ms: f64,
-    /// Rows whose error is beyond what is stated [fraction].
+    /// The share of rows whose error exceeds the stated uncertainty [fraction].
     beyond: f64,
     cells_beyond: f64,
-    /// What is stated in the median, as a multiple of the 95th percentile of the true error.
+    /// The median stated uncertainty, as a multiple of the 95th percentile of the true error.
     wide: f64,
 }
 
@@ -167,7 +166,7 @@ impl Worst {
     }
 }
 
-/// What is printed on a line, and what it may be at most.
+/// A printed figure, and its bar.
 struct Figure {
     what: String,
     value: f64,
@@ -209,7 +208,8 @@ impl Rows {
     }
 }
 
-/// The true median of arrival less measurement as the model has it [ns]: what a calibration finds.
+/// Returns the true median of arrival minus measurement, by the times of the model [ns], which is what a calibration
+/// finds.
 fn median_delay(stream: &[Timed], from: i64) -> f64 {
     let late = stream.iter().filter(|timed| timed.truth >= from);
     let mut errors: Vec<f64> = late.map(|timed| (timed.measured - timed.truth) as f64).collect();
@@ -250,8 +250,8 @@ fn rows(streams: &[Vec<Timed>], latencies: &[Latency], from: i64) -> Rows {
     }
 }
 
-/// The error of a stream's cell at a time [ns], before its latency is taken off, and the uncertainty
-/// of its clock there [ns].
+/// Returns the error of a stream's cell at a time [ns], before its latency is subtracted, and the uncertainty of its
+/// clock there [ns].
 fn cell(stream: &[Timed], time: i64, cursor: &mut usize) -> (f64, f64) {
     while *cursor + 2 < stream.len() && stream[*cursor + 1].measured <= time {
         *cursor += 1;

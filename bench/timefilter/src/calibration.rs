@@ -1,37 +1,36 @@
-//! Calibration from simulated taps and lights: how near the true lag it comes, and how often the
-//! interval that it states holds it.
+//! Calibration from simulated taps and lights: how close it comes to the true lag, and how often its stated interval
+//! contains the true lag.
 
 use std::f64::consts::TAU;
 use std::fmt;
 
 use teampulse_timefilter::calibrate::{Calibration, Seen, calibrate};
 
-/// Nothing was fitted to recordings from this seed on.
+/// The first seed of the recordings, none of which was used to fit anything.
 const FIRST_SEED: u64 = 10_000;
-/// This many recordings of each kind, each with a lag of its own.
+/// The number of recordings of each kind, each with a different lag.
 const RUNS: u64 = 200;
-/// A latency is found when it is this near [s], and that in this many of the recordings.
+/// The distance within which a latency counts as found [s], and the share of recordings in which it must be found.
 const NEAR_SECS: f64 = 0.005;
 const NEAR_SHARE: f64 = 0.95;
-/// The stated 95 % interval holds the true lag in this many of the recordings.
+/// The share of recordings in which the stated 95 % interval must contain the true lag.
 const HELD_SHARE: f64 = 0.93;
-/// The true lag lies between no and this many seconds, either way.
+/// The true lag is between zero and this many seconds, in either direction.
 const LAG_SECS: f64 = 0.4;
 
-/// Who sees an event.
+/// What records an event.
 #[derive(Clone, Copy)]
 enum Witness {
     /// A button: the moment of contact.
     Button,
-    /// An accelerometer of this rate [Hz] at rest on a body. It stamps the middle of the share of
-    /// its interval [0..1] over which it averages: all of it with the decimating filter that most
-    /// of them have.
+    /// An accelerometer with this rate [Hz] at rest on a body. It stamps the middle of the share of its interval [0..1]
+    /// over which it averages, which is the whole interval with the decimating filter that most accelerometers have.
     Accelerometer(f64, f64),
-    /// The brightness of a camera's images of this rate [Hz], exposed for a share of the interval.
+    /// The brightness of a camera's images at this rate [Hz], exposed for a share of the interval.
     Camera(f64, f64),
 }
 
-/// Prints a line a kind of recording; whether all reach their bars.
+/// Prints a line for each kind of recording; returns whether all meet their bars.
 pub fn measure() -> bool {
     use Witness::{Accelerometer, Button, Camera};
     let kinds = [
@@ -56,8 +55,8 @@ pub fn measure() -> bool {
     is_good
 }
 
-/// Whether 5 ms can be required. For a blow of unknown shape one sample shows no more than the interval in
-/// which it came, and for a light no more than the exposure.
+/// Whether 5 ms can be required. For a blow of unknown shape, one sample shows only the interval in which it came; for
+/// a light, only the exposure.
 fn is_enough(stream: Witness, events: usize) -> bool {
     match stream {
         Witness::Accelerometer(rate_hz, share) => {
@@ -94,13 +93,13 @@ fn measure_kind(reference: Witness, stream: Witness, events: usize) -> bool {
             (false, _) => "FAIL",
         },
         100.0 * near_share,
-        if has_bar { "bar 95 %" } else { "bar 95 % not asked of so few samples" },
+        if has_bar { "bar 95 %" } else { "bar 95 % not required with so few samples" },
         100.0 * held_share,
     );
     is_good
 }
 
-/// A recording, what calibration finds in it, and the true lag [s].
+/// Makes a recording; returns what calibration finds in it, and the true lag [s].
 fn record(
     reference: Witness,
     stream: Witness,
@@ -123,10 +122,10 @@ fn record(
     (calibrate(a.seen(), b.seen(), 1.0).ok(), lag_secs)
 }
 
-/// A tap, and a light that goes on with it.
+/// A tap, and a light that turns on with it.
 struct Tap {
     secs: f64,
-    /// In units of gravity, along each axis.
+    /// The strength along each axis, in units of gravity.
     strength: [f64; 3],
     ringing_hz: f64,
     lit_secs: f64,
@@ -145,7 +144,7 @@ impl Tap {
         }
     }
 
-    /// A blow that rises in a few milliseconds and rings on, as a share of its strength.
+    /// Returns a blow that rises in a few milliseconds and rings on, as a share of its strength.
     fn blow(&self, secs: f64) -> f64 {
         let since = secs - self.secs;
         if since < 0.0 {
@@ -161,7 +160,7 @@ impl Tap {
     }
 }
 
-/// What a witness recorded.
+/// The recording of a witness.
 struct Recording {
     times: Vec<i64>,
     values: Option<Vec<f64>>,
@@ -204,7 +203,7 @@ impl Witness {
         Recording { times, values: Some(values) }
     }
 
-    /// The mean over some time around a moment, for each channel.
+    /// Returns the mean over some time around a moment, for each channel.
     fn see(self, scene: &[Tap], secs: f64, exposed_secs: f64) -> Vec<f64> {
         const PARTS: i32 = 20;
         let around = |part: i32| {
@@ -250,7 +249,7 @@ fn averaging(share: f64) -> &'static str {
     if share > 0.0 { "averaged" } else { "momentary" }
 }
 
-/// Chance that comes out the same for the same seed: splitmix64.
+/// A pseudo-random generator that gives the same numbers for the same seed: splitmix64.
 struct Chance(u64);
 
 impl Chance {

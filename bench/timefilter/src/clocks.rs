@@ -1,18 +1,18 @@
-//! What a message costs a clock model, with few devices and with many.
+//! The cost of a message in a clock model, with few devices and with many.
 
 use std::hint::black_box;
 
 use rustix::time::{ClockId, clock_gettime};
 use teampulse_timefilter::clock::{ClockModel, Latency, OneWay, OneWaySettings, Stamps};
 
-/// Messages of each device: enough for its envelope to be full.
+/// The number of messages of each device: enough to fill its envelope.
 const MESSAGES: u64 = 100_000;
 const RATE_HZ: i64 = 100;
 const RUNS: u32 = 3;
-/// How many times the cost with two devices it may be with 64.
+/// The largest ratio of the cost with 64 devices to the cost with two.
 const BAR: f64 = 3.0;
 
-/// Measures the cost with 2 and with 64 devices; whether the bar is reached.
+/// Measures the cost with 2 and with 64 devices; returns whether the bar is met.
 pub fn measure() -> bool {
     let (few, many) = (best(2), best(64));
     let ratio = many / few;

@@ -1,4 +1,4 @@
-//! How fast samples are put onto a grid.
+//! The speed of resampling samples onto a grid.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -11,7 +11,7 @@ use teampulse_timefilter::align::{
 const RUNS: u32 = 5;
 const GRID: RowTimes = RowTimes::Grid { period_nanos: 15_625_000 }; // 64 Hz
 const LINEAR: Policy = Policy::Linear { max_gap_nanos: 2_000_000_000 };
-/// The rate of each of many sources [Hz], and how many messages they deliver in all.
+/// The rate of each of many sources [Hz], and the total number of messages that they deliver.
 const RATE_HZ: i64 = 30;
 const MESSAGES: i64 = 400_000;
 
@@ -23,8 +23,8 @@ struct Arrival {
     at: i64,
 }
 
-/// Measures what the arguments say: `FILE TOPICS`, a file as `message_filters.cpp` has it; or
-/// `flat`, for the cost at 2 to 64 sources, a line each.
+/// Measures what the arguments request: `FILE TOPICS`, with a file as for `message_filters.cpp`; or `flat`, for the
+/// cost at 2 to 64 sources, one line each.
 pub fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     match arguments {
         [flat] if flat == "flat" => {
@@ -42,7 +42,7 @@ pub fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// The processor time of each message [ns], the best of some runs, and the number of rows.
+/// Returns the processor time of each message [ns], the best of some runs, and the number of rows.
 fn nanos_per_message(arrivals: &[Arrival], topics: usize) -> Result<(f64, u64), Box<dyn Error>> {
     let mut best = (f64::INFINITY, 0);
     for _ in 0..RUNS {
@@ -69,7 +69,7 @@ fn nanos_per_message(arrivals: &[Arrival], topics: usize) -> Result<(f64, u64), 
     Ok(best)
 }
 
-/// Samples in order of their arrival; a stamp is taken to be the arrival, as `message_filters` does.
+/// Reads samples in order of their arrival; a stamp is taken as the arrival, as in `message_filters`.
 fn read(path: &str) -> Result<Vec<Arrival>, Box<dyn Error>> {
     let mut arrival = i64::MIN;
     let mut parse = |line: &str| -> Result<Arrival, Box<dyn Error>> {
@@ -81,7 +81,7 @@ fn read(path: &str) -> Result<Vec<Arrival>, Box<dyn Error>> {
     std::fs::read_to_string(path)?.lines().map(&mut parse).collect()
 }
 
-/// Sources at one rate, each with a phase and a delay of its own.
+/// Makes sources with the same rate, each with a different phase and delay.
 fn steady(sources: usize) -> Vec<Arrival> {
     let period = 1_000_000_000 / RATE_HZ;
     let moments = (0..MESSAGES / sources as i64).map(|number| number * period);

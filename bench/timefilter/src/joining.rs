@@ -1,5 +1,5 @@
-//! Recordings of another clock that join a session afterwards: how near they are placed, and how often the interval
-//! that is stated holds the truth.
+//! Recordings of another clock that join a session afterwards: how accurately they are placed, and how often the stated
+//! interval contains the truth.
 
 use std::fmt;
 use std::ops::Range;
@@ -11,42 +11,43 @@ use teampulse_timefilter::join::{
     JoinError, Movement, Placement, Search, by_beats, by_marks, by_motion,
 };
 
-/// Settings were chosen on the first seeds; nothing was fitted to the others.
+/// The seeds on which settings were chosen, and the seeds to which nothing was fitted.
 const CHOSEN: Range<u64> = 1..201;
 const JUDGED: Range<u64> = 30_001..30_201;
-/// The stated 95 % interval holds the truth in this share of the recordings, and this share is placed at all.
+/// The share of recordings in which the stated 95 % interval must contain the truth; `FOUND_SHARE` must be placed at
+/// all.
 const HELD_SHARE: f64 = 0.95;
-/// The same where that interval is the user's own, which is drawn with exactly 95 %: 200 draws show 92 to 98 %.
+/// The same bar if that interval is the user's, which is drawn with exactly 95 %; 200 draws give 92 to 98 %.
 const OWN_HELD_SHARE: f64 = 0.92;
 const FOUND_SHARE: f64 = 0.95;
-/// How far a device's clock is off [s], and how fast it runs apart [ppm].
+/// The range of a device's clock offset [s], and of its rate error [ppm].
 const OFFSET_SECS: Range<f64> = -300.0..300.0;
 const SKEW_PPM: Range<f64> = -60.0..60.0;
 /// The largest offset that is searched [s].
 const MOST_SECS: f64 = 600.0;
-/// The duration of a recording, and what the session has before and after it [s].
+/// The duration of a recording, and how much longer the session is before and after it [s].
 const LASTS_SECS: Range<f64> = 600.0..3000.0;
 const AROUND_SECS: f64 = 200.0;
 
-/// By what a recording is placed.
+/// The signals by which a recording is placed.
 #[derive(Clone, Copy)]
 enum Means {
-    /// Pulses at the wrist, with what is known of adults about how late they are.
+    /// Pulses at the wrist, with the range of pulse arrival times of adults.
     Pulses,
-    /// The same, with the person's own value within 15 ms.
+    /// Pulses at the wrist, with the person's pulse arrival time known within 15 ms.
     OwnPulses,
-    /// Pulses of the same wristband, which was streamed live, too.
+    /// Pulses of the same wristband, which was also streamed live.
     Itself,
     /// The beats of a second ECG.
     Beats,
-    /// Acceleration at the wrist, as that at the chest.
+    /// Acceleration at the wrist, compared with that at the chest.
     Movement,
     /// Presses of a button.
     Presses,
 }
 
 impl Means {
-    /// The p95 of the error that is asked for [s]; `None` where no clock can show more.
+    /// The bar for the p95 of the error [s]; `None` if no clock can show more.
     const fn bar_secs(self) -> Option<f64> {
         match self {
             Means::Pulses => None,
@@ -56,7 +57,7 @@ impl Means {
         }
     }
 
-    /// The share of recordings whose truth is to lie in the stated interval.
+    /// The share of recordings in which the stated interval must contain the truth.
     const fn held_share(self) -> f64 {
         match self {
             Means::OwnPulses => OWN_HELD_SHARE,
@@ -78,7 +79,7 @@ impl fmt::Display for Means {
     }
 }
 
-/// Prints two lines for each means; whether all reach their bars.
+/// Prints two lines for each means; returns whether all meet their bars.
 pub fn measure() -> bool {
     let all = [
         Means::Beats,
@@ -101,7 +102,7 @@ fn measure_seeds(means: Means, word: &str, seeds: Range<u64>) -> bool {
     let runs = seeds.clone().count();
     let (mut errors_secs, mut held, mut stated_secs) = (Vec::new(), 0, Vec::new());
     for (found, case) in seeds.filter_map(|seed| Case::new(seed).placed(means)) {
-        // At the end that is placed worse.
+        // The end with the larger error counts.
         let ends = [case.device_secs(case.from_secs), case.device_secs(case.to_secs)];
         let ends = ends.map(|at| (case.error_secs(&found, at), found.uncertainty_secs(at)));
         held += usize::from(ends.iter().all(|(error, stated)| error <= stated));
@@ -118,7 +119,7 @@ fn measure_seeds(means: Means, word: &str, seeds: Range<u64>) -> bool {
     let is_found = found as f64 >= FOUND_SHARE * runs as f64;
     let is_good = is_near && is_found && held_share >= means.held_share();
     let bar = means.bar_secs().map_or_else(
-        || "no bar: how late a person's pulse is no clock shows".to_owned(),
+        || "no bar: no clock shows how late a person's pulse is".to_owned(),
         |secs| format!("bar {:.0} ms", 1e3 * secs),
     );
     println!(
@@ -132,7 +133,7 @@ fn measure_seeds(means: Means, word: &str, seeds: Range<u64>) -> bool {
     is_good
 }
 
-/// What saw the heart in the session and in the recording.
+/// The sensors that recorded the heart in the session and in the recording.
 #[derive(Clone, Copy, PartialEq)]
 enum Pair {
     EcgAndPulses,
@@ -140,7 +141,7 @@ enum Pair {
     Ecgs,
 }
 
-/// A person during a session, and a device that recorded a part of it.
+/// A person during a session, and a device that recorded part of it.
 struct Case {
     seed: u64,
     traits: Traits,
@@ -162,7 +163,7 @@ impl Case {
         Case { seed, traits, noise, from_secs: AROUND_SECS, to_secs, offset_secs, skew }
     }
 
-    /// What the device's clock shows at a time of the session.
+    /// Returns the reading of the device's clock at a time of the session.
     fn device_secs(&self, secs: f64) -> f64 {
         (secs - self.offset_secs) / (1.0 + self.skew)
     }
@@ -187,7 +188,7 @@ impl Case {
         found.ok().map(|found| (found, self))
     }
 
-    /// Beats as a detector finds them: within some milliseconds, and one in twenty not.
+    /// Places the recording by beats as a detector finds them: within some milliseconds, with one in twenty missed.
     fn by_heart(&mut self, pair: Pair, search: &Search) -> Result<Placement, JoinError> {
         let mut body = body(self.seed, &self.traits, 0.0);
         let truth = &body.until(self.to_secs + AROUND_SECS).truth;
@@ -214,7 +215,8 @@ impl Case {
         by_beats(&session, &recording, search)
     }
 
-    /// A strap on the chest at 50 Hz, and a band at the wrist at 32 Hz in steps of 1/64 g, which the arm moves, too.
+    /// Places the recording by movement of a chest strap at 50 Hz and a wristband at 32 Hz in steps of 1/64 g, which
+    /// the arm moves, too.
     fn by_movement(&mut self, search: &Search) -> Result<Placement, JoinError> {
         let until_secs = self.to_secs + AROUND_SECS;
         let trunk = Felt::of(body(self.seed, &self.traits, FELT_HZ), until_secs);
@@ -237,7 +239,7 @@ impl Case {
         let (offset_secs, skew) = (self.offset_secs, self.skew);
         let recording = times(self.from_secs..self.to_secs, 32.0).map(|secs| {
             let [moved, by_arm] = [trunk.at(secs - late_secs, 1.0), arm.at(secs, 1.0)];
-            // Of the arm only what it adds to gravity.
+            // The arm contributes only what it adds to gravity.
             let vector = std::array::from_fn(|axis| moved[axis] + by_arm[axis] - GRAVITY_G[axis]);
             sample((secs - offset_secs) / (1.0 + skew), 0.006, vector, 1.0 / 64.0)
         });
@@ -245,7 +247,8 @@ impl Case {
         by_motion(&session, &recording, search)
     }
 
-    /// Three in the first minute and three in the last, of which the band stamps each within 5 ms.
+    /// Places the recording by three presses in the first minute and three in the last, each stamped by the band within
+    /// 5 ms.
     fn by_presses(&mut self) -> Result<Placement, JoinError> {
         let minutes = [self.from_secs, self.to_secs - 60.0];
         let session: Vec<f64> =
@@ -269,12 +272,12 @@ fn body(seed: u64, traits: &Traits, acceleration_hz: f64) -> Body {
     Body::wearing(traits, seed, &settings).expect("the rate can be simulated")
 }
 
-/// How often a movement is simulated [Hz].
+/// The rate at which movement is simulated [Hz].
 const FELT_HZ: f64 = 200.0;
-/// Upright.
+/// The acceleration of a body that stands upright.
 const GRAVITY_G: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// What an accelerometer on a body feels.
+/// The acceleration of a sensor on a body.
 struct Felt(Vec<[f64; 3]>);
 
 impl Felt {
@@ -283,7 +286,7 @@ impl Felt {
         Felt(samples.as_chunks::<3>().0.to_vec())
     }
 
-    /// With the movement made stronger or weaker, and gravity as it is [g].
+    /// Returns the acceleration with the movement scaled by `strength`, and gravity unchanged [g].
     fn at(&self, secs: f64, strength: f64) -> [f64; 3] {
         let place = (secs * FELT_HZ).max(0.0);
         let (before, share) = (place.floor() as usize, place.fract());

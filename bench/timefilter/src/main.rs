@@ -1,4 +1,4 @@
-//! What `bench/timefilter/run` measures of the time filter; each part prints its own figures.
+//! The measurements of `bench/timefilter/run`. Each part prints figures; a bar is the limit that a figure must meet.
 
 #![expect(clippy::print_stdout, reason = "figures go to standard output")]
 

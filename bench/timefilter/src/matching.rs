@@ -1,5 +1,5 @@
-//! How fast messages are matched into sets, and what the sets are: the peer of
-//! `message_filters.cpp`, with the same arguments and the same output.
+//! Measures how fast messages are matched into sets, and which sets. This is the counterpart of `message_filters.cpp`,
+//! with the same arguments and output.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -12,7 +12,7 @@ use teampulse_timefilter::matching::{
 
 const RUNS: u32 = 3;
 
-/// What a handle leads to: as much as `sensor_msgs/Temperature` holds.
+/// The message behind a handle, as large as `sensor_msgs/Temperature`.
 struct Temperature {
     stamp: i64,
     _frame: String,
@@ -25,7 +25,7 @@ struct Arrival {
     message: Arc<Temperature>,
 }
 
-/// The digest of all sets: the same as the peer's.
+/// The digest of all sets, computed as by the peer.
 struct Digest {
     hash: u64,
     sets: u64,
@@ -40,13 +40,12 @@ impl Listener<Arc<Temperature>> for Digest {
     }
 }
 
-/// Measures what the arguments say: `FILE POLICY TOPICS QUEUE_SIZE AGE_PENALTY MAX_INTERVAL
-/// [LOWER_BOUND...]`.
+/// Measures what the arguments request: `FILE POLICY TOPICS QUEUE_SIZE AGE_PENALTY MAX_INTERVAL [LOWER_BOUND...]`.
 pub fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     let [file, policy, topics, queue_size, age_penalty, max_interval, lower_bounds @ ..] =
         arguments
     else {
-        return Err("not the arguments of message_filters.cpp".into());
+        return Err("expected the arguments of message_filters.cpp".into());
     };
     let arrivals = read(file)?;
     let (topics, queue_size) = (topics.parse()?, queue_size.parse()?);
@@ -74,8 +73,8 @@ pub fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The processor time of all messages [ns], each given away with its handle as a receiver has it,
-/// and what came out.
+/// Returns the processor time of all messages [ns], each handed over with its handle as to a receiver, and the digest
+/// of the sets.
 fn timed(
     arrivals: &[Arrival],
     mut push: impl FnMut(usize, Message<Arc<Temperature>>, &mut Digest),

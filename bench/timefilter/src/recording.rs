@@ -1,19 +1,19 @@
-//! The arrivals that `generate.py` writes.
+//! The arrivals written by `generate.py`.
 
-/// One sample as it arrived.
+/// A sample and its arrival.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrived {
-    /// Its stream.
+    /// The index of the stream.
     pub topic: usize,
-    /// When it arrived [ns].
+    /// When the sample arrived [ns].
     pub arrival: i64,
-    /// The device's own clock [ns].
+    /// The device's clock at the measurement [ns].
     pub device: i64,
-    /// When it was measured in truth [ns].
+    /// The true time of the measurement [ns].
     pub measured: i64,
-    /// How many samples of its stream arrived with it, itself included; it is the `place`-th.
+    /// The number of samples of the stream that arrived together, including this one.
     pub count: u32,
-    /// Its place among those, from 0.
+    /// The place of this sample among them, from 0.
     pub place: u32,
 }
 

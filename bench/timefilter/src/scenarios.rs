@@ -1,9 +1,9 @@
-//! How near clock models come to the truth over links of every kind, live and with hindsight, and
-//! whether they know how near; and what LSL and `pyxdf` make of the same arrivals.
+//! Measures how close clock models come to the truth over links of every kind, live and with hindsight, and how well
+//! they know their own uncertainty; and the results of LSL and `pyxdf` for the same arrivals.
 //!
-//! An error is that of a packet's first or last sample, whichever is larger, after one constant is
-//! taken off for the session: the fixed latency, which stamps cannot show. Computers' clocks have
-//! none. A line a kind; the worst seed counts.
+//! The error of a packet is the larger one of its first and last sample, after a constant is subtracted for the
+//! session: the fixed latency, which stamps cannot show. For computers' clocks nothing is subtracted. There is one line
+//! per kind; the worst seed counts.
 
 use std::error::Error;
 use std::fs::{File, OpenOptions};
@@ -15,30 +15,29 @@ use teampulse_timefilter::clock::{
 
 use crate::links::{KINDS, Kind, P95, Packet, Session, Stamped, What, peers};
 
-/// From when on errors count [s].
+/// The time after which errors count [s].
 const WARM_UP_SECS: f64 = 60.0;
-/// How long a session lasts [s].
+/// The length of a session [s].
 const SECONDS: f64 = 2700.0;
-/// An error below this is no error: what is stated need not be finer [ms].
+/// The size below which errors are ignored: the stated uncertainty need not be finer [ms].
 const FINE_MS: f64 = 0.1;
-/// A report that comes later than this after an incident does not count for it [ns].
+/// The longest delay of a report after an incident for it to count [ns].
 const OF_IT_NANOS: i64 = 120_000_000_000;
 const TICK_NANOS: i64 = 100_000_000;
 
-/// What is shown beside the worst figures.
+/// What is printed besides the worst figures.
 struct Shown {
-    /// The figures and the events of each session.
+    /// Whether to print the figures and events of each session.
     verbose: bool,
-    /// Where a line a packet goes, live and then with hindsight: when it arrived [s], its error,
-    /// what was stated, and its delay [ms].
+    /// The file for a line per packet, live and then with hindsight: its arrival [s], its error, the stated
+    /// uncertainty, and its delay [ms].
     errors_to: Option<String>,
 }
 
-/// Measures kinds of links: `KIND|all FIRST_SEED SEEDS [SECONDS [verbose [FILE]]]`; whether every bar
-/// is reached.
+/// Measures kinds of links: `KIND|all FIRST_SEED SEEDS [SECONDS [verbose [FILE]]]`; returns whether every bar is met.
 pub fn measure(arguments: &[String]) -> Result<bool, Box<dyn Error>> {
     let [name, first, seeds, rest @ ..] = arguments else {
-        return Err("which kind, from which seed on, and how many seeds?".into());
+        return Err("expected a kind, the first seed, and the number of seeds".into());
     };
     let (first, seeds): (u64, u64) = (first.parse()?, seeds.parse()?);
     let secs = rest.first().map_or(Ok(SECONDS), |secs| secs.parse())?;
@@ -65,21 +64,21 @@ struct Figures {
     afterwards: Option<Timed>,
     lsl_ms: f64,
     pyxdf_ms: f64,
-    /// Events that did not happen.
+    /// The number of reported events that did not happen.
     false_events: usize,
-    /// Incidents that were not reported.
+    /// The number of incidents that were not reported.
     unreported: usize,
     /// The longest delay of a report [s of data].
     reported_secs: f64,
 }
 
-/// How good the times of a session are.
+/// How accurate the times of a session are.
 #[derive(Clone, Copy, Debug)]
 struct Timed {
     p95_ms: f64,
-    /// Packets whose error is within what was stated [%].
+    /// The share of packets whose error is within the stated uncertainty [%].
     covered: f64,
-    /// What is stated in the median [ms].
+    /// The median stated uncertainty [ms].
     stated_ms: f64,
 }
 
@@ -201,7 +200,7 @@ impl Session {
         }
     }
 
-    /// The 95th percentile of a peer's errors [ms].
+    /// Returns the 95th percentile of a peer's errors [ms].
     fn peer(&self, times: &[f64]) -> f64 {
         let start = self.start();
         let counted = self.packets.iter().zip(times);
@@ -215,7 +214,7 @@ impl Session {
         quantile(&mut errors, 0.95) / 1e6
     }
 
-    /// How many reports were false, how many incidents were not reported, and the delay of the others.
+    /// Returns the numbers of false reports and of unreported incidents, and the longest delay of the others.
     fn events(&self, reported: &[(i64, ClockEvent)]) -> (usize, usize, f64) {
         let is_of = |at: i64, event: &ClockEvent, what: What| match (event, what) {
             (
@@ -252,7 +251,7 @@ impl Session {
     }
 }
 
-/// The worst figures of some sessions.
+/// The worst figures of several sessions.
 #[derive(Default)]
 struct Worst {
     live: WorstTimed,
@@ -372,7 +371,7 @@ fn append(path: &String) -> Option<File> {
     OpenOptions::new().create(true).append(true).open(path).ok()
 }
 
-/// The larger one; what is not a number is worst.
+/// Returns the larger one; NaN counts as the worst.
 fn worse(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

@@ -1,5 +1,5 @@
-//! Eight simulated hours of 64 sources, through the models of their clocks and onto a grid: memory
-//! stays as it was after the first hour, and within the bound that is computed beforehand.
+//! Runs eight simulated hours of 64 sources through the models of their clocks and onto a grid: memory stays as it was
+//! after the first hour, and within the bound computed beforehand.
 
 mod allocated;
 mod device;
@@ -21,16 +21,16 @@ const HOUR: i64 = 3_600 * SECOND;
 const START: i64 = 1_700_000_000 * SECOND;
 const END: i64 = START + 8 * HOUR;
 const SOURCES: usize = 64;
-/// Both of the grid and of the session's ticks [ns].
+/// The period of both the grid and the session's ticks [ns].
 const PERIOD: i64 = SECOND / 10;
-/// Computers are probed so often [ns].
+/// The time between probes of a computer [ns].
 const PROBED: i64 = 5 * SECOND;
-/// How many times the memory after the first hour may be in use after the last.
+/// The largest ratio of the memory in use after the last hour to that after the first.
 const FLAT_BAR: f64 = 1.01;
-/// This many rows more or less than the grid has in that time are the first and the last second.
+/// The largest difference between the rows and the grid's number in that time, for the first and the last second.
 const ROWS_APART: u64 = 10;
 
-/// Lets eight hours pass; an error where a bar is missed.
+/// Runs eight hours; returns an error if a bar is missed.
 pub fn measure() -> Result<(), Box<dyn Error>> {
     let mut waiting = BinaryHeap::with_capacity(SOURCES);
     let mut devices: Vec<Device> = (0..SOURCES).map(|number| Device::new(number, START)).collect();
@@ -101,7 +101,7 @@ fn reported(passed: bool, figure: &str) -> bool {
     passed
 }
 
-/// All that stands between stamps and rows.
+/// Everything between stamps and rows.
 struct Filter {
     models: Vec<Box<dyn ClockModel>>,
     probed: Vec<bool>,
@@ -151,7 +151,7 @@ impl Filter {
         Ok(filter)
     }
 
-    /// The most memory that it may ever take [B].
+    /// Returns the most memory that the filter may ever take [B].
     fn bytes_bound(&self) -> usize {
         let own = size_of_val(&self.values[..])
             + size_of_val(&self.sources[..])

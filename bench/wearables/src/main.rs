@@ -1,5 +1,5 @@
-//! `teampulse` with one more sink, which measures the delay from the arrival of a wearable's reading to its place in
-//! the queue of a sink. The bag's queue is filled at the same moment.
+//! Runs `teampulse` with an additional sink, which measures the delay from the arrival of a wearable's reading to the
+//! queue of a sink. The bag's queue is filled at the same moment.
 
 use std::io;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use teampulse_core::sink::{Delivery, Inbox, Received, Sink, SinkError, Wants};
 use teampulse_core::stream::{About, Origin};
 use teampulse_sinks::{SINKS, SinkContext};
 
-/// The most delays that are kept: an hour of 1000 readings a second.
+/// The largest number of delays kept: an hour of 1000 readings per second.
 const MOST: usize = 3_600_000;
 
 fn main() -> ExitCode {
@@ -25,13 +25,13 @@ fn main() -> ExitCode {
     teampulse::main_with(Components { sinks, ..Components::default() })
 }
 
-/// Writes the delays of all readings of people into a file, as JSON.
+/// Writes the delays of all readings about people to a file, as JSON.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Delays {
-    /// The file.
+    /// The path of the file.
     file: PathBuf,
-    /// The seconds at the start of the session that do not count.
+    /// The time at the start of the session that does not count [s].
     after_secs: f64,
 }
 

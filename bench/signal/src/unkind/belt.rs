@@ -1,4 +1,4 @@
-//! Belts that feel more than the breath: steps, the heart, and breath that is rectified.
+//! Belts that record more than the breath: steps, heartbeats, and rectified breath.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -14,7 +14,7 @@ use super::windows::How;
 const RATE_HZ: f64 = 25.0;
 const SECS: f64 = 120.0;
 const WINDOW_SECS: f64 = 60.0;
-/// Above this quality a rate is trusted, and wrong where it is more than this off.
+/// The quality above which a rate is trusted, and the relative error above which it is wrong.
 const TRUSTED: f64 = 0.8;
 const TOLERANCE: f64 = 0.1;
 
@@ -26,14 +26,16 @@ struct Belt {
 
 type Make = fn(&mut Random) -> Belt;
 
-/// How many of a hundred windows may be trusted and wrong, and how many must be trusted and right.
+/// The largest number of trusted and wrong windows, and the smallest number of trusted and right ones, per hundred
+/// windows.
 #[derive(Clone, Copy)]
 struct Bar {
     most_wrong: u64,
     least_right: u64,
 }
 
-/// Where breath is the largest there is a bar; otherwise one belt alone seldom tells it from what is larger.
+/// Kinds in which the breath is the largest component have a bar; in the others, a single belt can seldom distinguish
+/// it from larger components.
 const KINDS: [(&str, Make, Option<Bar>); 6] = [
     (
         "breath alone",
@@ -55,7 +57,7 @@ const KINDS: [(&str, Make, Option<Bar>); 6] = [
     ("motion without a breath", still, None),
 ];
 
-/// Breaths with pauses, that vary in length and depth.
+/// Makes breaths with pauses that vary in length and depth.
 fn breathing(random: &mut Random, rates_per_min: std::ops::Range<f64>) -> Belt {
     let rate = random.within(rates_per_min);
     let (chance, depth, inhalation) =
@@ -107,7 +109,7 @@ fn still(random: &mut Random) -> Belt {
     belt
 }
 
-/// A belt that rises in both directions.
+/// Makes a belt whose signal rises in both directions of breathing.
 fn rectified(random: &mut Random) -> Belt {
     let mut belt = breathing(random, 6.0..25.0);
     let level = random.within(0.35..0.6);
@@ -126,7 +128,7 @@ fn with_heart(
     belt
 }
 
-/// What became of the windows of a kind.
+/// The results for the windows of a kind.
 #[derive(Default)]
 struct Outcome {
     all: u64,
@@ -134,7 +136,7 @@ struct Outcome {
     trusted_wrong: u64,
 }
 
-/// Prints what became of this many belts of each kind; whether all bars were met.
+/// Prints the results for this many belts of each kind; returns whether all bars were met.
 pub fn belts(seeds: Seeds, count: u64) -> Result<bool, Box<dyn Error>> {
     let mut met = true;
     for (turn, (kind, make, bar)) in KINDS.into_iter().enumerate() {
@@ -183,7 +185,7 @@ fn report(what: &str, bar: Option<Bar>, outcome: &Outcome) -> bool {
     met
 }
 
-/// The rate of each minute, and its quality; 0 where there is none.
+/// Returns the rate of each minute, and its quality; both are 0 if there is no rate.
 fn rates(signal: Vec<f64>, how: How) -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
     let settings = Settings::default();
     let channels = [signal];

@@ -1,4 +1,4 @@
-//! Belts that nobody breathes into: random walks.
+//! Belts that nobody wears: random walks.
 
 use std::error::Error;
 
@@ -8,12 +8,12 @@ use teampulse_signal::respiration::analysis::{Settings, whole};
 use super::Seeds;
 use super::random::Random;
 
-/// A random walk has less quality.
+/// The quality that random walks must not exceed.
 const MOST_QUALITY: f64 = 0.4;
 const RATE_HZ: f64 = 50.0;
 const SECS: f64 = 60.0;
 
-/// Random walks, a minute each; whether none looks like breathing.
+/// Analyses random walks of a minute each; returns whether none looks like breathing.
 pub fn walks(seeds: Seeds, count: u64) -> Result<bool, Box<dyn Error>> {
     let mut qualities = Vec::new();
     for number in 0..count {

@@ -1,4 +1,4 @@
-//! Unkind ECGs.
+//! Synthetic ECGs that are hard to analyse.
 
 use std::f64::consts::TAU;
 
@@ -38,7 +38,7 @@ pub fn usual_rate(random: &mut Random) -> f64 {
     random.within(48.0..110.0)
 }
 
-/// Rates that devices have, noise that they have, and a little wander.
+/// Makes an ECG with a rate and noise typical of devices, and a little wander.
 pub fn of(
     random: &mut Random,
     kind: &'static str,
@@ -158,7 +158,7 @@ fn missing(random: &mut Random, kind: &'static str) -> Unkind {
             made.over(at, secs, |value| *value = f64::NAN);
         }
     }
-    // Beats that are not in the data can be interpolated, but not every pattern can be.
+    // Beats that are missing in the data can be interpolated, but not in every pattern.
     made.is_fair = hides < 0.15;
     made
 }
@@ -199,7 +199,7 @@ fn no_heart(random: &mut Random, kind: &'static str) -> Unkind {
     of(random, kind, rate_hz, signal, Vec::new())
 }
 
-/// Steps as damped swings of an electrode.
+/// Makes an ECG with steps that look like damped oscillations of an electrode.
 fn cadence(random: &mut Random, kind: &'static str) -> Unkind {
     let rate = random.within(70.0..170.0);
     let mut made = beating(random, kind, rate);
@@ -313,7 +313,7 @@ fn electrode_off(random: &mut Random, kind: &'static str) -> Unkind {
     made
 }
 
-/// A spike of a pacemaker before each wide beat.
+/// Makes an ECG with a pacemaker spike before each wide beat.
 fn paced(random: &mut Random, kind: &'static str) -> Unkind {
     let rate = random.within(55.0..90.0);
     let (rate_hz, beats) = (device_hz(random), rhythm(random, rate));

@@ -1,11 +1,12 @@
-//! ECGs with what is not of the heart that is measured: another heart, clicks, contacts that come and go.
+//! ECGs with components that are not of the measured heart: another heart, clicks, intermittent contacts.
 
 use super::ecg::{beating, device_hz, of, usual_rate};
 use super::heart::{Beat, SECS, add_beat, add_wave, cycle_secs, ecg, narrow, rhythm};
 use super::random::Random;
 use super::{Make, Unkind};
 
-/// Each with the share of windows that may be trusted and wrong; no such bar where something keeps a pace, as a heart does.
+/// Each kind with the share of windows that may be trusted and wrong; there is no such bar if the foreign component
+/// keeps a steady pace like a heart.
 pub const KINDS: [(&str, Make, Option<f64>); 4] = [
     ("ecg second heart", second_heart, None),
     ("ecg clicks at random", random_clicks, Some(0.005)),
@@ -13,7 +14,7 @@ pub const KINDS: [(&str, Make, Option<f64>); 4] = [
     ("ecg contact plateaus", plateaus, Some(0.005)),
 ];
 
-/// The heart of a neighbour, or of a child before birth, lower than the one that is measured.
+/// Makes an ECG with the heart of a neighbour, or of a child before birth, lower than the measured one.
 fn second_heart(random: &mut Random, kind: &'static str) -> Unkind {
     let (rate, rate_hz) = (usual_rate(random), device_hz(random));
     let beats = rhythm(random, rate);
@@ -38,7 +39,7 @@ fn second_heart(random: &mut Random, kind: &'static str) -> Unkind {
     made
 }
 
-/// Clicks of 5 to 15 ms, as high as half a beat to several.
+/// Makes clicks of 5 to 15 ms, from half to several times as high as a beat.
 fn clicking(random: &mut Random, kind: &'static str, next: impl Fn(&mut Random) -> f64) -> Unkind {
     let rate = usual_rate(random);
     let mut made = beating(random, kind, rate);
@@ -64,7 +65,7 @@ fn paced_clicks(random: &mut Random, kind: &'static str) -> Unkind {
     clicking(random, kind, |random| period_secs * (1.0 + 0.002 * random.normal()))
 }
 
-/// Electrodes that rest on another level for a moment.
+/// Makes electrodes that rest at another level for a moment.
 fn plateaus(random: &mut Random, kind: &'static str) -> Unkind {
     let rate = usual_rate(random);
     let mut made = beating(random, kind, rate);

@@ -1,13 +1,13 @@
-//! Hearts and what electrodes and light make of their beats.
+//! Heartbeats, and how electrodes and light record them.
 
 use std::f64::consts::TAU;
 
 use super::random::Random;
 
-/// How long each signal is [s].
+/// The length of each signal [s].
 pub const SECS: f64 = 120.0;
 
-/// Times of beats at a mean rate [1/min] with breath, slow waves and chance in their intervals.
+/// Makes the times of beats at a mean rate [1/min] whose intervals vary with breathing, slow waves and chance.
 pub fn rhythm(random: &mut Random, rate_per_min: f64) -> Vec<f64> {
     let (breath_hz, breath) = (random.within(0.15..0.35), random.within(0.005..0.05));
     let (slow_hz, slow) = (random.within(0.06..0.12), random.within(0.0..0.03));
@@ -25,8 +25,8 @@ pub fn rhythm(random: &mut Random, rate_per_min: f64) -> Vec<f64> {
     times
 }
 
-/// The form of a beat in an ECG: waves of height [mV], time from the main deflection [s] and standard
-/// deviation [s].
+/// The form of a beat in an ECG: waves with a height [mV], a time from the main deflection [s] and a standard deviation
+/// [s].
 #[derive(Clone)]
 pub struct Form {
     pub qrs: Vec<(f64, f64, f64)>,
@@ -34,7 +34,7 @@ pub struct Form {
     pub t: (f64, f64, f64),
 }
 
-/// A narrow beat.
+/// Makes a narrow beat.
 pub fn narrow(random: &mut Random) -> Form {
     let width = random.within(0.008..0.014);
     let r = random.within(0.7..1.6);
@@ -49,7 +49,7 @@ pub fn narrow(random: &mut Random) -> Form {
     }
 }
 
-/// A wide beat without a P wave, its T wave the other way.
+/// Makes a wide beat without a P wave and with an inverted T wave.
 pub fn wide(random: &mut Random, r: f64) -> Form {
     let (width, height) = (random.within(0.025..0.05), r * random.within(0.8..1.8));
     Form {
@@ -59,7 +59,7 @@ pub fn wide(random: &mut Random, r: f64) -> Form {
     }
 }
 
-/// When a beat is [s], how long its cycle [s], and how many times as high as its form.
+/// The time of a beat [s], the length of its cycle [s], and its height as a multiple of its form's.
 #[derive(Clone, Copy)]
 pub struct Beat {
     pub at_secs: f64,
@@ -67,7 +67,7 @@ pub struct Beat {
     pub gain: f64,
 }
 
-/// Adds a beat; waves after and before the QRS complex draw together when beats follow fast.
+/// Adds a beat; the waves before and after the QRS complex are closer to it when beats follow fast.
 pub fn add_beat(signal: &mut [f64], rate_hz: f64, beat: Beat, form: &Form) {
     let Beat { at_secs, cycle_secs, gain } = beat;
     let pull = cycle_secs.clamp(0.22, 1.2).sqrt();
@@ -86,7 +86,7 @@ pub fn add_wave(signal: &mut [f64], rate_hz: f64, at_secs: f64, height: f64, wid
     add_sides(signal, rate_hz, at_secs, height, (width_secs, width_secs));
 }
 
-/// Adds a wave with another width before its crest than after it [s].
+/// Adds a wave whose width before its crest differs from the one after it [s].
 fn add_sides(
     signal: &mut [f64],
     rate_hz: f64,
@@ -104,7 +104,7 @@ fn add_sides(
     }
 }
 
-/// An ECG of beats that differ in height only.
+/// Makes an ECG of beats that differ only in height.
 pub fn ecg(rate_hz: f64, beats_secs: &[f64], form: &Form, gain: impl Fn(usize) -> f64) -> Vec<f64> {
     let mut signal = vec![0.0; (SECS * rate_hz) as usize];
     for (place, &at_secs) in beats_secs.iter().enumerate() {
@@ -114,29 +114,29 @@ pub fn ecg(rate_hz: f64, beats_secs: &[f64], form: &Form, gain: impl Fn(usize) -
     signal
 }
 
-/// From a beat to the next, or since the one before [s].
+/// Returns the time from a beat to the next one, or else since the one before [s].
 pub fn cycle_secs(beats_secs: &[f64], place: usize) -> f64 {
     let secs = |place: usize| Some(beats_secs.get(place + 1)? - beats_secs.get(place)?);
     secs(place).or_else(|| secs(place.checked_sub(1)?)).unwrap_or(0.8)
 }
 
-/// A pulse wave: how fast its systolic wave rises and falls, the height of its diastolic one, and how long after the
-/// systolic one that is: never more than 0.45 s, in slow cycles either. Times are in a cycle of 1 s [s].
+/// A pulse wave: how fast its systolic wave rises and falls, the height of its diastolic wave, and how long after the
+/// systolic one that comes, at most 0.45 s even in slow cycles. Times are for a cycle of 1 s [s].
 pub struct Wave {
-    /// The standard deviation of the systolic wave's front, and that of its back.
+    /// The standard deviations of the front and of the back of the systolic wave.
     pub rise: f64,
     pub fall: f64,
     pub dicrotic: f64,
     pub after: f64,
 }
 
-/// A PPG of beats whose pulses arrive where their beats stand.
+/// Makes a PPG whose pulses arrive at the times of their beats.
 pub fn ppg(rate_hz: f64, beats_secs: &[f64], wave: &Wave, gain: impl Fn(usize) -> f64) -> Vec<f64> {
     let mut signal = vec![0.0; (SECS * rate_hz) as usize];
     for (place, &at_secs) in beats_secs.iter().enumerate() {
         let cycle = cycle_secs(beats_secs, place);
         let (height, pull) = (gain(place), cycle.clamp(0.2, 1.6));
-        // Systole lasts nearly as long at any rate, the rest gives way.
+        // Systole lasts nearly as long at any rate; the remainder of the cycle adapts.
         let width = |secs: f64| (secs * pull.sqrt()).min(0.17 * cycle);
         let (rise, fall) = (width(wave.rise), width(wave.fall));
         add_sides(&mut signal, rate_hz, at_secs, height, (rise, fall));

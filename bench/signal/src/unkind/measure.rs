@@ -1,4 +1,4 @@
-//! Figures of unkind signals, kind by kind.
+//! Figures for hard signals, by kind.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -12,20 +12,20 @@ use super::skin::skins;
 use super::windows::{How, Window, windows};
 use super::{Seeds, Unkind, foreign};
 
-/// Above this quality a wrong rate looks trustworthy.
+/// The quality above which a wrong rate looks trustworthy.
 const TRUSTED: f64 = 0.8;
-/// A beat was found when one is so near [s].
+/// The tolerance for a found beat [s].
 const FOUND_SECS: f64 = 0.15;
-/// Tenths with fewer windows say nothing of reliability.
+/// The smallest number of windows in a tenth from which its reliability is judged.
 const LEAST_WINDOWS: usize = 200;
 
-/// What became of the windows of a kind.
+/// The results for the windows of a kind.
 #[derive(Default)]
 struct Outcome {
     windows: usize,
-    /// Above the trusted quality, and wrong.
+    /// Windows above the trusted quality whose rate is wrong.
     confidently_wrong: usize,
-    /// Above it, and right.
+    /// Windows above the trusted quality whose rate is right.
     trusted_right: usize,
     /// Windows that a correct detector can measure, and those that were measured correctly.
     fair: usize,
@@ -49,7 +49,7 @@ impl Outcome {
     }
 }
 
-/// What became of all windows of one analysis.
+/// The results for all windows of one analysis.
 #[derive(Default)]
 struct Outcomes {
     kinds: BTreeMap<&'static str, Outcome>,
@@ -57,8 +57,8 @@ struct Outcomes {
     ppg: Reliability,
 }
 
-/// Prints figures with their bars, of this many signals; whether all were met. `peers` is a folder with
-/// the beats that other programs found, as `peers.py` writes them.
+/// Prints the figures with their bars for this many signals; returns whether all bars were met. `peers` is a table of
+/// the beats that other programs found, as `unkind_peers.py` writes it.
 pub fn measure(seeds: &str, count: &str, peers: Option<&Path>) -> Result<bool, Box<dyn Error>> {
     let (seeds, count): (Seeds, usize) = (seeds.parse()?, count.parse()?);
     let mut met = true;
@@ -73,7 +73,7 @@ pub fn measure(seeds: &str, count: &str, peers: Option<&Path>) -> Result<bool, B
     Ok(met & walks(seeds, 100)? & belts(seeds, 100)? & skins(seeds, 100)?)
 }
 
-/// Prints figures of signals with what is not of the heart that is measured.
+/// Prints the figures for signals with components that are not of the measured heart.
 fn beside_others(seeds: Seeds, count: usize) -> Result<bool, Box<dyn Error>> {
     let mut met = true;
     for how in [How::Whole, How::Causal] {
@@ -114,7 +114,7 @@ fn outcomes(
     Ok(outcomes)
 }
 
-/// Prints what became of windows with what is not of the heart.
+/// Prints the results for windows with components that are not of the measured heart.
 fn report_foreign(how: How, outcomes: &Outcomes) -> bool {
     let mut met = true;
     for (kind, _, most_wrong) in foreign::KINDS {
@@ -192,7 +192,7 @@ fn line(passed: bool, how: How, text: &str) -> bool {
     passed
 }
 
-/// The longest time that beats after a glitch were not found [s].
+/// Returns the longest time for which beats after a glitch were not found [s].
 fn lost_secs(made: &Unkind, found_secs: &[f64]) -> f64 {
     let hit = |at: f64| found_secs.iter().any(|found| (found - at).abs() <= FOUND_SECS);
     let lost = |&(_, end): &(f64, f64)| {

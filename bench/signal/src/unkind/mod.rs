@@ -1,4 +1,4 @@
-//! Signals as unkind as life's, with the truth known: is a number ever confidently wrong?
+//! Signals as hard as real ones, but with known truth, to see whether a number is ever confidently wrong.
 
 mod random;
 mod noise;
@@ -24,19 +24,19 @@ pub use peers::write;
 pub use variability::measure as measure_variability;
 pub use windows::{How, Window, windows};
 
-/// Makes one signal of a kind.
+/// Makes a signal of a kind.
 pub type Make = fn(&mut Random, &'static str) -> Unkind;
 
-/// A signal of which all is known.
+/// A signal whose truth is known.
 pub struct Unkind {
     pub kind: &'static str,
     pub is_ppg: bool,
     pub rate_hz: f64,
     pub signal: Vec<f64>,
     pub beats_secs: Vec<f64>,
-    /// When something hid the heart for a moment [s].
+    /// The spans in which something hid the heart [s].
     pub glitches_secs: Vec<(f64, f64)>,
-    /// Whether a correct detector can find its rate.
+    /// Whether a correct detector can find the rate.
     pub is_fair: bool,
 }
 
@@ -47,7 +47,7 @@ impl Unkind {
         Unkind { kind, is_ppg: false, rate_hz, signal, beats_secs, glitches_secs, is_fair }
     }
 
-    /// An ECG that was recorded.
+    /// Wraps a recorded ECG.
     pub fn recorded(rate_hz: f64, signal: Vec<f64>, beats_secs: Vec<f64>) -> Unkind {
         Unkind::new("recorded", rate_hz, signal, beats_secs)
     }
@@ -60,12 +60,12 @@ impl Unkind {
     }
 }
 
-/// Signals for choosing, or for judging what was chosen: no seed is in both.
+/// Signals for choosing settings, or for judging what was chosen: no seed is in both.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Seeds {
     Choosing,
     Judging,
-    /// Those from this one on: of whoever wants to judge for themselves.
+    /// Seeds from this one on, for an independent judgement.
     From(u64),
 }
 
@@ -95,13 +95,13 @@ impl Seeds {
         }
     }
 
-    /// Each kind in turn.
+    /// Makes signals of each kind in turn.
     pub fn signals(self, count: usize) -> impl Iterator<Item = Unkind> {
         let kinds: Vec<(&'static str, Make)> = ecg::KINDS.into_iter().chain(ppg::KINDS).collect();
         of_kinds(kinds, self.first(), count)
     }
 
-    /// Each kind in turn of those with what is not of the heart that is measured.
+    /// Makes signals of each kind with components that are not of the measured heart, in turn.
     pub fn foreign(self, count: usize) -> impl Iterator<Item = Unkind> {
         let kinds = foreign::KINDS.map(|(kind, make, _)| (kind, make)).to_vec();
         of_kinds(kinds, self.first() + 900_000, count)

@@ -1,10 +1,10 @@
-//! What is added to signals.
+//! Noise that is added to signals.
 
 use std::f64::consts::TAU;
 
 use super::random::Random;
 
-/// Noise with as much power in each octave, of standard deviation 1.
+/// Makes noise with equal power in each octave and a standard deviation of 1.
 pub fn pink(random: &mut Random, count: usize) -> Vec<f64> {
     let mut layers = [0.0f64; 14];
     let mut noise: Vec<f64> = (0..count)
@@ -27,7 +27,7 @@ pub fn white(random: &mut Random, count: usize) -> Vec<f64> {
     (0..count).map(|_| random.normal()).collect()
 }
 
-/// Noise of both kinds, with up to this much of the white one.
+/// Makes a mixture of pink and white noise, with at most this much white noise.
 pub fn mixed(random: &mut Random, count: usize, most_white: f64) -> Vec<f64> {
     let mut noise = pink(random, count);
     let fast = white(random, count);
@@ -35,12 +35,12 @@ pub fn mixed(random: &mut Random, count: usize, most_white: f64) -> Vec<f64> {
     noise
 }
 
-/// By which share of their frequency mains wander, for [`hum`]: 20 mHz, and what is aliased by no more.
+/// Returns the share of its frequency by which mains hum wanders, for [`hum`]: 20 mHz, also if aliased.
 pub fn mains_wander(hz: f64) -> f64 {
     0.02 / hz
 }
 
-/// A sine of a frequency [Hz] that wanders by a share of itself over tens of seconds.
+/// Makes a sine with a frequency [Hz] that wanders by a share of itself over tens of seconds.
 pub fn hum(random: &mut Random, count: usize, rate_hz: f64, hz: f64, wander: f64) -> Vec<f64> {
     let (mut phase, slow) = (TAU * random.share(), random.within(0.01..0.05));
     let turn = TAU * random.share();
@@ -53,7 +53,7 @@ pub fn hum(random: &mut Random, count: usize, rate_hz: f64, hz: f64, wander: f64
         .collect()
 }
 
-/// What slow waves of breath, sweat and motion add: three sines below 0.5 Hz, together up to 1.
+/// Makes the slow waves of breath, sweat and motion: three sines below 0.5 Hz, together up to 1.
 pub fn wander(random: &mut Random, count: usize, rate_hz: f64) -> Vec<f64> {
     let waves: Vec<(f64, f64, f64)> = [0.02..0.08, 0.1..0.2, 0.2..0.45]
         .map(|hz| (random.within(hz), TAU * random.share(), random.within(0.2..0.4)))

@@ -1,4 +1,4 @@
-//! The same signals for other programs, and the beats that they found.
+//! The same signals for other programs, and the beats that these found.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -11,7 +11,7 @@ use super::{Seeds, Unkind};
 /// A window counts as measurable if at least this many programs measure it correctly.
 const AGREEING: usize = 2;
 
-/// Writes signals as little-endian numbers, and a table of what they are.
+/// Writes signals as little-endian numbers, and a table that describes them.
 pub fn write(seeds: &str, count: &str, folder: &Path) -> Result<bool, Box<dyn Error>> {
     let (seeds, count): (Seeds, usize) = (seeds.parse()?, count.parse()?);
     std::fs::create_dir_all(folder)?;
@@ -31,14 +31,14 @@ struct Tally {
     of: usize,
 }
 
-/// Beats [s] by number of the signal and name of the program.
+/// Beats [s] by the number of the signal and the name of the program.
 pub struct Peers {
     beats: BTreeMap<usize, Vec<(String, Vec<f64>)>>,
     tallies: BTreeMap<(bool, String), Tally>,
 }
 
 impl Peers {
-    /// As `unkind_peers.py` writes them: number, program, times [s] after commas.
+    /// Reads a table as written by `unkind_peers.py`: number, program and times [s], separated by commas.
     pub fn read(table: Option<&Path>) -> Result<Peers, Box<dyn Error>> {
         let mut beats: BTreeMap<usize, Vec<(String, Vec<f64>)>> = BTreeMap::new();
         let text = table.map(std::fs::read_to_string).transpose()?.unwrap_or_default();
@@ -74,7 +74,7 @@ impl Peers {
             let signal = if *is_ppg { "PPG" } else { "ECG" };
             let percent = 100.0 * *right as f64 / *of as f64;
             println!(
-                "      unkind, {signal}: {name} is right in {percent:.1} % of {of} windows, and says of none that it is not"
+                "      unkind, {signal}: {name} is right in {percent:.1} % of {of} windows and flags none as unreliable"
             );
         }
     }

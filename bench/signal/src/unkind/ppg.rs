@@ -1,4 +1,4 @@
-//! Unkind PPGs.
+//! Synthetic PPGs that are hard to analyse.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -47,12 +47,12 @@ fn of(
     made
 }
 
-/// A wave whose second crest does not stand out much.
+/// Makes a wave whose second crest does not stand out much.
 fn usual_wave(random: &mut Random) -> Wave {
     wave(random, 0.15..0.5, 0.27..0.36)
 }
 
-/// A wave as sharp as recorded ones are, or as round.
+/// Makes a wave as sharp or as round as recorded ones.
 fn wave(random: &mut Random, dicrotic: Range<f64>, after: Range<f64>) -> Wave {
     let rise = random.within(0.04..0.12);
     let fall = rise * random.within(1.0..2.0);

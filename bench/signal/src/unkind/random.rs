@@ -1,9 +1,9 @@
-//! Numbers that look random and are the same for a seed on every machine.
+//! Pseudo-random numbers that are the same for a seed on every machine.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// `SplitMix64` (Steele et al. 2014, doi:10.1145/2714064.2660195).
+/// The generator `SplitMix64` (Steele et al. 2014, doi:10.1145/2714064.2660195).
 pub struct Random(u64);
 
 impl Random {
@@ -20,7 +20,7 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    /// Between 0 and 1.
+    /// Returns a number between 0 and 1.
     pub fn share(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -29,12 +29,12 @@ impl Random {
         range.start + (range.end - range.start) * self.share()
     }
 
-    /// −1 or 1.
+    /// Returns −1 or 1.
     pub fn sign(&mut self) -> f64 {
         if self.share() < 0.5 { -1.0 } else { 1.0 }
     }
 
-    /// Of mean 0 and standard deviation 1 (Box and Muller).
+    /// Returns a normal number with mean 0 and standard deviation 1 (Box and Muller).
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.share()).ln()).sqrt();
         radius * (TAU * self.share()).cos()

@@ -1,8 +1,8 @@
-//! Whether a quality is the probability of being right.
+//! Checks whether a quality is the probability of being right.
 
 use super::windows::Window;
 
-/// Windows whose quality lies in one tenth.
+/// The windows whose quality is within one tenth.
 #[derive(Clone, Copy, Default)]
 struct Tenth {
     count: usize,
@@ -10,7 +10,7 @@ struct Tenth {
     quality: f64,
 }
 
-/// Windows by the tenth in which their quality lies.
+/// The windows, grouped by the tenth that contains their quality.
 #[derive(Default)]
 pub struct Reliability([Tenth; 10]);
 
@@ -22,7 +22,7 @@ impl Reliability {
         tenth.quality += window.quality;
     }
 
-    /// Each tenth with enough windows to say: mean quality, share that is right, count.
+    /// Returns the mean quality, the share of right windows and the count of each tenth that has windows.
     pub fn tenths(&self) -> impl Iterator<Item = (f64, f64, usize)> + '_ {
         let known = self.0.iter().filter(|tenth| tenth.count > 0);
         known.map(|tenth| {

@@ -1,4 +1,4 @@
-//! Skin conductances with many responses, contact glitches and electrodes that hardly touch.
+//! Skin conductance with many responses, contact glitches, and electrodes that hardly touch.
 
 use std::error::Error;
 
@@ -10,30 +10,31 @@ use super::random::Random;
 use super::windows::How;
 
 const SECS: f64 = 300.0;
-/// A response was found when one has its peak so near to its own [s]; a glitch may hide where it is.
+/// The distance within which a found response matches a true one by its peak, and the distance from a peak within which
+/// a glitch may hide it [s].
 const FOUND_SECS: f64 = 1.0;
 const HIDDEN_SECS: f64 = 0.5;
-/// Of responses at 8 a minute.
+/// The bars for sensitivity and precision with 8 responses per minute.
 const LEAST_SENSITIVITY: f64 = 0.9;
 const LEAST_PRECISION: f64 = 0.95;
-/// This much of what is found at 4 a minute may be of 6 glitches a minute.
+/// The share of found responses that may be caused by 6 glitches per minute, with 4 responses per minute.
 const MOST_OF_GLITCHES: f64 = 0.02;
-/// An electrode that hardly touches has less quality.
+/// The quality that electrodes that hardly touch must not exceed.
 const MOST_QUALITY: f64 = 0.4;
-/// Values with this quality are believed.
+/// The quality above which values are believed.
 const BELIEVED: f64 = 0.8;
-/// More responses than this to nothing are wrong [1/min].
+/// The rate of found responses above which noise without a response counts as wrong [1/min].
 const MOST_OF_NOISE_PER_MIN: f64 = 1.0;
 
-/// A skin conductance of which all is known.
+/// A skin conductance whose truth is known.
 struct Skin {
     rate_hz: f64,
     signal: Vec<f64>,
-    /// When its responses are highest, each alone [s].
+    /// The times at which the responses would peak if each were alone [s].
     peaks_secs: Vec<f64>,
 }
 
-/// Prints figures with their bars, of this many skins of each kind; whether all were met.
+/// Prints the figures with their bars for this many skins of each kind; returns whether all bars were met.
 pub fn skins(seeds: Seeds, count: u64) -> Result<bool, Box<dyn Error>> {
     let mut met = true;
     for how in [How::Whole, How::Causal] {
@@ -73,7 +74,7 @@ pub fn skins(seeds: Seeds, count: u64) -> Result<bool, Box<dyn Error>> {
     Ok(met)
 }
 
-/// Electrodes through which next to nothing flows.
+/// Analyses electrodes through which almost no current flows.
 fn hardly_touching(seeds: Seeds, count: u64, how: How) -> Result<bool, Box<dyn Error>> {
     let mut qualities = Vec::new();
     for number in 0..count {
@@ -93,7 +94,7 @@ fn hardly_touching(seeds: Seeds, count: u64, how: How) -> Result<bool, Box<dyn E
     Ok(met)
 }
 
-/// Amplifiers whose noise exceeds the threshold of a response, now and then: no response is true.
+/// Analyses amplifiers whose noise sometimes exceeds the threshold of a response: no response is true.
 fn noise_alone(seeds: Seeds, count: u64, how: How) -> Result<bool, Box<dyn Error>> {
     let (mut believed, mut wrong) = (0, 0);
     for number in 0..10 * count {
@@ -128,7 +129,7 @@ impl Skin {
         let mut signal: Vec<f64> = (0..(SECS * rate_hz) as usize)
             .map(|k| level_us + drift_us * k as f64 / rate_hz / 60.0 + noise_us * random.normal())
             .collect();
-        // Glands rest for a moment; then they fire by chance.
+        // Glands rest for a moment after a response; then they fire at random.
         let (dead_secs, mut at_secs) = (1.2, random.within(3.0..8.0));
         let mut peaks_secs = Vec::new();
         while per_min > 0.0 && at_secs + peak_secs + 2.0 < SECS {
@@ -143,7 +144,7 @@ impl Skin {
         Skin { rate_hz, signal, peaks_secs }
     }
 
-    /// Now and then, more or less current flows for half a second.
+    /// Changes the current for half a second now and then, up or down.
     fn lose_contact(&mut self, random: &mut Random, per_min: f64) {
         for number in 0..(per_min * SECS / 60.0) as u32 {
             let at_secs = (f64::from(number) + random.within(0.2..0.8)) * 60.0 / per_min;
@@ -156,7 +157,7 @@ impl Skin {
         }
     }
 
-    /// When responses are highest [s], and the quality of the whole.
+    /// Returns the times of the found peaks [s], and the quality of the whole.
     fn found(&self, how: How) -> Result<(Vec<f64>, f64), Box<dyn Error>> {
         let channels = [self.signal.clone()];
         let recording = Recording { rate_hz: self.rate_hz, begin_ns: 0, channels: &channels };
@@ -182,7 +183,7 @@ impl Skin {
     }
 }
 
-/// How many of the true times have a found one of their own.
+/// Returns how many of the true times have a matching found one.
 fn matches(true_secs: &[f64], found_secs: &[f64], near_secs: f64) -> usize {
     let mut left = found_secs.iter().peekable();
     let mut count = 0;

@@ -1,4 +1,4 @@
-//! The variability of hearts in noise: how far the RMSSD of a minute is off where it is reported.
+//! Heart rate variability in noise: the error of the RMSSD of a minute, if it is reported.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -13,18 +13,18 @@ use super::random::Random;
 use super::{Seeds, Unkind, ecg as ecgs, ppg as ppgs};
 use crate::golden::verdict;
 
-/// How long a window is, and how far from the next [s].
+/// The length of a window, and its distance from the next [s].
 const WINDOW_SECS: f64 = 60.0;
 const HOP_SECS: f64 = 30.0;
-/// An RMSSD that is further off is wrong: more than this share and this much [ms].
+/// An RMSSD is wrong if its error exceeds both this share and this value [ms].
 const TOLERANCE: f64 = 0.2;
 const TOLERANCE_MS: f64 = 3.0;
-/// Above this quality a wrong number looks trustworthy.
+/// The quality above which a wrong number looks trustworthy.
 const TRUSTED: f64 = 0.8;
-/// The most of the reported that may be wrong.
+/// The largest share of reported values that may be wrong.
 const MOST_WRONG: f64 = 0.05;
 
-/// What is added to a signal, of height 1 where its waves have about that.
+/// The noises that are added to a signal; each has a height of 1 if the signal's waves are about that high.
 const NOISES: [&str; 4] = ["white noise", "1/f noise", "slow wander", "hum"];
 
 fn noise(random: &mut Random, kind: &str, count: usize, rate_hz: f64) -> Vec<f64> {
@@ -36,7 +36,7 @@ fn noise(random: &mut Random, kind: &str, count: usize, rate_hz: f64) -> Vec<f64
     }
 }
 
-/// A heart with noise of a kind.
+/// Makes a heart signal with noise of a kind.
 fn made(random: &mut Random, is_ppg: bool, kind: &'static str) -> Unkind {
     let mut made = if is_ppg { ppgs::plain(random, kind) } else { ecgs::plain(random, kind) };
     let added = noise(random, kind, made.signal.len(), made.rate_hz);
@@ -45,7 +45,7 @@ fn made(random: &mut Random, is_ppg: bool, kind: &'static str) -> Unkind {
     made
 }
 
-/// The RMSSD of successive beats in a window [ms].
+/// Returns the RMSSD of successive beats in a window [ms].
 fn rmssd_ms(beats_secs: &[f64], begin_secs: f64) -> f64 {
     let inside =
         beats_secs.iter().filter(|&&at| (begin_secs..begin_secs + WINDOW_SECS).contains(&at));
@@ -59,11 +59,11 @@ fn rmssd_ms(beats_secs: &[f64], begin_secs: f64) -> f64 {
 struct Outcome {
     windows: usize,
     wrong: usize,
-    /// Measured over true, of those reported.
+    /// The ratios of reported to true values.
     ratios: Vec<f64>,
 }
 
-/// Prints figures with their bars, of this many signals of each kind; whether all were met.
+/// Prints the figures with their bars for this many signals of each kind; returns whether all bars were met.
 pub fn measure(seeds: &str, count: &str) -> Result<bool, Box<dyn Error>> {
     let (seeds, count): (Seeds, usize) = (seeds.parse()?, count.parse()?);
     let mut outcomes: BTreeMap<(bool, &str), Outcome> = BTreeMap::new();

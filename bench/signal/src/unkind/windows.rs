@@ -1,4 +1,4 @@
-//! Results for windows of an unkind signal, beside the truth.
+//! Results for windows of a synthetic signal, with their truth.
 
 use teampulse_signal::analysis::{Causal, Event, Recording, Span, Windows};
 use teampulse_signal::error::SignalError;
@@ -7,10 +7,10 @@ use teampulse_signal::{ecg, ppg};
 use super::Unkind;
 use super::heart::SECS;
 
-/// How long a window is, and how far from the next [s].
+/// The length of a window, and its distance from the next [s].
 const WINDOW_SECS: f64 = 30.0;
 const HOP_SECS: f64 = 10.0;
-/// A rate that is further off is wrong.
+/// The relative error above which a rate is wrong.
 const TOLERANCE: f64 = 0.1;
 
 /// How a signal is analysed.
@@ -20,19 +20,19 @@ pub enum How {
     Causal,
 }
 
-/// What is known of one window.
+/// The result for one window, with its truth.
 pub struct Window {
-    /// Whether a rate was given, rather than a reason.
+    /// Whether a rate was reported, rather than a reason for its absence.
     pub has_value: bool,
     pub quality: f64,
-    /// Whether the rate, reported or that of the beats, is within 10 %.
+    /// Whether the reported rate, or else the rate of the beats, is within 10 %.
     pub is_right: bool,
     pub rate_per_min: f64,
     pub true_per_min: f64,
     pub begin_secs: f64,
 }
 
-/// The windows of a signal, and its beats as they were found [s].
+/// Returns the windows of a signal, and the times of the beats found [s].
 pub fn windows(made: &Unkind, how: How) -> Result<(Vec<Window>, Vec<f64>), SignalError> {
     let channels = [made.signal.clone()];
     let recording = Recording { rate_hz: made.rate_hz, begin_ns: 0, channels: &channels };
@@ -75,7 +75,7 @@ pub fn windows(made: &Unkind, how: How) -> Result<(Vec<Window>, Vec<f64>), Signa
     Ok((begins.map(window).collect(), found_secs))
 }
 
-/// Of the beats in a window; 0 with fewer than two.
+/// Returns the rate of the beats in a window; 0 with fewer than two.
 pub fn rate_per_min(beats_secs: &[f64], begin_secs: f64, end_secs: f64) -> f64 {
     let inside = beats_secs.iter().filter(|at| (begin_secs..end_secs).contains(*at));
     let inside: Vec<f64> = inside.copied().collect();
@@ -108,7 +108,7 @@ fn causal(made: &Unkind) -> Result<Box<dyn Causal + Send>, SignalError> {
     }
 }
 
-/// A causal analysis that is only asked.
+/// A causal analysis that is only queried for windows.
 struct Asked(Box<dyn Causal + Send>);
 
 impl Windows for Asked {

@@ -5,15 +5,15 @@ use super::packet_paths::{Network, PacketPath};
 use super::random::Random;
 use super::{Happened, Packet, Probe, Session, Stamped, Stamps, What, nanos};
 
-/// A computer that sends messages of this many samples each.
+/// A computer that sends messages with the same number of samples each.
 struct Computer {
     clock: Oscillator,
     messages_hz: f64,
-    /// From a message's first to its last sample [s].
+    /// The time from a message's first to its last sample [s].
     span: f64,
     /// How long after its last sample a message is sent [s].
     held: f64,
-    /// Whether its clock is probed, each four seconds.
+    /// Whether the clock is probed, every four seconds.
     is_probed: bool,
 }
 
@@ -49,12 +49,12 @@ impl Computer {
         Session { stamped, packets, probes, happened, packet_hz, errors_to }
     }
 
-    /// What its clock shows [ns].
+    /// Returns the reading of the computer's clock [ns].
     fn stamp(&self, secs: f64) -> i64 {
         nanos(0.0) + (self.clock.at(secs) * 1e9).round() as i64
     }
 
-    /// Bursts of eight exchanges.
+    /// Makes bursts of eight exchanges.
     fn probes(&self, way: &Network, secs: f64, random: &mut Random) -> Vec<Probe> {
         let mut probes = Vec::new();
         let stalled =

@@ -11,17 +11,17 @@ use super::{Happened, Packet, Session, Stamped, Stamps, What, nanos};
 #[derive(Clone, Debug)]
 pub(super) struct Device {
     pub clock: Oscillator,
-    /// By its own clock [Hz].
+    /// The sampling rate by the device's clock [Hz].
     pub rate_hz: f64,
-    /// Samples a packet.
+    /// The number of samples per packet.
     pub batch: u32,
-    /// How late its firmware sends, beside what is constant: at most [s].
+    /// The largest additional delay of the firmware, besides the constant one [s].
     pub lazy: f64,
-    /// How likely a packet is sent twice.
+    /// The probability that a packet is sent twice.
     pub repeats: f64,
-    /// When it is silent: from and until [s].
+    /// The spans in which the device is silent: start and end [s].
     pub silences: Vec<(f64, f64)>,
-    /// Whether losses are in the numbers of samples.
+    /// Whether the sample numbers include lost samples.
     pub numbers_losses: bool,
 }
 
@@ -32,7 +32,7 @@ impl Device {
         Device { clock, rate_hz, batch, lazy, repeats, silences, numbers_losses }
     }
 
-    /// What arrives in this many seconds.
+    /// Returns what arrives within this many seconds.
     pub(super) fn run(
         &self,
         way: &mut dyn PacketPath,
@@ -43,7 +43,7 @@ impl Device {
         let mut packets: Vec<Packet> = Vec::new();
         let period = 1.0 / self.rate_hz;
         let batch = f64::from(self.batch);
-        // Samples are a period of the device's clock apart, wherever that was set to.
+        // Samples are a period of the device's clock apart, even when that clock is set.
         let free = Oscillator { sets: Vec::new(), ..self.clock.clone() };
         let (mut index, mut uncounted, mut now) = (0_u64, 0_u64, 0.0);
         let mut newest = f64::NEG_INFINITY;
@@ -60,7 +60,7 @@ impl Device {
                 uncounted += u64::from(self.batch);
                 continue;
             }
-            // Firmware sends in order.
+            // The firmware sends in order.
             newest = (newest + 1e-6).max(last + self.lazy * random.unit());
             let Some(arrival) = way.arrival(newest, random) else {
                 uncounted += u64::from(self.batch) * u64::from(!self.numbers_losses);
@@ -98,7 +98,7 @@ impl Device {
     }
 }
 
-/// When a clock shows a time, at `near` or soon after [s].
+/// Returns when a clock shows a time, at `near` or soon after it [s].
 fn moment(clock: &Oscillator, shown: f64, near: f64) -> f64 {
     let mut at = near;
     for _ in 0..4 {
@@ -226,7 +226,7 @@ pub(super) fn perfect(random: &mut Random, _: f64) -> Session {
     let (fails, lazy) = (random.between(0.0, 0.3), random.unit() * 0.005);
     device.lazy = lazy;
     let mut way = Bluetooth::new(random, fails);
-    // What does not fit is another kind.
+    // Links that can't carry all packets are another kind.
     (way.fit, way.fails) = (20, fails.min(0.2 / (packets_hz * way.interval)));
     device.run(&mut way, 300.0, stamped, random)
 }
@@ -240,7 +240,7 @@ pub(super) fn silence(random: &mut Random, secs: f64) -> Session {
         silences.push((at, at + lasts));
         at += lasts + random.between(60.0, 600.0);
     }
-    // The battery was changed in one of them: the clock begins near zero.
+    // The battery was changed during one silence: the clock restarts near zero.
     let reset = silences[random.below(silences.len())];
     let mut happened = Vec::new();
     if random.chance(0.5) && reset.1 < secs {

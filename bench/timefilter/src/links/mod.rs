@@ -1,8 +1,8 @@
-//! Sessions of which all is known, over links of every kind that devices and computers have.
+//! Simulated sessions over every kind of link that devices and computers have.
 //!
-//! [`KINDS`] is the table. A session is a function of its kind, its seed and its length. Settings of
-//! the clock models were chosen on seeds 1 to 110, 501 to 510 and 601 to 610; figures are of seeds 301
-//! to 310, on which nothing was chosen.
+//! [`KINDS`] is the table. A session is determined by its kind, its seed and its length. Settings of the clock models
+//! were chosen on seeds 1 to 110, 501 to 510 and 601 to 610; figures are for seeds 301 to 310, on which nothing was
+//! chosen.
 
 mod random;
 mod oscillator;
@@ -16,42 +16,42 @@ use teampulse_timefilter::clock::{Probe, Stamps};
 
 /// A kind of link.
 pub struct Kind {
-    /// What it is called on the command line.
+    /// The name on the command line.
     pub name: &'static str,
-    /// What it is, and what is random in it.
+    /// A description, including what is random.
     pub doc: &'static str,
-    /// What must be reached.
+    /// The bars that must be met.
     pub bars: Bars,
     /// Makes a session of this many seconds.
     pub make: fn(&mut random::Random, f64) -> Session,
 }
 
 impl Kind {
-    /// The session of a seed.
+    /// Returns the session of a seed.
     pub fn session(&self, seed: u64, secs: f64) -> Session {
         (self.make)(&mut random::Random::new(self.name, seed), secs)
     }
 }
 
-/// What must be reached on a kind of link.
+/// The bars for a kind of link.
 #[derive(Clone, Copy)]
 pub struct Bars {
-    /// The 95th percentile of errors [ms].
+    /// The bar for the 95th percentile of errors.
     pub p95: P95,
-    /// How many packets are within what is stated [%].
+    /// The smallest share of packets within their stated uncertainty [%].
     pub coverage: f64,
-    /// What is stated in the median, as a multiple of the 95th percentile.
+    /// The largest median stated uncertainty, as a multiple of the 95th percentile of errors.
     pub wide: f64,
     /// The longest allowed delay of a report [s of data].
     pub reported_secs: f64,
 }
 
-/// What the 95th percentile of errors may be.
+/// The bar for the 95th percentile of errors.
 #[derive(Clone, Copy)]
 pub enum P95 {
-    /// This much [ms].
+    /// At most this much [ms].
     Millis(f64),
-    /// This much of what `pyxdf` reaches.
+    /// At most this multiple of the error of `pyxdf`.
     OfPyxdf(f64),
     /// There is no bar.
     Any,
@@ -59,70 +59,70 @@ pub enum P95 {
 
 /// A session over a link.
 pub struct Session {
-    /// How its stamps are to be understood.
+    /// How the stamps are to be interpreted.
     pub stamped: Stamped,
     /// What arrived, in order.
     pub packets: Vec<Packet>,
     /// Exchanges with the computer's clock, in order.
     pub probes: Vec<Probe>,
-    /// Incidents of the clock: these must be reported, and nothing else.
+    /// Incidents of the clock, which must be reported, and nothing else.
     pub happened: Vec<Happened>,
     /// The nominal rate of packets [Hz].
     pub packet_hz: f64,
-    /// Where errors are written to, if at all.
+    /// The file to which errors are written, if any.
     pub errors_to: Option<String>,
 }
 
-/// How stamps are to be understood.
+/// How stamps are to be interpreted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stamped {
-    /// By a device's clock.
+    /// Stamped by a device's clock.
     Device,
-    /// By numbers, of nominally this many samples a second.
+    /// Numbered samples, nominally this many per second.
     Number(f64),
-    /// By another computer's clock.
+    /// Stamped by another computer's clock.
     Computer,
 }
 
-/// A reading, and its truth.
+/// A reading with its truth.
 #[derive(Clone, Copy, Debug)]
 pub struct Packet {
-    /// What is known of it.
+    /// The stamps of the reading.
     pub stamps: Stamps,
-    /// When its first sample was measured [ns].
+    /// When the first sample was measured [ns].
     pub first: i64,
-    /// When its last sample was measured [ns].
+    /// When the last sample was measured [ns].
     pub last: i64,
 }
 
-/// Something that happened to a clock.
+/// An incident of a clock.
 #[derive(Clone, Copy, Debug)]
 pub struct Happened {
-    /// When [ns].
+    /// The time of the incident [ns].
     pub at: i64,
-    /// What.
+    /// The kind of incident.
     pub what: What,
-    /// How long errors after it do not count [s].
+    /// How long errors after the incident do not count [s].
     pub settles_secs: f64,
 }
 
-/// What happened to a clock.
+/// The kinds of incidents of a clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum What {
-    /// It was set.
+    /// The clock was set.
     Set,
-    /// It was set, or is off, by a small amount: a report is optional.
+    /// The clock was set, or is off, by a small amount, so that a report is optional.
     MayBeTold,
-    /// It is known from the start that its rate is not the declared one.
+    /// It is known from the start that the clock's rate is not the declared one.
     WrongRate,
-    /// It is known from the start that it runs as no quartz does.
+    /// It is known from the start that the clock's rate is beyond that of any quartz.
     Fast,
 }
 
 /// When sessions begin [s since the Unix epoch].
 const START_SECS: i64 = 1_700_000_000;
 
-/// The time of a moment of a session [ns].
+/// Converts a time of a session to nanoseconds since the Unix epoch.
 fn nanos(secs: f64) -> i64 {
     START_SECS * 1_000_000_000 + (secs * 1e9).round() as i64
 }
@@ -133,8 +133,8 @@ const fn within(p95: P95) -> Bars {
     Bars { p95, coverage: COVERED, wide: 3.0, reported_secs: 1.0 }
 }
 
-/// Without a bar for the width: what a computer's stamps do not show of the way is stated, however
-/// short that is; and five minutes are too short for what is stated at first to come down.
+/// Returns bars without a limit on the stated uncertainty: it includes delays that a computer's stamps cannot show,
+/// however short these are, and five minutes are too short for the initial uncertainty to shrink.
 const fn however_wide(p95: P95, coverage: f64) -> Bars {
     Bars { coverage, wide: f64::INFINITY, ..within(p95) }
 }
@@ -215,7 +215,7 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         name: "fast",
-        doc: "10 packets a second over Wi-Fi from a clock that is 900 to 2000 ppm off, and said to be",
+        doc: "10 packets a second over Wi-Fi from a clock that is 900 to 2000 ppm off, which is known",
         bars: Bars { reported_secs: 15.0, ..within(P95::Millis(3.0)) },
         make: devices::fast,
     },
@@ -251,7 +251,7 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         name: "mixture",
-        doc: "a random mixture of all that: clocks, rates, batches, packet paths, losses, duplicates",
+        doc: "a random mixture of all of these: clocks, rates, batches, packet paths, losses, duplicates",
         bars: within(P95::Any),
         make: mixture::mixture,
     },

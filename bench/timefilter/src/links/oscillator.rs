@@ -1,33 +1,33 @@
-//! Clocks as they run: off by some ppm, warming up, drifting with temperature, and set now and then.
+//! Clocks with realistic errors: off by some ppm, warming up, drifting with temperature, and set now and then.
 
 use std::f64::consts::TAU;
 
 use super::random::Random;
 
-/// How long the swing of the temperature takes [s]: 20 minutes up, 20 down.
+/// The period of the temperature swing [s]: 20 minutes up, 20 down.
 const SWING_SECS: f64 = 2400.0;
-/// How fast a device warms up: nearly done in five minutes [s].
+/// The time constant of a device's warm-up [s], which is nearly complete in five minutes.
 const WARM_UP_SECS: f64 = 100.0;
 
 /// A clock.
 #[derive(Clone, Debug)]
 pub struct Oscillator {
-    /// What it shows at the start [s].
+    /// The reading at the start [s].
     pub start_secs: f64,
-    /// How much too fast it runs.
+    /// How much too fast the clock runs.
     pub skew: f64,
-    /// The amplitude of what temperature does to that.
+    /// The amplitude of the rate error due to temperature.
     pub swing: f64,
-    /// Where in its swing the temperature begins [cycles].
+    /// The phase of the temperature swing at the start [cycles].
     pub phase: f64,
-    /// By how much it still runs too fast when it was just switched on.
+    /// How much faster the clock runs when it has just been switched on.
     pub warm_up: f64,
-    /// When it was set, and by how much [s].
+    /// When the clock was set, and by how much [s].
     pub sets: Vec<(f64, f64)>,
 }
 
 impl Oscillator {
-    /// A quartz of a wearable: off by up to 50 ppm, 3 ppm of temperature, 20 ppm of warm-up.
+    /// Makes a quartz of a wearable: off by up to 50 ppm, with 3 ppm due to temperature and 20 ppm of warm-up.
     pub fn wearable(random: &mut Random) -> Oscillator {
         Oscillator {
             start_secs: random.between(5.0, 5000.0),
@@ -39,12 +39,12 @@ impl Oscillator {
         }
     }
 
-    /// A quartz of a computer or a camera: no warm-up, 1 ppm of temperature.
+    /// Makes a quartz of a computer or a camera: no warm-up, 1 ppm due to temperature.
     pub fn computer(random: &mut Random) -> Oscillator {
         Oscillator { swing: 1e-6, warm_up: 0.0, ..Oscillator::wearable(random) }
     }
 
-    /// A clock without fault.
+    /// Makes a perfect clock.
     pub fn perfect() -> Oscillator {
         Oscillator {
             start_secs: 5.0,
@@ -56,7 +56,7 @@ impl Oscillator {
         }
     }
 
-    /// What it shows at a time [s].
+    /// Returns the reading at a time [s].
     pub fn at(&self, secs: f64) -> f64 {
         let swing = |secs: f64| -(TAU * (secs / SWING_SECS + self.phase)).cos() * SWING_SECS / TAU;
         let warm = self.warm_up * WARM_UP_SECS * (1.0 - (-secs / WARM_UP_SECS).exp());

@@ -1,54 +1,53 @@
-//! Paths of packets: each maps times of sending to times of arrival, in order.
+//! Packet paths, each of which maps times of sending to times of arrival, in order.
 
 use super::random::Random;
 
 /// The path of packets from a device to the host.
 pub trait PacketPath {
-    /// When a packet sent at `sent` arrives [s]; `None` when it is lost. Packets come in order of
-    /// sending.
+    /// Returns when a packet sent at `sent` arrives [s]; `None` if it is lost. Packets come in order of sending.
     fn arrival(&mut self, sent: f64, random: &mut Random) -> Option<f64>;
 }
 
-/// What the host's driver and scheduler add [s]: mostly tenths of a millisecond, seldom some.
+/// Returns the delay added by the host's driver and scheduler [s]: mostly tenths of a millisecond, seldom milliseconds.
 fn host(random: &mut Random) -> f64 {
     let seldom = if random.chance(0.01) { random.exponential(0.005) } else { 0.0 };
     random.log_normal(0.0002, 0.5) + seldom
 }
 
-/// A Bluetooth Low Energy connection: packets wait for the next connection event; some fail and are
-/// sent again with the next one; this many fit into one event.
+/// A Bluetooth Low Energy connection: packets wait for the next connection event, a limited number fits into each
+/// event, and those that fail are sent again in the next one.
 #[derive(Clone, Debug)]
 pub struct Bluetooth {
     /// The connection interval by the host's clock [s].
     pub interval: f64,
-    /// When the first event is [s].
+    /// The time of the first event [s].
     pub phase: f64,
-    /// How likely a packet fails in an event.
+    /// The probability that a packet fails in an event.
     pub fails: f64,
-    /// How many events the device may sleep through while it has nothing to send.
+    /// The number of events that the device may skip while it has nothing to send.
     pub latency: u32,
-    /// How many packets fit into an event.
+    /// The number of packets that fit into an event.
     pub fit: u32,
-    /// When the connection is lost, and for how long [s].
+    /// The times when the connection is lost, and for how long [s].
     pub drop_outs: Vec<(f64, f64)>,
-    /// Whether what was measured while there was no connection is sent when there is one again.
+    /// Whether data measured without a connection are sent when it is back.
     pub flushes: bool,
-    /// The number of the event last used, and how many packets went with it.
+    /// The number of the event last used, and how many packets it has carried.
     event: (i64, u32),
     last: f64,
 }
 
-/// Intervals that hosts choose are multiples of this [s].
+/// The connection intervals chosen by hosts are multiples of this [s].
 pub const INTERVAL_STEP: f64 = 0.00125;
 
 impl Bluetooth {
-    /// A connection with a random interval of 7.5 to 50 ms; `fails` of its packets.
+    /// Makes a connection with a random interval of 7.5 to 50 ms, in which a share `fails` of the packets fails.
     pub fn new(random: &mut Random, fails: f64) -> Bluetooth {
         let interval = (6 + random.below(35)) as f64 * INTERVAL_STEP;
         Bluetooth::of_interval(interval, random, fails)
     }
 
-    /// A connection of this nominal interval [s]; its clock is up to 20 ppm off.
+    /// Makes a connection with this nominal interval [s]; its clock is up to 20 ppm off.
     pub fn of_interval(interval: f64, random: &mut Random, fails: f64) -> Bluetooth {
         Bluetooth {
             interval: interval * (1.0 + random.between(-20e-6, 20e-6)),
@@ -63,7 +62,7 @@ impl Bluetooth {
         }
     }
 
-    /// The same with drop-outs of 1 to 6 s, one in `every` seconds in the mean.
+    /// Adds drop-outs of 1 to 6 s, on average one every `every` seconds.
     pub fn dropping_out(mut self, every: f64, until: f64, random: &mut Random) -> Bluetooth {
         let mut at = random.exponential(every);
         while at < until {
@@ -90,7 +89,7 @@ impl PacketPath for Bluetooth {
             ready = end;
         }
         let mut event = ((ready - self.phase) / self.interval).ceil() as i64;
-        // A device that sleeps through events wakes for what it has, if its firmware is quick.
+        // A device that skips events wakes when it has data, if its firmware is quick.
         if self.latency > 0 && random.chance(0.2) {
             event += random.below(self.latency as usize + 1) as i64;
         }
@@ -118,22 +117,22 @@ impl PacketPath for Bluetooth {
     }
 }
 
-/// A link that carries less than is sent for minutes at a time: delays grow to seconds.
+/// A link that carries less than is sent for minutes at a time, so that delays grow to seconds.
 #[derive(Clone, Debug)]
 pub struct Saturated {
-    /// The connection below it.
+    /// The underlying connection.
     pub link: Bluetooth,
-    /// What a packet takes on the link [s], where it is quick and where it is slow.
+    /// The time that a packet takes on the link [s]: normally, and while the link is slow.
     pub takes: (f64, f64),
-    /// When it is slow: from and until [s].
+    /// The spans in which the link is slow: start and end [s].
     pub slow: Vec<(f64, f64)>,
-    /// How much waits at most [s]; what is sent beyond is lost.
+    /// The longest queue [s]; packets beyond it are lost.
     pub most: f64,
     free: f64,
 }
 
 impl Saturated {
-    /// A link that is too slow for a packet each `period` [s] for half of the time.
+    /// Makes a link that half of the time is too slow for a packet every `period` [s].
     pub fn new(period: f64, until: f64, random: &mut Random) -> Saturated {
         let mut slow = Vec::new();
         let mut at = random.between(60.0, 240.0);
@@ -160,30 +159,30 @@ impl PacketPath for Saturated {
     }
 }
 
-/// A network: what each packet takes, a heavy tail, stalls, and other routes for a while.
+/// A network: a delay for each packet, a heavy tail, stalls, and other routes for a while.
 #[derive(Clone, Debug)]
 pub struct Network {
-    /// What every packet takes [s].
+    /// The delay of every packet [s].
     pub base: f64,
-    /// The least of what is added, with a Pareto tail [s].
+    /// The smallest additional delay, which has a Pareto tail [s].
     pub tail: f64,
     /// The exponent of the tail.
     pub alpha: f64,
-    /// When nothing passes: from and until [s].
+    /// The spans in which nothing passes: start and end [s].
     pub stalls: Vec<(f64, f64)>,
-    /// When packets take another route: from, until, and how much longer it is [s].
+    /// The spans in which packets take another route: start, end, and how much longer it takes [s].
     pub routes: Vec<(f64, f64, f64)>,
     last: f64,
 }
 
 impl Network {
-    /// Wi-Fi: 3 ms, a tail that is usually 1 ms.
+    /// Makes a Wi-Fi network: 3 ms, with a tail that is usually 1 ms.
     pub fn wifi() -> Network {
         let (stalls, routes) = (Vec::new(), Vec::new());
         Network { base: 0.003, tail: 0.001, alpha: 1.5, stalls, routes, last: f64::NEG_INFINITY }
     }
 
-    /// The same, and stalls of up to `longest` [s], one in `every` [s] in the mean.
+    /// Adds stalls of up to `longest` [s], on average one every `every` [s].
     pub fn stalling(
         mut self,
         every: f64,
@@ -217,7 +216,7 @@ impl PacketPath for Network {
     }
 }
 
-/// A camera on USB: a frame is read out, and the driver adds a little.
+/// A camera on USB: a frame is read out, and the driver adds a small delay.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     last: f64,
@@ -238,18 +237,18 @@ impl PacketPath for Camera {
     }
 }
 
-/// A USB port that is polled: what was measured waits for the next poll.
+/// A USB port that is polled: data wait for the next poll.
 #[derive(Clone, Copy, Debug)]
 pub struct Polled {
-    /// From one poll to the next, by the host's clock [s].
+    /// The time between polls, by the host's clock [s].
     pub interval: f64,
-    /// When the first one is [s].
+    /// The time of the first poll [s].
     pub phase: f64,
     last: i64,
 }
 
 impl Polled {
-    /// Polls at a nominal interval [s]; the bus's clock is up to 30 ppm off.
+    /// Makes a port that is polled at a nominal interval [s]; the bus's clock is up to 30 ppm off.
     pub fn new(interval: f64, random: &mut Random) -> Polled {
         let interval = interval * (1.0 + random.between(-30e-6, 30e-6));
         Polled { interval, phase: random.unit() * interval, last: i64::MIN }

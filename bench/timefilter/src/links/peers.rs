@@ -1,15 +1,15 @@
-//! What others make of the same arrivals: LSL online, and `pyxdf` afterwards.
+//! The results of other programs for the same arrivals: LSL online, and `pyxdf` afterwards.
 
 use super::Session;
 
-/// How fast LSL forgets [s].
+/// The half time of LSL's smoothing [s].
 const HALF_TIME_SECS: f64 = 90.0;
-/// A longer pause than this, and than this many samples, is a break for `pyxdf` [s].
+/// A pause is a break for `pyxdf` if it exceeds this time [s] and this many samples.
 const BREAK_SECS: f64 = 1.0;
 const BREAK_SAMPLES: f64 = 500.0;
 
-/// Times of packets [s since the first arrival], as liblsl's post-processing smooths them online:
-/// recursive least squares of arrivals over numbers, packet for packet.
+/// Returns the times of packets [s since the first arrival] as liblsl's post-processing smooths them online: recursive
+/// least squares of arrivals over numbers, packet by packet.
 pub fn lsl(session: &Session) -> Vec<f64> {
     let rate = session.packet_hz;
     let lambda = 2f64.powf(-1.0 / (rate * HALF_TIME_SECS));
@@ -30,8 +30,8 @@ pub fn lsl(session: &Session) -> Vec<f64> {
     arrivals(session).into_iter().enumerate().map(smooth).collect()
 }
 
-/// Times of packets [s since the first arrival], as `pyxdf` takes jitter off a recording: a straight
-/// line through the arrivals of each stretch without a break.
+/// Returns the times of packets [s since the first arrival] as `pyxdf` removes jitter from a recording: a straight line
+/// through the arrivals of each stretch without a break.
 pub fn pyxdf(session: &Session) -> Vec<f64> {
     let arrivals = arrivals(session);
     let count = session.packets.first().map_or(1, |packet| packet.stamps.count);

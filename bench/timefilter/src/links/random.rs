@@ -5,7 +5,7 @@
 pub struct Random(u64);
 
 impl Random {
-    /// A generator of its own for each kind of link and seed.
+    /// Creates a separate generator for each kind of link and seed.
     pub fn new(kind: &str, seed: u64) -> Random {
         let hash = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         let kind = kind.bytes().fold(0xcbf2_9ce4_8422_2325, hash);
@@ -22,48 +22,48 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A number from 0 to below 1.
+    /// Returns a number from 0 to below 1.
     pub fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// A number from `low` to below `high`.
+    /// Returns a number from `low` to below `high`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// The same with equal chances for equal ratios.
+    /// Returns a number from `low` to below `high`, with equal probability for equal ratios.
     pub fn ratio_between(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }
 
-    /// Whether something of this probability happens.
+    /// Returns `true` with this probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.unit() < probability
     }
 
-    /// A whole number from 0 to below `count`.
+    /// Returns a whole number from 0 to below `count`.
     pub fn below(&mut self, count: usize) -> usize {
         ((self.unit() * count as f64) as usize).min(count.saturating_sub(1))
     }
 
-    /// A number of a normal distribution.
+    /// Returns a number with a standard normal distribution.
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.unit()).cos()
     }
 
-    /// A number of a log-normal distribution with this median and this spread of its logarithm.
+    /// Returns a number with a log-normal distribution, with this median and this spread of its logarithm.
     pub fn log_normal(&mut self, median: f64, sigma: f64) -> f64 {
         median * (sigma * self.normal()).exp()
     }
 
-    /// A number of an exponential distribution.
+    /// Returns a number with an exponential distribution.
     pub fn exponential(&mut self, mean: f64) -> f64 {
         -mean * (1.0 - self.unit()).ln()
     }
 
-    /// A number of a Pareto distribution from `least` on.
+    /// Returns a number with a Pareto distribution from `least` on.
     pub fn pareto(&mut self, least: f64, alpha: f64) -> f64 {
         least * (1.0 - self.unit()).powf(-1.0 / alpha)
     }

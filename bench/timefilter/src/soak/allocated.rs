@@ -1,4 +1,4 @@
-//! How much memory this thread has asked for and not given back.
+//! The memory that this thread has allocated and not freed.
 
 #![expect(unsafe_code, reason = "an allocator that counts is one")]
 
@@ -10,17 +10,17 @@ thread_local! {
     static MOST: Cell<i64> = const { Cell::new(0) };
 }
 
-/// What is in use now [B].
+/// Returns the memory in use now [B].
 pub fn now() -> i64 {
     NOW.get()
 }
 
-/// The most that ever was since [`forget_most`] [B].
+/// Returns the largest memory in use since [`forget_most`] [B].
 pub fn most() -> i64 {
     MOST.get()
 }
 
-/// Counts the most from now on.
+/// Restarts the measurement of the largest memory in use.
 pub fn forget_most() {
     MOST.set(now());
 }
@@ -30,7 +30,7 @@ static COUNTING: Counting = Counting;
 
 struct Counting;
 
-// SAFETY: every call goes to the system's allocator as it is.
+// SAFETY: every call is passed to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         NOW.set(NOW.get() + layout.size() as i64);

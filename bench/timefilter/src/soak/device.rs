@@ -1,11 +1,11 @@
-//! Devices and computers as a session has them: their rates, batches, clocks and mishaps.
+//! Devices and computers as in a session: their rates, batches, clocks and interruptions.
 
 use teampulse_timefilter::align::{Aggregate, Policy};
 use teampulse_timefilter::clock::Stamps;
 
 const MILLI: i64 = 1_000_000;
 const SECOND: i64 = 1_000 * MILLI;
-/// How often a device is away for a minute and has begun anew after that [ns].
+/// The interval at which a device is away, and for how long [ns]; its clock restarts after that.
 const BEGINS_ANEW: i64 = 40 * 60 * SECOND;
 const AWAY: i64 = 60 * SECOND;
 
@@ -21,11 +21,11 @@ pub enum Clock {
 #[derive(Clone, Copy, Debug)]
 pub struct Kind {
     pub rate_hz: f64,
-    /// How many samples come at once.
+    /// The number of samples that arrive together.
     pub batch: u32,
     pub clock: Clock,
     pub policy: Policy,
-    /// The shortest and the mean further delay of a message [ns].
+    /// The shortest and the mean additional delay of a message [ns].
     delay: (i64, i64),
 }
 
@@ -40,7 +40,7 @@ const fn kind(rate_hz: f64, batch: u32, clock: Clock, policy: Policy) -> Kind {
     Kind { rate_hz, batch, clock, policy, delay }
 }
 
-/// Eight of each make 64 sources.
+/// The kinds of sources; eight of each make 64 sources.
 pub const KINDS: [Kind; 8] = [
     kind(130.0, 73, Clock::OneWay, LINEAR),
     kind(100.0, 20, Clock::SampleIndex, MEAN),
@@ -61,9 +61,9 @@ pub struct Device {
     /// When the message arrives [ns].
     arrival: i64,
     index: u64,
-    /// When its clock began [ns].
+    /// When the device's clock started [ns].
     begun: i64,
-    /// How much faster than nominal its clock and its samples run.
+    /// The relative rate error of the device's clock and samples.
     drift: f64,
     random: u64,
 }
@@ -87,12 +87,12 @@ impl Device {
         KINDS[self.number % KINDS.len()]
     }
 
-    /// When its next message arrives [ns].
+    /// Returns when the next message arrives [ns].
     pub fn arrival(&self) -> i64 {
         self.arrival
     }
 
-    /// The stamps of its next message.
+    /// Returns the stamps of the next message.
     pub fn stamps(&self) -> Stamps {
         let kind = self.kind();
         let measured = self.measured as i64;
@@ -107,7 +107,7 @@ impl Device {
         }
     }
 
-    /// Makes the message after this one; at times the device is away before that.
+    /// Prepares the following message; sometimes the device is away before it.
     pub fn go_on(&mut self) {
         let kind = self.kind();
         let length = f64::from(kind.batch) * 1e9 / kind.rate_hz / (1.0 + self.drift);
@@ -130,7 +130,7 @@ impl Device {
         self.arrival = self.arrival.max(last as i64 + delay);
     }
 
-    /// A number above 0 and up to 1 (splitmix64).
+    /// Returns a number above 0 and up to 1 (splitmix64).
     fn uniform(&mut self) -> f64 {
         self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.random;
