@@ -57,7 +57,7 @@ impl FeedRequest {
         let mut words = method.split_ascii_whitespace();
         let version = words.next().and_then(|word| word.strip_prefix("LSL:streamfeed/"));
         let version = version.and_then(|version| version.parse().ok());
-        let version = version.ok_or(LslError::Headers("a version is missing"))?;
+        let version = version.ok_or(LslError::Headers("the version is missing"))?;
         let uid = words.next().unwrap_or_default().to_owned();
         let mut request = FeedRequest { version, uid, supports_subnormals: true, most_waiting: 0 };
         for (name, value) in headers.lines().filter_map(header) {

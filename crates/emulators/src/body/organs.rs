@@ -56,7 +56,7 @@ impl Organs {
             heart: Heart::new(traits, noise.fork()),
             vessels: Vessels::new(traits, noise.fork()),
             skin: Skin::new(traits, noise.fork()),
-            muscles: muscles.expect("the band lies below half of every rate that can be simulated"),
+            muscles: muscles.expect("the band is below half of every rate that can be simulated"),
             brain: Brain::new(traits, seen_hz(Sensor::Eeg), noise.fork()),
             eyes: Eyes::new(traits, noise.fork()),
             warmth: Warmth::new(traits, noise.fork()),

@@ -124,7 +124,7 @@ fn stream(person: &str, kind: Kind) -> Stream {
         signal: Signal::Activity,
         rate_hz: 1.0,
         doc: format!(
-            "the activity of {person} at the {} in each second, without its content",
+            "how much {person} uses the {} in each second, never for what",
             kind.name()
         ),
         ..stream.with_channels(kind.channels())

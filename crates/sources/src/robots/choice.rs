@@ -99,7 +99,7 @@ impl Choice {
                 return Some(commands());
             }
             tracing::warn!(
-                "{relative} does not count as a command: its type {type_name} is a type for the robot's state"
+                "{relative} does not count as a command: its type {type_name} carries the robot's state"
             );
         }
         if self.images.iter().any(|image| image == relative) {

@@ -82,7 +82,7 @@ fn describe(path: &str, error: &io::Error) -> SerialError {
         ),
         Some(Errno::BUSY | Errno::WOULDBLOCK) => (
             "another program is using it".to_owned(),
-            format!("`fuser {path}` shows which; close it"),
+            format!("`fuser {path}` shows which one; close it"),
         ),
         Some(Errno::NOTTY | Errno::ISDIR | Errno::INVAL) => {
             ("it is not a serial port".to_owned(), "`teampulse scan` lists the ports".to_owned())

@@ -11,7 +11,7 @@ use super::{Decode, DecodeError, Found, Point, Tensor, misshaped, of_points, out
 pub struct Heatmap {
     /// The names of the points.
     pub names: Vec<String>,
-    /// The distance from the maximum up to which values are included [cells].
+    /// The radius around the maximum within which values are included [cells].
     #[serde(default = "radius")]
     pub radius: usize,
     /// The name of the output. By default the first one.

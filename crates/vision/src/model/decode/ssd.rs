@@ -79,7 +79,7 @@ impl Decode for Ssd {
 
     fn wrong(&self) -> Option<String> {
         if self.finds == Subject::Person {
-            return Some("`finds` of the kind `ssd` is `face` or `hand`".to_owned());
+            return Some("`finds` must be `face` or `hand` for the kind `ssd`".to_owned());
         }
         let is_wrong = self.anchors.is_empty()
             || self.anchors.len() > 16
