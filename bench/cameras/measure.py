@@ -191,7 +191,7 @@ def model():
     """the same with a model as large as MobileNetV2 at 10 Hz, in pure Rust"""
     run, more = with_model(), with_model().share + with_model().of_models - without().share
     text = f"{more:.1%} of a core more (bar {MOST_MORE:.0%}), of which its process {run.of_models:.1%}"
-    yield more < MOST_MORE and run.seen_hz > 0.9 * MODEL_HZ, f"{text}; {run.seen_hz:.1f} frames a second"
+    yield more < MOST_MORE and run.seen_hz > 0.9 * MODEL_HZ, f"{text}; {run.seen_hz:.1f} frames per second"
     yield run.lost == 0, f"{run.lost} lost (bar 0)"
     before, after = p99_ms(without()), p99_ms(run)
     change = after / before - 1

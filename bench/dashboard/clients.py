@@ -192,7 +192,7 @@ def main() -> int:
     figure(f"over 5 Mbit/s with two 720p cameras: {len(set_at) - len(late)} of {len(set_at)} markers lost (bar 0)", len(late) == len(set_at))
     figure(f"  from a marker to the viewer: p50 {cuts[49]:.0f} ms, p99 {cuts[98]:.0f} ms (bar 300)", cuts[98] <= 300)
     pictures_hz = seen["pictures"] / (8 + MARKERS / MARKERS_HZ)
-    figure(f"  pictures: {pictures_hz:.1f} a second; skipped and counted {seen['missed'].get('pictures', 0)}", seen["missed"].get("pictures", 0) > 0)
+    figure(f"  pictures: {pictures_hz:.1f} per second; skipped and counted {seen['missed'].get('pictures', 0)}", seen["missed"].get("pictures", 0) > 0)
     figure(f"  the recording beside it: {lost} messages lost (bar 0), exit code {code}", lost == 0 and code == 0)
     return figure.exit_code()
 

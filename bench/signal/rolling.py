@@ -81,7 +81,7 @@ def main():
     ratio = min(peer) / min(mine)
     print(
         f"{'pass' if met else 'FAIL'}  statistics of an operator's streams over 30, 60 and 300 s: "
-        f"{hour_secs:.2f} s an hour, {share:.3%} of a core (bar {BAR:.1%}); {ratio:.1f} times as fast as "
+        f"{hour_secs:.2f} s per hour, {share:.3%} of a core (bar {BAR:.1%}); {ratio:.1f} times as fast as "
         "pandas without MAD and slope"
     )
     alone = ", ".join(f"{secs} s {took / SECS:.3%}" for secs, took in each.items())

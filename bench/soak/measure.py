@@ -56,7 +56,7 @@ def topics() -> tuple[bool, str]:
 
 
 def workers() -> tuple[bool, str]:
-    """a worker that takes 2 s an item, fails or panics"""
+    """a worker that takes 2 s per item, fails or panics"""
     # In turns, so that other load on the machine affects all alike; the best run of each counts.
     runs = [[soak("worker", kind, WORKED_SECS)[0] for kind in WORKERS] for _ in range(WORKED_TURNS)]
     whole = all(run["offered"] == run["received"] == run["recorded"] for turn in runs for run in turn)

@@ -264,11 +264,11 @@ fn speed(bars: &mut Bars, signal: &[f64], rate_hz: f64) -> Result<(), Box<dyn Er
     }
     let times = beats / filter;
     let what = format!("whole at {rate_hz} Hz");
-    let text = format!("{what}: clean and beats {:.4} s an hour", beats / hours);
+    let text = format!("{what}: clean and beats {:.4} s per hour", beats / hours);
     bars.line(times <= 10.0, &format!("{text}, {times:.1} times the bare filter (bar 10)"));
-    println!("      beats, {what}: bare filter {:.4} s an hour", filter / hours);
+    println!("      beats, {what}: bare filter {:.4} s per hour", filter / hours);
     let per_hour = all / hours;
-    let text = format!("{what}: analysis with all values of each 60 s {per_hour:.3} s an hour");
+    let text = format!("{what}: analysis with all values of each 60 s {per_hour:.3} s per hour");
     if rate_hz > LOW_RATE_HZ {
         println!("      beats, {text}");
     } else {

@@ -231,10 +231,10 @@ fn speed(myo: &Myo) -> Result<bool, Box<dyn Error>> {
         Ok(())
     })?;
     println!(
-        "      EMG, 8 × 200 Hz: analysis {causal_secs:.3} s an hour causal, {whole_secs:.3} whole"
+        "      EMG, 8 × 200 Hz: analysis {causal_secs:.3} s per hour causal, {whole_secs:.3} whole"
     );
     let text = format!("EMG, 8 × 200 Hz: band and all features of {frames} frames, 50 ms apart");
-    let text = format!("{text}: {secs:.3} s an hour (bar {MOST_SECS_AN_HOUR} s)");
+    let text = format!("{text}: {secs:.3} s per hour (bar {MOST_SECS_AN_HOUR} s)");
     Ok(verdict(secs <= MOST_SECS_AN_HOUR, &text))
 }
 

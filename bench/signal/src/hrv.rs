@@ -229,7 +229,7 @@ fn spared(data: &Path) -> Result<bool, Box<dyn Error>> {
     Ok(verdict(
         median.abs() <= 2.0 && tenth.abs() <= 5.0,
         &format!(
-            "correction of {} normal segments: RMSSD {median:+.1} % in the median (bar 2 %), \
+            "correction of {} normal segments: median change of RMSSD {median:+.1} % (bar 2 %), \
              {tenth:+.1} % in the lowest tenth (bar 5 %)",
             changes.len()
         ),
@@ -256,7 +256,7 @@ fn disturbed(data: &Path) -> Result<bool, Box<dyn Error>> {
     Ok(verdict(
         median <= 5.0,
         &format!(
-            "injected, one in 20 of {} normal segments: RMSSD {median:.1} % off in the median (bar 5 %)",
+            "injected, one in 20 of {} normal segments: median error of RMSSD {median:.1} % (bar 5 %)",
             errors.len()
         ),
     ))

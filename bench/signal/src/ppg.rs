@@ -114,7 +114,7 @@ fn scores(what: &str, truth: &[f64], signal: &[f64], rate_hz: f64) -> Result<boo
         ),
         verdict(
             off <= MOST_OFF_PER_MIN,
-            &format!("pulses, {what}: mean rate {off:.2} a minute off (bar {MOST_OFF_PER_MIN})"),
+            &format!("pulses, {what}: mean rate {off:.2} per minute off (bar {MOST_OFF_PER_MIN})"),
         ),
     ];
     Ok(met.iter().all(|&each| each))
@@ -140,7 +140,7 @@ fn recorded(data: &Path, rest: &[f64], finger: &[f64]) -> Result<bool, Box<dyn E
         let values = golden(data, name)?;
         Ok(consensus(&tools.map(|tool| numbers(&values[tool])), 15.0))
     };
-    // Two of these tools failed at the jumps at the ends of their input, so only part of their peaks are left.
+    // Two of these tools failed at the jumps at the ends of their input, so some peaks are missing.
     let part: Vec<f64> = golden_of("ppg_1000hz.json")?.iter().map(|peak| peak * 10.0).collect();
     let found = matched(&part, &places(&find_pulses(rest, 1000.0)?), 150.0);
     let met = [
@@ -180,7 +180,7 @@ fn of_neurokit() -> Result<bool, Box<dyn Error>> {
     for (rate_hz, per_min, thousandths, peaks) in simulated::SIMULATED {
         let signal: Vec<f64> = thousandths.iter().map(|&each| f64::from(each) / 1e3).collect();
         let truth: Vec<f64> = peaks.iter().map(|&each| f64::from(each)).collect();
-        let what = format!("simulated by NeuroKit2, {per_min} a minute at {rate_hz} Hz");
+        let what = format!("simulated by NeuroKit2, {per_min} per minute at {rate_hz} Hz");
         met &= scores(&what, &truth, &signal, rate_hz)?;
     }
     Ok(met)
@@ -305,7 +305,7 @@ fn speed(finger: &[f64]) -> Result<bool, Box<dyn Error>> {
         least_secs = least_secs.min(begin.elapsed().as_secs_f64());
     }
     let times = NEUROKIT_SECS / least_secs;
-    let text = format!("pulses, whole analysis: {least_secs:.3} s an hour (bar {MOST_SECS})");
+    let text = format!("pulses, whole analysis: {least_secs:.3} s per hour (bar {MOST_SECS})");
     Ok(verdict(
         least_secs <= MOST_SECS,
         &format!("{text}, {times:.0} times as fast as NeuroKit2's {NEUROKIT_SECS} s"),

@@ -71,7 +71,7 @@ fn recorded(data: &Path, name: &str, signal: &[f64], rate_hz: f64) -> Result<boo
     let near = verdict(
         off <= BELT_PER_MIN,
         &format!(
-            "{name}: {ours:.2} breaths a minute ({} breaths), {off:.2} from the nearer of NeuroKit2's {neurokit:.2} and Welch's {welch:.1} (bar {BELT_PER_MIN})",
+            "{name}: {ours:.2} breaths per minute ({} breaths), {off:.2} from the nearer of NeuroKit2's {neurokit:.2} and Welch's {welch:.1} (bar {BELT_PER_MIN})",
             breaths.len()
         ),
     );
@@ -86,7 +86,7 @@ fn recorded(data: &Path, name: &str, signal: &[f64], rate_hz: f64) -> Result<boo
     let live = causal(signal, rate_hz)?;
     let from = live.first().map_or(0.0, |breath| breath.begin);
     let (live, same) = (rate(&live, rate_hz, all.clone()), rate(&breaths, rate_hz, from..all.end));
-    let text = format!("{name}: causal {live:.2} a minute, whole {same:.2} of the same time");
+    let text = format!("{name}: causal {live:.2} per minute, whole {same:.2} in the same time");
     Ok(near & verdict((live - same).abs() <= BELT_PER_MIN, &format!("{text} (bar {BELT_PER_MIN})")))
 }
 
@@ -116,7 +116,7 @@ fn derived(ecg: &[f64], belt: &[f64]) -> Result<bool, Box<dyn Error>> {
         met &= verdict(
             mean <= DERIVED_PER_MIN,
             &format!(
-                "ECG-derived, windows of {window:.0} s: {mean:.2} a minute from the belt in the mean, {most:.2} at most, {found} of {windows} found (bar {DERIVED_PER_MIN} in the mean)"
+                "ECG-derived, windows of {window:.0} s: {mean:.2} per minute from the belt on average, {most:.2} at most, {found} of {windows} found (bar {DERIVED_PER_MIN} on average)"
             ),
         );
     }
@@ -224,7 +224,7 @@ fn made_up(name: &str, of: &Belt) -> Result<bool, Box<dyn Error>> {
     Ok(verdict(
         most[0] <= BELT_PER_MIN && most[1] <= BELT_PER_MIN,
         &format!(
-            "made-up belt, {name}: at most {:.2} a minute off whole and {:.2} causal (bar {BELT_PER_MIN}); of {truths} breaths {} and {} found within 1 s, {} and {} extra",
+            "synthetic belt, {name}: at most {:.2} per minute off whole and {:.2} causal (bar {BELT_PER_MIN}); of {truths} breaths {} and {} found within 1 s, {} and {} extra",
             most[0], most[1], hits[0], hits[1], extra[0], extra[1]
         ),
     ))

@@ -17,7 +17,7 @@ const JUDGED: Range<u64> = 30_001..30_201;
 /// The share of recordings in which the stated 95 % interval must contain the truth; `FOUND_SHARE` must be placed at
 /// all.
 const HELD_SHARE: f64 = 0.95;
-/// The same bar if that interval is the user's, which is drawn with exactly 95 %; 200 draws give 92 to 98 %.
+/// That bar if the interval is given by the user, drawn with exactly 95 %: 200 draws give 92 to 98 %.
 const OWN_HELD_SHARE: f64 = 0.92;
 const FOUND_SHARE: f64 = 0.95;
 /// The range of a device's clock offset [s], and of its rate error [ppm].

@@ -34,7 +34,7 @@ pub fn walks(seeds: Seeds, count: u64) -> Result<bool, Box<dyn Error>> {
         [0.5, 1.0].map(|share| qualities[((qualities.len() - 1) as f64 * share) as usize]);
     let met = most < MOST_QUALITY;
     println!(
-        "{}  unkind, breathing: quality of {count} random walks {median:.2} in the median, {most:.2} at most (bar {MOST_QUALITY})",
+        "{}  unkind, breathing: quality of {count} random walks: median {median:.2}, at most {most:.2} (bar {MOST_QUALITY})",
         if met { "pass" } else { "FAIL" }
     );
     Ok(met)

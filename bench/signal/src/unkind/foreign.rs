@@ -1,4 +1,4 @@
-//! ECGs with components that are not of the measured heart: another heart, clicks, intermittent contacts.
+//! ECGs with foreign components: another heart, clicks, intermittent contacts.
 
 use super::ecg::{beating, device_hz, of, usual_rate};
 use super::heart::{Beat, SECS, add_beat, add_wave, cycle_secs, ecg, narrow, rhythm};

@@ -73,7 +73,7 @@ pub fn measure(seeds: &str, count: &str, peers: Option<&Path>) -> Result<bool, B
     Ok(met & walks(seeds, 100)? & belts(seeds, 100)? & skins(seeds, 100)?)
 }
 
-/// Prints the figures for signals with components that are not of the measured heart.
+/// Prints the figures for ECGs with foreign components, such as a second heart.
 fn beside_others(seeds: Seeds, count: usize) -> Result<bool, Box<dyn Error>> {
     let mut met = true;
     for how in [How::Whole, How::Causal] {
@@ -104,7 +104,7 @@ fn outcomes(
             if is_confidently_wrong(window) {
                 let Window { rate_per_min, true_per_min, begin_secs, quality, .. } = window;
                 println!(
-                    "      unkind, {how:?}, {}, signal {number} from {begin_secs} s: {rate_per_min:.1} a minute for {true_per_min:.1}, quality {quality:.2}",
+                    "      unkind, {how:?}, {}, signal {number} from {begin_secs} s: {rate_per_min:.1} per minute instead of {true_per_min:.1}, quality {quality:.2}",
                     made.kind
                 );
             }
@@ -114,7 +114,7 @@ fn outcomes(
     Ok(outcomes)
 }
 
-/// Prints the results for windows with components that are not of the measured heart.
+/// Prints the results for windows with foreign components.
 fn report_foreign(how: How, outcomes: &Outcomes) -> bool {
     let mut met = true;
     for (kind, _, most_wrong) in foreign::KINDS {

@@ -101,7 +101,7 @@ impl Seeds {
         of_kinds(kinds, self.first(), count)
     }
 
-    /// Makes signals of each kind with components that are not of the measured heart, in turn.
+    /// Makes signals of each kind with foreign components, in turn.
     pub fn foreign(self, count: usize) -> impl Iterator<Item = Unkind> {
         let kinds = foreign::KINDS.map(|(kind, make, _)| (kind, make)).to_vec();
         of_kinds(kinds, self.first() + 900_000, count)

@@ -62,7 +62,7 @@ pub fn skins(seeds: Seeds, count: u64) -> Result<bool, Box<dyn Error>> {
             };
             met &= passed;
             println!(
-                "{}  unkind, {how:?}, skin with {per_min} responses and {glitches_per_min} glitches a minute: sensitivity {:.1} %, precision {:.1} % of {true_count}{bar}",
+                "{}  unkind, {how:?}, skin with {per_min} responses and {glitches_per_min} glitches per minute: sensitivity {:.1} %, precision {:.1} % of {true_count}{bar}",
                 if passed { "pass" } else { "FAIL" },
                 100.0 * sensitivity,
                 100.0 * precision
@@ -110,7 +110,7 @@ fn noise_alone(seeds: Seeds, count: u64, how: How) -> Result<bool, Box<dyn Error
     }
     let met = wrong == 0 && believed > 0;
     println!(
-        "{}  unkind, {how:?}, noise of 0.002 to 0.1 µS without a response: {believed} of {} with quality above {BELIEVED}, {wrong} of them with more than {MOST_OF_NOISE_PER_MIN} responses a minute (bar 0)",
+        "{}  unkind, {how:?}, noise of 0.002 to 0.1 µS without a response: {believed} of {} with quality above {BELIEVED}, {wrong} of them with more than {MOST_OF_NOISE_PER_MIN} responses per minute (bar 0)",
         if met { "pass" } else { "FAIL" },
         10 * count
     );

@@ -209,13 +209,13 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         name: "perfect_clocks",
-        doc: "perfect clocks, 1 to 200 packets a second, 1 to 100 samples each, 5 minutes",
+        doc: "perfect clocks, 1 to 200 packets per second, 1 to 100 samples each, 5 minutes",
         bars: however_wide(P95::Any, COVERED),
         make: devices::perfect,
     },
     Kind {
         name: "fast",
-        doc: "10 packets a second over Wi-Fi from a clock that is 900 to 2000 ppm off, which is known",
+        doc: "10 packets per second over Wi-Fi from a clock that is 900 to 2000 ppm off, which is known",
         bars: Bars { reported_secs: 15.0, ..within(P95::Millis(3.0)) },
         make: devices::fast,
     },
