@@ -251,7 +251,7 @@ def test_a_time_outside_of_the_last_minute_and_a_label_of_nothing_are_answered_w
     status, answer = post(address, {"label": "never", "unix": time.time() + 3600})
     assert status == 422 and "not within the last minute" in answer["error"], answer
     status, answer = post(address, {"label": ""})
-    assert (status, answer) == (422, {"error": "its text is empty", "hint": "write 1 to 1000 bytes"})
+    assert (status, answer) == (422, {"error": "the text is empty", "hint": "write 1 to 1000 bytes"})
     assert post(address, {"label": "now", "at": post(address, {"note": "begun"})[1]["t"]})[0] == 200
     assert monitor.interrupt() == 0, monitor.report()
     assert [label for _, label in events(harness.the_bag(out), "marker")] == ["now"]

@@ -115,9 +115,9 @@ def test_files_that_cannot_be_used_are_refused_with_a_remedy_before_anything_sta
         (nothing, key): ("nothing.pem: No such file", "relative to the folder"),
         (text, key): ("it contains no certificate", "BEGIN CERTIFICATE"),
         (broken, key): ("broken.pem: invalid peer certificate", "BEGIN CERTIFICATE"),
-        (made, text): ("it contains no private key without a passphrase", "openssl pkey"),
-        (made, locked): ("it contains no private key without a passphrase", "openssl pkey"),
-        (made, other_key): ("it is the key of another certificate", "a certificate comes first"),
+        (made, text): ("it contains no private key, or only one with a passphrase", "openssl pkey"),
+        (made, locked): ("it contains no private key, or only one with a passphrase", "openssl pkey"),
+        (made, other_key): ("it is the key of another certificate", "the certificate must come first"),
         (key, made): ("it contains no certificate", "BEGIN CERTIFICATE"),
     }
     for (one, two), (reason, remedy) in wrong.items():

@@ -5,23 +5,23 @@
  */
 export type FromServer = { "type": "hello" } & Hello | { "type": "streams" } & Declared | { "type": "description" } & Description | { "type": "status" } & Status | { "type": "features", 
 /**
- * In order of arrival.
+ * The features, in order of arrival.
  */
 features: Array<Feature>, } | { "type": "samples", 
 /**
- * In order of arrival.
+ * The samples, in order of arrival.
  */
 samples: Array<Sample>, } | { "type": "events", 
 /**
- * In order of arrival.
+ * The events, in order of arrival.
  */
 events: Array<Event>, } | { "type": "ready" } | { "type": "recording" } & Recording | { "type": "next_phase", 
 /**
- * Its name; `null` after the last one.
+ * The name of the phase; `null` after the last one.
  */
 name: string | null, } | { "type": "required", 
 /**
- * As `teampulse check` would report them now.
+ * The requirements, as `teampulse check` would report them now.
  */
 unmet: Array<Unmet>, } | { "type": "unshown", 
 /**
@@ -33,11 +33,11 @@ stream: number,
  */
 reason: string, } | { "type": "network", 
 /**
- * Sorted by name.
+ * The computers, sorted by name.
  */
 computers: Array<Computer>, 
 /**
- * Empty for a recording.
+ * The buses; empty for a recording.
  */
 buses: Array<Bus>, } | { "type": "machine" } & Machine | { "type": "missed" } & Missed | { "type": "pong" } & Pong | { "type": "echo" } & Echo | { "type": "history" } & HistoryReply | { "type": "refused" } & Refused | { "type": "ended" } & Ended | { "type": "playback" } & Playback | { "type": "moved" } & Playback | { "type": "timeline" } & Timeline;
 
@@ -62,19 +62,19 @@ version: string,
  */
 mode: Mode, 
 /**
- * Its start, since the Unix epoch [ms].
+ * The start of the session, since the Unix epoch [ms].
  */
 began_unix_ms: number, 
 /**
- * The present time [s].
+ * The current time [s].
  */
 now: number, 
 /**
- * How long past data are stored [s].
+ * How long past data is stored [s].
  */
 stored_secs: number, 
 /**
- * This viewer.
+ * The viewer that receives this message.
  */
 viewer: Viewer, 
 /**
@@ -122,11 +122,11 @@ export type Right = "watch" | "mark" | "control";
  */
 export type Marker = { 
 /**
- * Its key; empty if it has only a button.
+ * The key that sets the marker; empty if it has only a button.
  */
 key: string, 
 /**
- * Its label.
+ * The label of the marker.
  */
 label: string, };
 
@@ -135,15 +135,15 @@ label: string, };
  */
 export type PhasePlan = { 
 /**
- * Its name.
+ * The name of the phase.
  */
 name: string, 
 /**
- * Its start [s]; `null` if it is started manually.
+ * The start of the phase [s]; `null` if it is started manually.
  */
 from: number | null, 
 /**
- * Its duration [s]; `null` if it lasts until the next phase.
+ * The duration of the phase [s]; `null` if it lasts until the next phase.
  */
 lasts: number | null, };
 
@@ -152,11 +152,11 @@ lasts: number | null, };
  */
 export type Declared = { 
 /**
- * Their subjects and devices.
+ * The subjects and devices of the streams, without duplicates.
  */
 whose: Array<Whose>, 
 /**
- * The channels that they have.
+ * The channel lists of the streams, without duplicates.
  */
 channels: Array<ChannelList>, 
 /**
@@ -186,11 +186,11 @@ device: string, };
  */
 export type ChannelList = { 
 /**
- * Their names.
+ * The names of the channels.
  */
 names: Array<string>, 
 /**
- * Their units.
+ * The units of the channels.
  */
 units: Array<string>, };
 
@@ -199,35 +199,35 @@ units: Array<string>, };
  */
 export type StreamRow = { 
 /**
- * Its number in this session.
+ * The number of the stream in this session.
  */
 id: number, 
 /**
- * Its ROS topic.
+ * The ROS topic of the stream.
  */
 name: string, 
 /**
- * What it measures.
+ * What the stream measures.
  */
 signal: string, 
 /**
- * The shape of its data.
+ * The shape of the data.
  */
 shape: string, 
 /**
- * The index of its subject and device in `whose`.
+ * The index of the subject and device in `whose`.
  */
 whose: number, 
 /**
- * The index of its channels in `channels`.
+ * The index of the channel list in `channels`.
  */
 channels: number, 
 /**
- * The type of its messages.
+ * The type of the messages.
  */
 message_type?: string, 
 /**
- * Whether it was computed here.
+ * Whether the stream was computed here.
  */
 derived?: boolean, 
 /**
@@ -235,27 +235,27 @@ derived?: boolean,
  */
 rate_hz?: number, 
 /**
- * The family of its feature.
+ * The family of the feature.
  */
 family?: string, 
 /**
- * The span of its values.
+ * The time span that each value covers.
  */
 window?: Span, 
 /**
- * The numbers of the streams it was computed from.
+ * The numbers of the streams from which this one was computed.
  */
 inputs?: Array<number>, 
 /**
- * The topic whose second publisher's samples this holds.
+ * The topic, if this stream holds the samples of a second publisher on it.
  */
 beside?: string, 
 /**
- * Whether this viewer gets no data of it.
+ * Whether this viewer receives no data of the stream.
  */
 hidden?: boolean, 
 /**
- * Whether its data goes to workers only and is never shown.
+ * Whether the data goes to workers only and is never shown.
  */
 private?: boolean, };
 
@@ -268,33 +268,33 @@ export type Description = {
  */
 stream: number, 
 /**
- * How it was computed: the recipe; empty for a raw stream.
+ * The recipe by which the stream was computed; empty for a raw stream.
  */
 method: string, 
 /**
- * One sentence for people.
+ * A sentence that describes the stream to people.
  */
 doc: string, };
 
 /**
- * A stream of the session, as programs get it, and as a page has it once it is [declared](super::Declared) and
+ * A stream of the session, as programs receive it, and as a page knows it once it is [declared](super::Declared) and
  * described.
  */
 export type Stream = { 
 /**
- * Its number in this session, by which all other messages name it.
+ * The number of the stream in this session, by which all other messages refer to it.
  */
 id: number, 
 /**
- * Its ROS topic.
+ * The ROS topic of the stream.
  */
 name: string, 
 /**
- * What it measures: `ecg`, `eda`, `battery`, `event`, … (a closed list).
+ * What the stream measures: `ecg`, `eda`, `battery`, `event`, … (a closed list).
  */
 signal: string, 
 /**
- * What it is about: `person`, `robot`, `team` or `session`.
+ * The kind of subject: `person`, `robot`, `team` or `session`.
  */
 about: string, 
 /**
@@ -306,73 +306,74 @@ subject: string,
  */
 device: string, 
 /**
- * Whether it was computed here; otherwise it is raw.
+ * Whether the stream was computed here; otherwise it is raw.
  */
 derived: boolean, 
 /**
- * `sample`, `wave`, `feature`, `event`, or `message` for a ROS message from elsewhere.
+ * The shape of the data: `sample`, `wave`, `feature`, `event`, or `message` for a ROS message from elsewhere.
  */
 shape: string, 
 /**
- * The type of its messages, `nav_msgs/msg/Odometry`; empty for our own shapes.
+ * The type of the messages, such as `nav_msgs/msg/Odometry`; empty for our own shapes.
  */
 message_type: string, 
 /**
- * The numbers of each sample, in their order.
+ * The values of each sample, in order.
  */
 channels: Array<Channel>, 
 /**
- * The declared rate [Hz]; 0 where none is declared or it is irregular.
+ * The declared rate [Hz]; 0 if none is declared or the rate is irregular.
  */
 rate_hz: number, 
 /**
- * How it was computed: the recipe; empty for a raw stream.
+ * The recipe by which the stream was computed; empty for a raw stream.
  */
 method: string, 
 /**
- * The family of its feature, `heart`, `skin`; empty for a raw stream.
+ * The family of the feature: `heart`, `skin`; empty for a raw stream.
  */
 family: string, 
 /**
- * The span of its values; `null` where they are instantaneous.
+ * The time span that each value covers; `null` if the values are instantaneous.
  */
 window: Span | null, 
 /**
- * The streams it was computed from, by topic.
+ * The topics of the streams from which this one was computed.
  */
 inputs: Array<string>, 
 /**
- * The topic whose second publisher's samples this holds; empty for any other stream.
+ * The topic, if this stream holds the samples of a second publisher on it; empty for any other stream.
  */
 beside: string, 
 /**
- * One sentence for people.
+ * A sentence that describes the stream to people.
  */
 doc: string, 
 /**
- * Whether this viewer gets no data of it because it would unblind them; see `show_estimates`.
+ * Whether this viewer receives no data of the stream because it would unblind them; see `show_estimates`.
  */
 hidden: boolean, 
 /**
- * Whether its data goes to workers only and is never shown: the pictures of a camera whose faces are hidden first.
+ * Whether the data goes to workers only and is never shown, such as pictures of a camera in which faces must first
+ * be hidden.
  */
 private: boolean, };
 
 /**
- * One number of each sample of a stream.
+ * A channel of a stream: one value of each sample.
  */
 export type Channel = { 
 /**
- * Its name; for a ROS message the path of the field.
+ * The name of the channel; for a ROS message, the path of the field.
  */
 name: string, 
 /**
- * Its unit in ASCII: `uS`, `degC`, `1/min`, `1` for a fraction.
+ * The unit of the channel in ASCII: `uS`, `degC`, `1/min`, `1` for a fraction.
  */
 unit: string, };
 
 /**
- * The span of a feature's values.
+ * The time span that each value of a feature covers.
  */
 export type Span = { "secs": number } | "phases";
 
@@ -385,7 +386,7 @@ export type Status = {
  */
 t: number, 
 /**
- * One for each raw stream.
+ * The health of each raw stream.
  */
 streams: Array<StreamHealth>, };
 
@@ -402,7 +403,7 @@ stream: number,
  */
 state: string, 
 /**
- * Why it is not ok; empty if it is.
+ * Why the stream is not ok; empty if it is.
  */
 reason: string, 
 /**
@@ -410,7 +411,7 @@ reason: string,
  */
 rate_hz: number, 
 /**
- * The time since its last sample arrived [s].
+ * The time since the last sample of the stream arrived [s].
  */
 age_secs: number | null, 
 /**
@@ -434,27 +435,27 @@ late: number,
  */
 duplicates: number, 
 /**
- * How its clock is modelled: `host`, `one_way`, `two_way`, `sample_index` or `remote`.
+ * How the stream's clock is modelled: `host`, `one_way`, `two_way`, `sample_index` or `remote`.
  */
 clock: string, 
 /**
- * The number of times that its clock was restarted.
+ * The number of times that the stream's clock was restarted.
  */
 epoch: number, 
 /**
- * The offset of its clock, positive when ahead of the session's [s].
+ * The offset of the stream's clock, positive if it is ahead of the session's [s].
  */
 offset_secs: number | null, 
 /**
- * The rate error of its clock, positive when fast [ppm].
+ * The rate error of the stream's clock, positive if it is fast [ppm].
  */
 skew_ppm: number | null, 
 /**
- * The standard deviation of its delays [s].
+ * The standard deviation of the delays of the samples [s].
  */
 jitter_secs: number | null, 
 /**
- * Half the width of the 95 % interval of the true time [s].
+ * Half the width of the 95 % interval of a sample's true time [s].
  */
 uncertainty_secs: number | null, 
 /**
@@ -487,11 +488,11 @@ coverage: number | null,
  */
 quality: number | null, 
 /**
- * A value for each channel; `null` exactly where there is a reason.
+ * The value of each channel; `null` unless its reason is `ok`.
  */
 values: Array<number | null>, 
 /**
- * The standard uncertainty of each value; empty when none can be stated.
+ * The standard uncertainty of each value; empty if none can be stated.
  */
 sigmas: Array<number | null>, 
 /**
@@ -501,7 +502,7 @@ sigmas: Array<number | null>,
 reasons: Array<string>, };
 
 /**
- * A reading.
+ * A reading: one sample of a stream.
  */
 export type Sample = { 
 /**
@@ -509,11 +510,11 @@ export type Sample = {
  */
 stream: number, 
 /**
- * When it was measured [s].
+ * The time of the measurement [s].
  */
 t: number, 
 /**
- * A number for each channel of the stream.
+ * The value of each channel of the stream.
  */
 values: Array<number | null>, };
 
@@ -522,7 +523,7 @@ values: Array<number | null>, };
  */
 export type Event = { 
 /**
- * Its number, in order of arrival.
+ * The number of the event, in order of arrival.
  */
 number: number, 
 /**
@@ -530,7 +531,7 @@ number: number,
  */
 stream: number, 
 /**
- * Its time [s].
+ * The time of the event [s].
  */
 t: number, 
 /**
@@ -539,23 +540,23 @@ t: number,
  */
 kind: string, 
 /**
- * Its label, as in the bag.
+ * The label of the event, as in the bag.
  */
 label: string, 
 /**
- * Its value.
+ * The value of the event.
  */
 value: number | null, 
 /**
- * Its duration [s]; `null` if unknown.
+ * The duration of the event [s]; `null` if unknown.
  */
 duration: number | null, 
 /**
- * The request or text of a command, a note or an acknowledgement.
+ * The command, note or acknowledgement that the event records.
  */
 request: Request | null, 
 /**
- * The content of an alert, on `/team/alerts` or a person's own stream of alerts.
+ * The content of an alert, on `/team/alerts` or on a person's own alert stream.
  */
 alert: Alert | null, };
 
@@ -572,7 +573,7 @@ who: string,
  */
 verb: string, 
 /**
- * The rest: a marker's label, the note, the label of the acknowledged event.
+ * The rest of the request: a marker's label, the note, or the label of the acknowledged event.
  */
 text: string, };
 
@@ -581,7 +582,7 @@ text: string, };
  */
 export type Alert = { 
 /**
- * The robot or the person; `team` or `session` if it is about no individual.
+ * The robot or the person; `team` or `session` if the alert is about no individual.
  */
 who: string, 
 /**
@@ -593,24 +594,24 @@ why: string,
  */
 stage: string, 
 /**
- * The urgency: `act`, `soon` or `note`; defined by the study only when the alert is raised.
+ * The urgency: `act`, `soon` or `note`; the default for the cause unless the label states the study's.
  */
 tier: string, 
 /**
- * Whether the study defines the urgency: one of its `[[alerts]]` is raised.
+ * Whether the urgency is the study's, which the label states while an alert of `[[alerts]]` is raised.
  */
 is_of_study: boolean, };
 
 /**
- * The recording.
+ * The state of the recording.
  */
 export type Recording = { 
 /**
- * Its stage.
+ * The stage of the recording.
  */
 stage: RecordingStage, 
 /**
- * The folder of the bag, of the newest one if there are several; empty if there is none.
+ * The folder of the bag, or of the newest bag if there are several; empty if there is none.
  */
 path: string, 
 /**
@@ -626,11 +627,11 @@ bytes_per_sec: number,
  */
 free_bytes: number | null, 
 /**
- * The time since it last grew [s].
+ * The time since the recording last grew [s].
  */
 sync_age_secs: number | null, 
 /**
- * How long this bag has been recorded; without a bag, how long the session has run [s].
+ * How long the newest bag has been recorded; without a bag, how long the session has run [s].
  */
 elapsed_secs: number, 
 /**
@@ -638,7 +639,7 @@ elapsed_secs: number,
  */
 kept_secs: number | null, 
 /**
- * Why it ended early; empty otherwise.
+ * Why the recording ended early; empty otherwise.
  */
 reason: string, };
 
@@ -656,7 +657,7 @@ export type Machine = {
  */
 cpu_cores: number, 
 /**
- * Its memory [bytes].
+ * The memory used by this program [bytes].
  */
 memory_bytes: number | null, 
 /**
@@ -677,23 +678,23 @@ waiting_bytes: number, };
  */
 export type Computer = { 
 /**
- * Its host and process if they are announced, otherwise its node; unique for each participant.
+ * The host and process of the computer if they are announced, otherwise its node; unique for each participant.
  */
 name: string, 
 /**
- * How its clock is known: by round-trip `probes`, by the `stamps` of received messages, or `unknown` so far.
+ * How the clock is known: by round-trip `probes`, by the `stamps` of received messages, or `unknown` so far.
  */
 known_by: string, 
 /**
- * The offset of its clock, positive when ahead of the session's [s].
+ * The offset of the clock, positive if it is ahead of the session's [s].
  */
 offset_secs: number | null, 
 /**
- * The rate error of its clock, positive when fast [ppm].
+ * The rate error of the clock, positive if it is fast [ppm].
  */
 skew_ppm: number | null, 
 /**
- * Half the width of the 95 % interval of the true time of its stamps [s].
+ * Half the width of the 95 % interval of the true time of a stamp [s].
  */
 uncertainty_secs: number | null, 
 /**
@@ -701,11 +702,11 @@ uncertainty_secs: number | null,
  */
 round_trip_secs: number | null, 
 /**
- * The time since its clock last answered a probe [s].
+ * The time since the clock last answered a probe [s].
  */
 probe_age_secs: number | null, 
 /**
- * The number of streams that it stamps.
+ * The number of streams that the computer stamps.
  */
 streams: number, };
 
@@ -714,11 +715,11 @@ streams: number, };
  */
 export type Bus = { 
 /**
- * Its name: `ROS domain 0`.
+ * The name of the bus: `ROS domain 0`.
  */
 name: string, 
 /**
- * Our node there.
+ * The name of our node on the bus.
  */
 node: string, 
 /**
@@ -726,24 +727,24 @@ node: string,
  */
 participants: number, 
 /**
- * The number of their topics.
+ * The number of topics that these participants publish.
  */
 topics: number, 
 /**
- * The number of the session's streams on it.
+ * The number of the session's streams on the bus.
  */
 streams: number, 
 /**
- * The rate of data received on it: messages, and samples of waves [1/s].
+ * The rate of data received on the bus: messages, and samples of waves [1/s].
  */
 rate_hz: number, 
 /**
- * The number of samples lost before arrival, over the streams whose losses can be counted; `null` if there are
- * none.
+ * The number of samples lost before arrival, over the streams whose losses can be counted; `null` if there is no
+ * such stream.
  */
 lost: number | null, 
 /**
- * The number of its streams without sequence numbers, whose losses cannot be counted.
+ * The number of streams on the bus that have no sequence numbers, so that their losses cannot be counted.
  */
 uncounted: number, };
 
@@ -752,19 +753,19 @@ uncounted: number, };
  */
 export type Missed = { 
 /**
- * Events; never markers, alerts, phases or faults.
+ * The number of events; never markers, alerts, phases or faults.
  */
 events: number, 
 /**
- * Statuses and feature values that were replaced by newer ones.
+ * The number of statuses and feature values that were replaced by newer ones.
  */
 states: number, 
 /**
- * Readings and waves.
+ * The number of readings and waves.
  */
 signals: number, 
 /**
- * Pictures that were replaced by newer ones.
+ * The number of pictures that were replaced by newer ones.
  */
 pictures: number, };
 
@@ -773,7 +774,7 @@ pictures: number, };
  */
 export type Unmet = { 
 /**
- * Its name in `teampulse check`: `battery of robot robot1`.
+ * The name of the requirement in `teampulse check`: `battery of robot robot1`.
  */
 what: string, 
 /**
@@ -799,11 +800,11 @@ received: number,
 replied: number, };
 
 /**
- * An action of this client, as read back from the records.
+ * An action of this client, as read back from the session's records.
  */
 export type Echo = { 
 /**
- * The value sent by the client.
+ * The reference sent by the client.
  */
 reference: string, 
 /**
@@ -811,15 +812,15 @@ reference: string,
  */
 label: string, 
 /**
- * Its time in the recording [s].
+ * The time of the event in the recording [s].
  */
 t: number, 
 /**
- * That time minus the requested one [s]; `null` if none was requested.
+ * The time of the event minus the requested time [s]; `null` if none was requested.
  */
 off_secs: number | null, 
 /**
- * Whether the recording was synced to the disk since; `null` if nothing is recorded.
+ * Whether the recording has been synced to the disk since the event; `null` if nothing is recorded.
  */
 on_disk: boolean | null, };
 
@@ -828,7 +829,7 @@ on_disk: boolean | null, };
  */
 export type HistoryReply = { 
 /**
- * The value sent by the client.
+ * The reference sent by the client.
  */
 reference: string, 
 /**
@@ -844,12 +845,12 @@ from: number,
  */
 step: number, 
 /**
- * One for each channel.
+ * The columns of each channel.
  */
 channels: Array<Column>, };
 
 /**
- * The columns of a channel; `null` if there were no data.
+ * The values of a channel in each column; `null` for a column without data.
  */
 export type Column = { 
 /**
@@ -870,7 +871,7 @@ mean: Array<number | null>, };
  */
 export type Refused = { 
 /**
- * The value sent by the client; `null` if it could not be read.
+ * The reference sent by the client; `null` if there is none or it could not be read.
  */
 reference: string | null, 
 /**
@@ -904,7 +905,7 @@ t: number,
  */
 rate: number, 
 /**
- * Whether it is paused.
+ * Whether playback is paused.
  */
 paused: boolean, 
 /**
@@ -934,7 +935,7 @@ absences: Array<Absence>, };
  */
 export type Absence = { 
 /**
- * The ID.
+ * The id of the person or robot.
  */
 subject: string, 
 /**
@@ -942,7 +943,7 @@ subject: string,
  */
 about: string, 
 /**
- * In order of time.
+ * The gaps, in order of time.
  */
 gaps: Array<Gap>, };
 
@@ -951,11 +952,11 @@ gaps: Array<Gap>, };
  */
 export type Gap = { 
 /**
- * Its start [s].
+ * The start of the gap [s].
  */
 from: number, 
 /**
- * Its end [s].
+ * The end of the gap [s].
  */
 to: number, };
 
@@ -964,19 +965,19 @@ to: number, };
  */
 export type FromBrowser = { "type": "ping", 
 /**
- * Any number, returned unchanged: the browser's own time [ms].
+ * Any number, such as the browser's own time [ms]; it is returned unchanged.
  */
 sent: number, } | { "type": "want", 
 /**
- * At most 256.
+ * The streams; at most 256.
  */
 streams: Array<Wanted>, } | { "type": "shown", 
 /**
- * A stream is listed once per picture.
+ * The streams, each listed once per picture.
  */
 streams: Array<number>, } | { "type": "history" } & History | { "type": "describe", 
 /**
- * Returned in `refused`.
+ * The client's reference, returned in `refused`.
  */
 reference: string, 
 /**
@@ -984,7 +985,7 @@ reference: string,
  */
 stream: number, } | { "type": "command", 
 /**
- * Returned in `echo` or `refused`.
+ * The client's reference, returned in `echo` or `refused`.
  */
 reference: string, 
 /**
@@ -996,7 +997,7 @@ text: string,
  */
 at: number | null, } | { "type": "note", 
 /**
- * Returned in `echo` or `refused`.
+ * The client's reference, returned in `echo` or `refused`.
  */
 reference: string, 
 /**
@@ -1008,7 +1009,7 @@ text: string,
  */
 at: number | null, } | { "type": "annotate", 
 /**
- * Returned in `echo` or `refused`.
+ * The client's reference, returned in `echo` or `refused`.
  */
 reference: string, 
 /**
@@ -1020,11 +1021,11 @@ text: string,
  */
 from: number, 
 /**
- * Its end [s].
+ * The end of the span [s].
  */
 to: number, } | { "type": "acknowledge", 
 /**
- * Returned in `echo` or `refused`.
+ * The client's reference, returned in `echo` or `refused`.
  */
 reference: string, 
 /**
@@ -1036,7 +1037,7 @@ alert: string,
  */
 at: number | null, } | { "type": "report", 
 /**
- * Returned in `echo` or `refused`.
+ * The client's reference, returned in `echo` or `refused`.
  */
 reference: string, 
 /**
@@ -1056,11 +1057,11 @@ value: number,
  */
 at: number | null, } | { "type": "show_estimates", 
 /**
- * Returned in `echo` or `refused`.
+ * The client's reference, returned in `echo` or `refused`.
  */
 reference: string, } | { "type": "play", 
 /**
- * Returned in `refused`.
+ * The client's reference, returned in `refused`.
  */
 reference: string, 
 /**
@@ -1081,7 +1082,8 @@ paused: boolean | null, };
  */
 export type Wanted = { 
 /**
- * The stream's number.
+ * The maximum number of points, or pictures, drawn per second; a faster wave is sent as pairs of its minimum and
+ * maximum, in the order in which they occur. 0 for all samples.
  */
 stream: number, 
 /**
@@ -1100,7 +1102,7 @@ with_points: boolean, };
  */
 export type History = { 
 /**
- * Returned in the reply.
+ * The client's reference, returned in the reply.
  */
 reference: string, 
 /**
@@ -1116,7 +1118,7 @@ from: number,
  */
 to: number, 
 /**
- * The most columns, one per pixel. At most 4000.
+ * The maximum number of columns, such as one per pixel; no more than 4000.
  */
 points: number, };
 

@@ -11,27 +11,27 @@ use crate::loopback::{address_of, host_of, is_foreign, is_this_computer, name_of
 use crate::tokens::Tokens;
 use crate::wire::Right;
 
-/// The cookie with the token of a browser.
+/// The cookie that holds a browser's token.
 pub const COOKIE_NAME: &str = "teampulse_token";
 
 /// What a client may do, and where it connects from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grant {
-    /// Its right.
+    /// The right of the client.
     pub right: Right,
-    /// Its address; `None` for this computer.
+    /// The address of the client; `None` for this computer.
     pub address: Option<IpAddr>,
 }
 
 impl Grant {
-    /// How the client is named in the bag.
+    /// The name of the client in the bag.
     pub fn sender(&self) -> Sender {
         let address = self.address.map(|address| address.to_string()).unwrap_or_default();
         Sender::through("dashboard", &address)
     }
 }
 
-/// Who may connect.
+/// The rules on who may connect.
 #[derive(Clone, Debug)]
 pub struct Access {
     is_loopback: bool,
@@ -42,27 +42,30 @@ pub struct Access {
 /// Why a request was refused.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Denied {
-    /// Its `Host` is not this computer: the name may have been rebound to it.
+    /// The `Host` header is missing or names another computer, as after DNS rebinding.
     #[error(
-        "the host of the address is not known here: open the dashboard at the address that it \
-         prints, or list the name below `names`"
+        "the host name in the address is unknown: open the dashboard at the address that \
+         teampulse prints, or add the name to `names`"
     )]
     Host,
-    /// It comes from a page of another site.
+    /// The request comes from a page of another site.
     #[error("pages of other sites may not use the dashboard")]
     Origin,
-    /// It has no valid token.
-    #[error("a token is needed: open the dashboard as /?token=… with a token from its file")]
+    /// The request has no valid token.
+    #[error(
+        "a token is required: open the dashboard at /?token=… with a token from the tokens file"
+    )]
     Token,
 }
 
-/// The tokens are missing on an address that others can reach. The message fits after "failed to".
+/// The tokens are missing although others can reach the address. The message fits after "failed to".
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[error("listen on {0} without a token: anybody on the network could see the team and set markers")]
 pub struct NoToken(IpAddr);
 
 impl Access {
-    /// The access rules of an address, with the names by which it may be called and the tokens.
+    /// The access rules for a listening address, the other names of this computer, and the tokens. Fails if others can
+    /// reach the address and there are no tokens.
     pub fn new(address: IpAddr, names: &[String], tokens: &Tokens) -> Result<Access, NoToken> {
         let is_loopback = address.is_loopback();
         if tokens.is_empty() && !is_loopback {
@@ -72,7 +75,7 @@ impl Access {
         Ok(Access { is_loopback, names, tokens: tokens.clone() })
     }
 
-    /// What a request may do. `asks` is true for everything but the page itself, which other sites may link to.
+    /// Returns what a request may do. `asks` is false only for the page itself, to which other sites may link.
     pub fn admit(&self, headers: &HeaderMap, peer: IpAddr, asks: bool) -> Result<Grant, Denied> {
         let host = host_of(headers).ok_or(Denied::Host)?;
         if !self.is_known(name_of(host)) {
@@ -89,7 +92,7 @@ impl Access {
         right.map(|right| Grant { right, address }).ok_or(Denied::Token)
     }
 
-    /// The right that a token grants.
+    /// Returns the right that a token grants.
     pub fn right_of(&self, token: &str) -> Option<Right> {
         self.tokens.right_of(token)
     }

@@ -20,18 +20,18 @@ use crate::wire::{
 
 /// The longest note, and the longest label of an acknowledged event [bytes].
 const LONGEST_TEXT: usize = 1000;
-/// The longest reference, and the longest name of a scale or a person [bytes].
+/// The longest reference of a message, and the longest name of a scale or a person [bytes].
 const LONGEST_WORD: usize = 100;
-/// The most columns in an answer.
+/// The largest number of columns in an answer.
 const MOST_POINTS: u32 = 4000;
-/// How long ago an action may have happened, since it may have waited for a connection, and how far ahead it may lie
-/// [s].
+/// How long ago an action may have happened, as it may have waited for a connection, and how far in the future its time
+/// may be [s].
 const AGES_SECS: (f64, f64) = (60.0, 1.0);
 
 /// Why an action was refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
-    /// Whether it was wrong in itself, or not allowed.
+    /// Whether the action was invalid or not allowed.
     pub cause: Cause,
     /// The reason.
     pub reason: String,
@@ -39,12 +39,12 @@ pub struct Refusal {
     pub hint: String,
 }
 
-/// What an action was refused for.
+/// The cause of a refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// It has a value that can't be recorded.
+    /// The action has a value that can't be recorded.
     Invalid,
-    /// This viewer, or this session, does not allow it.
+    /// This viewer, or this session, does not allow the action.
     NotAllowed,
 }
 
@@ -59,7 +59,7 @@ impl Refusal {
     }
 }
 
-/// The reference with which a message was sent.
+/// Returns the reference that a client gave its message; `None` for a kind of message without one.
 pub fn reference(asked: &FromBrowser) -> Option<&str> {
     match asked {
         FromBrowser::Ping { .. } | FromBrowser::Want { .. } | FromBrowser::Shown { .. } => None,
@@ -82,7 +82,7 @@ pub fn act(
     asked: FromBrowser,
 ) -> Result<Option<FromServer>, Refusal> {
     if reference(&asked).is_some_and(|reference| reference.len() > LONGEST_WORD) {
-        return Err(Refusal::new("its reference is too long", ""));
+        return Err(Refusal::new("the reference of the message is too long", ""));
     }
     let doer = Doer {
         hub,
@@ -134,7 +134,7 @@ pub fn act(
     Ok(None)
 }
 
-/// Moves the position in a recording, for all viewers.
+/// Changes the playback of a recording for all viewers: the position [s], the rate, or whether it is paused.
 fn play(
     hub: &Hub,
     client: &Client,
@@ -153,10 +153,10 @@ fn play(
         return Err(Refusal::not_allowed("this viewer may only watch", hint));
     }
     if [t, rate].into_iter().flatten().any(|number| !number.is_finite()) {
-        return Err(Refusal::new("it is not a number", ""));
+        return Err(Refusal::new("the position or the rate is not a number", ""));
     }
     if let Some(secs) = t {
-        // Far beyond both ends is one of the ends.
+        // The clamp prevents an overflow; the playhead limits the position to the recording.
         let nanos = (secs.clamp(-1e9, 1e9) * 1e9) as i64;
         playhead.jump(Time::from_nanos(hub.began().nanos().saturating_add(nanos)));
     }
@@ -172,13 +172,13 @@ fn play(
 fn history(hub: &Hub, client: &Client, asked: HistoryRequest) -> Result<HistoryReply, Refusal> {
     let HistoryRequest { reference, stream, from, to, points } = asked;
     if !(from.is_finite() && to.is_finite()) {
-        return Err(Refusal::new("its times are not numbers", ""));
+        return Err(Refusal::new("the times of the request are not numbers", ""));
     }
     let known = hub.known();
     if !known.shows(stream, client.is_blind()) {
         return Err(Refusal::not_allowed(
-            "it is hidden from this viewer",
-            "estimates can be shown, which is recorded",
+            "the stream is hidden from this viewer",
+            "choose to show estimates; the choice is recorded",
         ));
     }
     let track = known.tracks.get(&stream);
@@ -188,20 +188,20 @@ fn history(hub: &Hub, client: &Client, asked: HistoryRequest) -> Result<HistoryR
     Ok(HistoryReply { reference, stream, from, step, channels })
 }
 
-/// Who acts: a viewer, or a program through `/api`.
+/// The author of actions: a viewer, or a program through `/api`.
 pub struct Doer<'a> {
     /// The session.
     pub hub: &'a Hub,
-    /// Their right.
+    /// The right of the viewer or program.
     pub right: Right,
-    /// How they are named in the bag.
+    /// The name of the viewer or program in the bag.
     pub sender: Sender,
-    /// The client that awaits the echo.
+    /// The number of the client that gets the echo; `None` for a program.
     pub client: Option<u64>,
 }
 
 impl Doer<'_> {
-    /// Sends a command, in its text form.
+    /// Sends a command that is given as text.
     pub fn command(&self, text: &str, at: Option<f64>, reference: String) -> Result<(), Refusal> {
         let command = text.parse().map_err(|error| Refusal::new(format!("failed to {error}"), ""));
         self.send(command?, at, reference)
@@ -232,7 +232,7 @@ impl Doer<'_> {
         self.write("note", text, at, reference)
     }
 
-    /// Labels a span of the signals [s]: a marker that lasts.
+    /// Labels a span of the signals [s] with a marker that has a duration.
     pub fn annotate(
         &self,
         text: &str,
@@ -244,7 +244,7 @@ impl Doer<'_> {
         let (now, from) = (self.hub.now(), from.max(0.0));
         if !(from >= now - STORED_SECS && to <= now + AGES_SECS.1) {
             let hint = "choose a span of the last ten minutes";
-            return Err(Refusal::new("the span is outside of the stored data", hint));
+            return Err(Refusal::new("the span is outside the stored data", hint));
         }
         if to <= from {
             let hint = "drag over the signals, or use [ and ] at the cursor";
@@ -259,7 +259,7 @@ impl Doer<'_> {
         })
     }
 
-    /// States that an alert or a fault was seen.
+    /// Records that an alert or a fault was seen.
     pub fn acknowledge(
         &self,
         alert: &str,
@@ -269,7 +269,7 @@ impl Doer<'_> {
         self.write("acknowledge", alert, at, reference)
     }
 
-    /// Reports a rating on a scale; names the person if there are several.
+    /// Reports a rating on a scale; `subject` names the person if there are several.
     pub fn report(
         &self,
         scale: &str,
@@ -282,8 +282,9 @@ impl Doer<'_> {
             (1..=LONGEST_WORD).contains(&word.len()) && word.chars().all(is_part)
         };
         if !is_word(scale) || !subject.is_none_or(is_word) || !value.is_finite() {
-            let hint = "a scale is one word of letters, digits, - and _";
-            return Err(Refusal::new("it is not an answer on a scale", hint));
+            let hint =
+                "scale and person are words of letters, digits, - and _; the value is a number";
+            return Err(Refusal::new("the scale, the person or the value is invalid", hint));
         }
         if let Some(refusal) = self.unused(scale, subject, value) {
             return Err(refusal);
@@ -292,8 +293,8 @@ impl Doer<'_> {
         self.happen(format!("{scale}{subject}"), value, (Right::Mark, at), reference)
     }
 
-    /// The refusal of a report that nothing would use: of the Instantaneous Self-Assessment, off its scale or about an
-    /// unknown person.
+    /// Refuses a report that nothing would use: an Instantaneous Self-Assessment off its scale or about an unknown
+    /// person.
     fn unused(&self, scale: &str, subject: Option<&str>, value: f64) -> Option<Refusal> {
         if !scale.eq_ignore_ascii_case(ISA) {
             return None;
@@ -301,14 +302,16 @@ impl Doer<'_> {
         let (least, most) = (SCALE.start(), SCALE.end());
         if !SCALE.contains(&value) {
             let hint = format!("report a value from {least} (idle) to {most} (too much)");
-            return Some(Refusal::new(format!("ISA {value} is not used"), &hint));
+            return Some(Refusal::new(format!("ISA {value} is off the scale"), &hint));
         }
         let others = self.others_than(subject?)?;
-        let reason = format!("ISA of {} is not used, as nobody of that name is known", subject?);
-        Some(Refusal::new(reason, &format!("known are {others}")))
+        let reason =
+            format!("the ISA of {} can't be used: nobody with that name is known", subject?);
+        Some(Refusal::new(reason, &format!("known people: {others}")))
     }
 
-    /// The known people, if nobody of this name is among them; `None` where nobody is known yet.
+    /// Returns the known people, separated by commas, if `subject` is not among them; `None` if it is, or if nobody is
+    /// known yet.
     pub fn others_than(&self, subject: &str) -> Option<String> {
         let known = self.hub.known();
         let people = known.streams.values().filter(|stream| stream.about == About::Person);
@@ -360,13 +363,13 @@ impl Doer<'_> {
         }
         self.hub.outlet.as_ref().ok_or_else(|| {
             Refusal::not_allowed(
-                "this is a recording: nothing is added to it",
+                "this is a recording: nothing can be added to it",
                 "`teampulse run` records events",
             )
         })
     }
 
-    /// Returns when the action was done, and waits for its event.
+    /// Returns the time of an action, and awaits the action's event. Fails if the time is not allowed.
     fn expect(&self, kind: EventKind, at: Option<f64>, reference: String) -> Result<Time, Refusal> {
         at.map_or(Ok(()), |at| check_time(at, self.hub.now()))?;
         let (is_timed, at) = (at.is_some(), self.hub.moment(at));
@@ -381,13 +384,14 @@ impl Doer<'_> {
     }
 }
 
-/// The first and the last time at which an action may have happened [s].
+/// Returns the earliest and the latest time that an action may have [s].
 pub fn times(now: f64) -> (f64, f64) {
     let (old, ahead) = AGES_SECS;
     ((now - old).max(0.0), now + ahead)
 }
 
-/// Fails where an action can't have happened: before the session, more than a minute ago, or in the future [s].
+/// Fails if an action can't have happened at this time [s]: before the session, more than a minute ago, or more than a
+/// second ahead.
 fn check_time(at: f64, now: f64) -> Result<(), Refusal> {
     let (first, last) = times(now);
     if (first..=last).contains(&at) {
@@ -400,16 +404,16 @@ fn check_time(at: f64, now: f64) -> Result<(), Refusal> {
         format!("a time of {at} s is not within the last minute of the session")
     };
     let hint = format!(
-        "expected seconds of the session from {first:.1} to {now:.1}; without a time it is now"
+        "expected seconds since the session began, {first:.1} to {now:.1}; omit the time for now"
     );
     Err(Refusal::new(reason, &hint))
 }
 
-/// The trimmed text, if it is short enough to be recorded.
+/// Returns the trimmed text. Fails if it is empty or too long to be recorded.
 fn recordable(text: &str) -> Result<&str, Refusal> {
     let text = text.trim();
     match text.len() {
-        0 => Err(Refusal::new("its text is empty", "write 1 to 1000 bytes")),
+        0 => Err(Refusal::new("the text is empty", "write 1 to 1000 bytes")),
         1..=LONGEST_TEXT => Ok(text),
         bytes => {
             let reason = format!("a text of {bytes} bytes can't be recorded");

@@ -5,22 +5,22 @@ use std::path::PathBuf;
 
 use crate::context::Settings;
 
-/// The most addresses that are listed for other computers: a computer may have one for every container.
+/// The maximum number of addresses listed for other computers: a computer may have one for every container.
 const MOST: usize = 3;
 
 /// The addresses at which browsers open a dashboard.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Addresses {
-    /// The one for this computer.
+    /// The address for this computer.
     pub here: String,
-    /// Those for other computers, if they differ.
+    /// The addresses for other computers, if they differ.
     pub elsewhere: Vec<String>,
-    /// The file of the tokens, one of which each address needs.
+    /// The file of tokens, if each address must be completed with a token.
     pub tokens: Option<PathBuf>,
 }
 
 impl Addresses {
-    /// The addresses of a dashboard that listens at a port.
+    /// The addresses of a dashboard that listens on a port.
     pub(crate) fn of(settings: &Settings, port: u16) -> Addresses {
         let (listen, scheme) = (settings.listen, settings.scheme());
         let query = if settings.tokens.is_empty() { "" } else { "?token=…" };
@@ -36,14 +36,15 @@ impl Addresses {
         Addresses { here, elsewhere, tokens: settings.tokens.file().map(PathBuf::from) }
     }
 
-    /// What is printed of them.
+    /// Returns the lines that are printed for the user.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = vec![format!("the dashboard is at {}", self.here)];
         if !self.elsewhere.is_empty() {
             lines.push(format!("other computers open it at {}", self.elsewhere.join(" or ")));
         }
         if let Some(file) = &self.tokens {
-            lines.push(format!("the … after `token=` is a token from {}", file.display()));
+            lines
+                .push(format!("replace the … after `token=` with a token from {}", file.display()));
         }
         lines
     }
@@ -68,7 +69,10 @@ mod tests {
         };
         let mut lines = Addresses::of(&settings, 8742).lines();
         let last = lines.pop().unwrap();
-        assert_eq!(last, format!("the … after `token=` is a token from {}", file.display()));
+        assert_eq!(
+            last,
+            format!("replace the … after `token=` with a token from {}", file.display())
+        );
         lines
     }
 

@@ -17,7 +17,7 @@ use crate::hub::{Hub, Known};
 use crate::server::Shared;
 use crate::wire::Stream;
 
-/// The most columns in an answer.
+/// The largest number of columns in an answer.
 const MOST_POINTS: u32 = 4000;
 
 /// The routes below `/api`.
@@ -40,16 +40,17 @@ async fn index(State(shared): State<Shared>) -> Json<Value> {
         "GET /api/streams": "every stream: name, signal, subject, channels with units, method",
         "GET /api/latest?stream=NAME": "the newest values, of one stream or of all, with the health of raw streams",
         "GET /api/history?stream=NAME&from=SECS&to=SECS&points=N":
-            "up to ten minutes in columns: smallest, largest and mean number of each channel; times below 0 count from now",
+            "up to ten minutes in columns with the smallest, largest and mean value of each channel; negative times \
+            count from now",
         "POST /api/events": "{\"label\": \"robot lost\"} sets a marker; {\"note\": \"…\"} writes a note; \
-            {\"scale\": \"isa\", \"value\": 3, \"subject\": \"p001\"} reports, on any scale, of which only isa (1 to 5) \
-            counts in estimates; each with \"at\" [s] or \"unix\" [s] if it was not now",
+            {\"scale\": \"isa\", \"value\": 3, \"subject\": \"p001\"} reports on any scale (only isa, from 1 to 5, \
+            counts in estimates); add \"at\" [s] or \"unix\" [s] unless it happened now",
         "GET /metrics": "for Prometheus",
         "WebSocket /ws": "the same data live, as sent to the pages",
     }))
 }
 
-/// Whether some streams are hidden from programs, because viewers are to stay blind.
+/// Whether some streams are hidden from programs because viewers must stay blind.
 fn is_blind(shared: &Shared) -> bool {
     shared.hub.context.is_blinding
 }
@@ -82,7 +83,7 @@ async fn latest(State(shared): State<Shared>, Asked(asked): Asked<OfStream>) -> 
     Json(Value::Object(values)).into_response()
 }
 
-/// The newest of a stream, by channel; `None` if there are none.
+/// Returns a stream's name, and its newest values by channel with its health; `None` if it has neither.
 fn latest_of(known: &Known, id: u32) -> Option<(String, Value)> {
     let stream = known.streams.get(&id)?;
     let health = known.health.get(&id);
@@ -125,23 +126,25 @@ async fn history(State(shared): State<Shared>, Asked(asked): Asked<Span>) -> Res
         }
     }
     if asked.points == Some(0) {
-        return refused_query("points: 0 columns hold nothing");
+        return refused_query("points: expected 1 or more");
     }
     let now = shared.hub.now();
-    // Times below 0 count from now.
+    // Negative times count from now.
     let time = |asked: Option<f64>, otherwise: f64| {
         let asked = asked.unwrap_or(otherwise);
         if asked < 0.0 { now + asked } else { asked }
     };
     let (from, to) = (time(asked.from, 0.0), time(asked.to, now));
     if from >= to && (asked.from.is_some() || asked.to.is_some()) {
-        return refused_query(&format!("from {from:.1} s to {to:.1} s of the session is no span"));
+        return refused_query(&format!(
+            "the span from {from:.1} s to {to:.1} s of the session is empty"
+        ));
     }
     let known = shared.hub.known();
     let id = known.named.get(&asked.stream).filter(|id| known.shows(**id, is_blind(&shared)));
     let Some(id) = id else { return no_stream(&asked.stream) };
     let Some(track) = known.tracks.get(id) else {
-        let error = format!("{:?} has no numbers over time", asked.stream);
+        let error = format!("{:?} has no stored values", asked.stream);
         let hint = "only streams of waves, samples and features have a history";
         return refused(StatusCode::NOT_FOUND, &error, hint);
     };
@@ -159,7 +162,7 @@ async fn history(State(shared): State<Shared>, Asked(asked): Asked<Span>) -> Res
         .into_response()
 }
 
-/// What a program reports, and when it was.
+/// A marker, a note or a self-report of a program, and its time.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Posted {
@@ -173,11 +176,13 @@ struct Posted {
 }
 
 impl Posted {
-    /// When it was [s of the session]; `None` for now.
+    /// The time of the event [s of the session]; `None` for now.
     fn time(&self, hub: &Hub) -> Result<Option<f64>, Refusal> {
         let began = hub.began().secs();
         match (self.at, self.unix) {
-            (Some(_), Some(_)) => Err(Refusal::new("it has two times", "give `at` or `unix`")),
+            (Some(_), Some(_)) => {
+                Err(Refusal::new("the event has two times", "give either `at` or `unix`"))
+            }
             (at, None) => Ok(at),
             (None, Some(unix)) => {
                 let (first, last) = acts::times(hub.now());
@@ -192,7 +197,7 @@ impl Posted {
         }
     }
 
-    /// Records it.
+    /// Records the event.
     fn record(&self, doer: &Doer<'_>, at: Option<f64>) -> Result<(), Refusal> {
         if let Some(reason) = self.contradiction() {
             return Err(Refusal::new(reason, KINDS));
@@ -204,20 +209,22 @@ impl Posted {
                 doer.report(scale, self.subject.as_deref(), (value, at), String::new())
             }
             (None, None, Some(_), None) => Err(Refusal::new("a `scale` needs a `value`", KINDS)),
-            _ => Err(Refusal::new("it is neither a marker, nor a note, nor a self-report", KINDS)),
+            _ => {
+                Err(Refusal::new("the event is neither a marker, a note nor a self-report", KINDS))
+            }
         }
     }
 
-    /// The remark on a report about an unknown person, if it is one.
+    /// Returns a remark if the event is a report about an unknown person.
     fn remark(&self, doer: &Doer<'_>) -> Option<String> {
         let subject = self.subject.as_deref()?;
         let others = doer.others_than(subject)?;
         Some(format!(
-            "nobody named {subject} is known (known are {others}): it is among the events of the session"
+            "nobody named {subject} is known (known people: {others}); the report is still recorded"
         ))
     }
 
-    /// Which of its keys exclude each other, if any do.
+    /// Describes which keys of the event exclude each other, if any do.
     fn contradiction(&self) -> Option<String> {
         let kinds = [
             ("label", self.label.is_some()),
@@ -230,19 +237,19 @@ impl Posted {
         };
         match (&given(&kinds)[..], &given(&of_report)[..]) {
             ([one, other, ..], _) => {
-                Some(format!("it has `{one}` and `{other}`, which exclude each other"))
+                Some(format!("the event has `{one}` and `{other}`, which exclude each other"))
             }
             ([kind @ ("label" | "note")], [key, ..]) => {
-                Some(format!("it has `{key}`, which belongs to a `scale`, with a `{kind}`"))
+                Some(format!("the event has a `{kind}` with `{key}`, which belongs to a `scale`"))
             }
             _ => None,
         }
     }
 }
 
-/// What can be posted.
+/// The hint on what can be posted.
 const KINDS: &str = "expected {\"label\": …}, {\"note\": …} or {\"scale\": …, \"value\": …}, \
-    as application/json, with `at` or `unix` if it was not now";
+    as application/json, with `at` or `unix` unless it happened now";
 
 async fn post_event(
     State(shared): State<Shared>,
@@ -258,7 +265,7 @@ async fn post_event(
         }
     };
     if !shared.may_post() {
-        let error = "too many events a second were posted";
+        let error = "too many events were posted per second";
         return answer(StatusCode::TOO_MANY_REQUESTS, json!({ "error": error }));
     }
     let hub = &*shared.hub;
@@ -277,7 +284,7 @@ async fn post_event(
     }
 }
 
-/// What axum writes before the reason that JSON is not what is expected.
+/// The start of axum's message about JSON of an unexpected type, before the reason.
 const NOT_OF_TYPE: &str = "Failed to deserialize the JSON body into the target type: ";
 
 fn status_of(cause: Cause) -> StatusCode {
@@ -292,7 +299,7 @@ fn no_stream(name: &str) -> Response {
     refused(StatusCode::NOT_FOUND, &error, "GET /api/streams lists them")
 }
 
-/// The query of a request; a wrong one is answered in JSON.
+/// The query of a request; an invalid query is answered in JSON.
 struct Asked<T>(T);
 
 impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Asked<T> {
@@ -304,7 +311,7 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Asked<T> {
     }
 }
 
-/// What the parser says, and what is shown.
+/// Phrases of the parser, and the phrases that are shown instead.
 const SERDE: [(&str, &str); 6] = [
     ("unknown field", "unknown parameter"),
     ("duplicate field", "more than one parameter"),
@@ -324,12 +331,12 @@ fn wrong_query(rejection: &QueryRejection) -> Response {
 }
 
 fn refused_query(reason: &str) -> Response {
-    let hint = "`stream` is a name, `from` and `to` are seconds since the session began, or before now where they are \
-        below 0, and `points` is a whole number above 0";
+    let hint = "`stream` is a name, `from` and `to` are seconds since the session began, or before now if they \
+        are negative, and `points` is a whole number above 0";
     refused(StatusCode::BAD_REQUEST, &format!("the query is wrong: {reason}"), hint)
 }
 
-/// The answer to a refused request; an empty hint is left out.
+/// The answer to a refused request; an empty hint is omitted.
 fn refused(status: StatusCode, error: &str, hint: &str) -> Response {
     let body = json!({ "error": error, "hint": hint });
     answer(status, if hint.is_empty() { json!({ "error": error }) } else { body })

@@ -1,4 +1,4 @@
-//! The pages, as `web/` builds them.
+//! The pages, as built from `web/`.
 
 use std::io::Write;
 

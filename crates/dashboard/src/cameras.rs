@@ -1,25 +1,25 @@
-//! What is known of each camera: its newest picture or why none can be shown, of video all frames that the newest
-//! needs, and the last two seconds where something looks at them, as points come later than the picture that they are
-//! of.
+//! The state of each camera: its newest picture, or why none can be shown; for video, all frames that the newest one
+//! depends on; and, while a detector finds points in its pictures, those of the last two seconds, as points arrive
+//! later than their picture.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use crate::pictures::{Picture, Place, Unshown};
 
-/// The longest run of frames of video that is kept [bytes]; of a longer one nothing is, until the next begins.
+/// The longest run of video frames that is kept [bytes]; a longer run is dropped until the next key frame.
 const RUN_BYTES: usize = 16 << 20;
-/// How long a picture is kept for its points [s], and the memory of those of a camera [bytes].
+/// How long a picture is kept for its points [s], and the memory for the kept pictures of a camera [bytes].
 const KEPT_SECS: f64 = 2.0;
 const KEPT_BYTES: usize = 16 << 20;
-/// With no points for this time beyond that from one to the next, pictures no longer wait for theirs [s]; and at most
-/// for this time.
+/// How long pictures wait for their points [s]: this long after the last points, plus the interval between the last
+/// two, but no longer than the second constant.
 const AWAITED_SECS: f64 = 2.0;
 const LONGEST_SECS: f64 = 5.0;
-/// Half the period of a camera of which only one picture is known [s].
+/// Half the assumed frame period of a camera of which only one picture is kept [s].
 const HALF_PERIOD_SECS: f64 = 1.0 / 60.0;
 
-/// What is known of each camera.
+/// The state of each camera.
 #[derive(Debug, Default)]
 pub struct Cameras(BTreeMap<u32, Camera>);
 
@@ -27,33 +27,33 @@ pub struct Cameras(BTreeMap<u32, Camera>);
 struct Camera {
     newest: Option<Arc<Picture>>,
     unshown: Option<Unshown>,
-    /// The frames of video since the last that needs none before.
+    /// The frames of video from the last key frame on.
     run: Vec<Arc<Picture>>,
     run_bytes: usize,
-    /// The newest pictures, where something looks at them.
+    /// The pictures of the last two seconds, if a detector finds points in them.
     kept: VecDeque<Arc<Picture>>,
     kept_bytes: usize,
-    /// When the newest picture was taken that something looked at [s].
+    /// The time of the newest picture whose points have arrived [s].
     looked: Option<f64>,
-    /// The time from the picture before that to it [s].
+    /// The time to that picture from the previous one with points [s].
     pace_secs: f64,
-    /// That picture.
+    /// The newest picture that was matched with its points.
     found: Option<Arc<Picture>>,
 }
 
-/// For whom a picture is when it comes.
+/// The viewers to whom a picture is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Due {
-    /// For all.
+    /// All viewers.
     Now,
-    /// For those who don't draw points: for others it waits for its own.
+    /// Viewers who don't draw points; for the others, the picture waits for its points.
     ToAwait,
-    /// For those who draw points: these have come.
+    /// Viewers who draw points, as the points have arrived.
     Found,
 }
 
 impl Cameras {
-    /// Takes a picture of a camera, or why it can't be shown; returns for whom it is.
+    /// Takes a camera's picture, or the reason why it can't be shown; returns to whom the picture is sent.
     pub fn take(&mut self, id: u32, picture: Result<Arc<Picture>, Unshown>) -> Option<Due> {
         let camera = self.0.entry(id).or_default();
         match picture {
@@ -65,23 +65,24 @@ impl Cameras {
         }
     }
 
-    /// Why a camera can't be shown; `None` of one that can, or of which nothing has come.
+    /// Why a camera's pictures can't be shown; `None` if they can, or if nothing has arrived from it.
     pub fn unshown(&self, id: u32) -> Option<&Unshown> {
         self.0.get(&id)?.unshown.as_ref()
     }
 
-    /// Whether something has come of a camera.
+    /// Whether anything has arrived from a camera.
     pub fn has(&self, id: u32) -> bool {
         self.0.contains_key(&id)
     }
 
-    /// Something looked at the picture of a camera that was taken at a time [s]; returns it, the first time.
+    /// Notes that points have arrived for a camera's picture of this time [s]. Returns the picture if it is kept and no
+    /// points as new have arrived before.
     pub fn look(&mut self, id: u32, t: f64) -> Option<Arc<Picture>> {
         self.0.get_mut(&id)?.look(t)
     }
 
-    /// The pictures for one who begins to look at a camera, and draws points or not: of video all that the newest
-    /// needs.
+    /// The pictures for a viewer who starts to watch a camera, with or without points: for video, all frames that the
+    /// newest one depends on.
     pub fn start(&self, id: u32, with_points: bool) -> Vec<Arc<Picture>> {
         let Some(camera) = self.0.get(&id) else { return Vec::new() };
         let Some(newest) = &camera.newest else { return Vec::new() };
@@ -134,14 +135,14 @@ impl Camera {
         }
     }
 
-    /// Whether the points of a picture that was taken at a time [s] may still come.
+    /// Whether the points of a picture of this time [s] may still arrive.
     fn is_awaited(&self, t: f64) -> bool {
         let most = (AWAITED_SECS + self.pace_secs).min(LONGEST_SECS);
         self.looked.is_some_and(|looked| (t - looked).abs() < most)
     }
 
     fn look(&mut self, t: f64) -> Option<Arc<Picture>> {
-        // What looks more slowly is seen on the pictures of what looks faster, where it has seen the same.
+        // The points of a slower detector are drawn on the pictures that a faster one has already released.
         let is_new = self.looked.is_none_or(|looked| t > looked || looked - t > KEPT_SECS);
         if !is_new {
             return None;

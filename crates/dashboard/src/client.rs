@@ -1,4 +1,4 @@
-//! One browser on its WebSocket.
+//! A browser connected by WebSocket.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -21,42 +21,42 @@ use crate::pictures::{Picture, Unshown};
 use crate::rate::Allowance;
 use crate::wire::{FromBrowser, FromServer, Playback, Pong, Refused, Right, Wanted};
 
-/// The most clients at once.
+/// The maximum number of clients at once.
 pub const MOST_CLIENTS: usize = 64;
-/// The largest message of a client [bytes].
+/// The largest message from a client [bytes].
 pub const LARGEST_BYTES: usize = 64 << 10;
-/// One message must be taken within this time.
+/// The time within which a client must read one message.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// How much of a wave's past is sent when a client starts to draw it [bytes].
+/// How much of the waves' past is sent when a client starts to draw them [bytes].
 const BACKLOG_BYTES: usize = 128 << 10;
-/// The time allowed for sending the reason why the connection ends.
+/// The time allowed for sending the reason for closing the connection.
 const FAREWELL: Duration = Duration::from_secs(1);
-/// A client that sends nothing, not even a probe of the clock, for this long is gone.
+/// The time after which a client that sends nothing, not even a clock probe, is considered gone.
 const SILENCE: Duration = Duration::from_secs(60);
 /// The messages allowed from a client: per second, and in a burst.
 const RATE: (f64, f64) = (100.0, 300.0);
-/// The longest reason of a close frame [bytes].
+/// The longest reason in a close frame [bytes].
 const LONGEST_REASON: usize = 120;
 
-/// One browser.
+/// A connected browser.
 #[derive(Debug)]
 pub struct Client {
-    /// Its number.
+    /// The number of the client.
     pub number: u64,
-    /// The messages waiting for it.
+    /// The messages that wait to be sent.
     pub outbox: Outbox,
-    /// What it may do.
+    /// What the client may do.
     pub grant: Grant,
     wanted: Mutex<BTreeMap<u32, Want>>,
     is_unblinded: AtomicBool,
 }
 
-/// How a stream is drawn.
+/// How a client draws a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Want {
-    /// The points, or pictures, a second; 0 for all of them.
+    /// The number of points, or pictures, per second; 0 for all of them.
     pub per_sec: f64,
-    /// Whether points are drawn on the pictures that they were found in.
+    /// Whether points are drawn on the pictures in which they were found.
     pub with_points: bool,
 }
 
@@ -73,23 +73,23 @@ impl Client {
         }
     }
 
-    /// Whether some streams are hidden from it.
+    /// Whether some streams are hidden from the client.
     pub fn is_blind(&self) -> bool {
         !self.is_unblinded.load(Ordering::Acquire)
     }
 
-    /// Stops hiding anything from it.
+    /// Stops hiding streams from the client.
     pub fn unblind(&self) {
         self.is_unblinded.store(true, Ordering::Release);
     }
 
-    /// The streams that it draws, and how.
+    /// The streams that the client draws, and how.
     pub fn wanted(&self) -> BTreeMap<u32, Want> {
         self.wanted.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Replaces the streams that it draws. For those that are new it sends the last half minute of each wave, as far as
-    /// that fits, and the newest picture.
+    /// Replaces the streams that the client draws. For each new one, it sends the last half minute of a wave, as far as
+    /// that fits, or the newest picture.
     pub fn want(&self, streams: &[Wanted], known: &Known) {
         let mut wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
         let before = std::mem::take(&mut *wanted);
@@ -103,7 +103,8 @@ impl Client {
         self.send_recent(new.map(|(stream, want)| (*stream, *want)).collect(), known);
     }
 
-    /// Shows another time of a recording: sends the streams that it draws.
+    /// Shows another time of a recording: sends the state at that time, and the recent data of the streams that the
+    /// client draws.
     pub fn move_to(&self, playback: Playback, known: &Known) {
         self.outbox.forget();
         self.outbox.urgent(message(&FromServer::Moved(playback)));
@@ -148,7 +149,7 @@ pub async fn serve(socket: WebSocket, hub: Arc<Hub>, grant: Grant) {
     let client = Arc::new(Client::new(grant));
     let (mut sender, mut receiver) = socket.split();
     if !welcome(&hub, &client) {
-        let reason = format!("{MOST_CLIENTS} viewers are connected already: close one of them");
+        let reason = format!("{MOST_CLIENTS} viewers are already connected: close one of them");
         farewell(&mut sender, close_code::AGAIN, &reason).await;
         return;
     }
@@ -180,7 +181,7 @@ async fn sending(client: &Client, sender: &mut (impl SinkExt<Message> + Unpin)) 
                 Ok(Ok(())) => {}
                 Ok(Err(_)) => return (close_code::NORMAL, String::new()),
                 Err(_) => {
-                    let reason = format!("it read nothing for {} s", PATIENCE.as_secs());
+                    let reason = format!("the client read nothing for {} s", PATIENCE.as_secs());
                     return (close_code::POLICY, reason);
                 }
             }
@@ -192,10 +193,10 @@ async fn sending(client: &Client, sender: &mut (impl SinkExt<Message> + Unpin)) 
     }
 }
 
-/// A picture as a message; `None` for one that can't be shown, which is reported to the client.
+/// Encodes a picture as a message; returns `None`, and reports the reason to the client, if it can't be shown.
 async fn encoded(client: &Client, picture: Arc<Picture>) -> Option<Message> {
     let stream = picture.stream;
-    // Other clients don't wait for pixels to become JPEG.
+    // Encoding is moved to another thread, so that other clients need not wait for it.
     let encoded = tokio::task::spawn_blocking(move || picture.encode()).await.ok()?;
     match encoded {
         Ok(bytes) => Some(Message::Binary(bytes)),
@@ -216,17 +217,20 @@ async fn receiving(
     let mut allowance = Allowance::new(RATE.0, RATE.1);
     loop {
         let Ok(received) = timeout(SILENCE, receiver.next()).await else {
-            return (close_code::NORMAL, format!("it sent nothing for {} s", SILENCE.as_secs()));
+            return (
+                close_code::NORMAL,
+                format!("the client sent nothing for {} s", SILENCE.as_secs()),
+            );
         };
         match received {
             Some(Ok(Message::Close(_))) | None => return (close_code::NORMAL, String::new()),
             Some(Ok(_)) if !allowance.take() => {
-                let reason = format!("it sent more than {} messages a second", RATE.0);
+                let reason = format!("the client sent more than {} messages per second", RATE.0);
                 return (close_code::POLICY, reason);
             }
             Some(Ok(Message::Text(text))) => receive(hub, client, text.as_str()),
             Some(Ok(Message::Binary(_))) => {
-                let reason = "it sent a binary frame; expected JSON".to_owned();
+                let reason = "the client sent a binary frame; expected JSON".to_owned();
                 return (close_code::UNSUPPORTED, reason);
             }
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
@@ -235,19 +239,19 @@ async fn receiving(
     }
 }
 
-/// Sends the reason why the connection ends, if the client still reads.
+/// Sends the reason for closing the connection, if the client still reads.
 async fn farewell(sender: &mut (impl SinkExt<Message> + Unpin), code: u16, reason: &str) {
     let mut end = reason.len().min(LONGEST_REASON);
     while !reason.is_char_boundary(end) {
         end -= 1;
     }
     let close = Message::Close(Some(CloseFrame { code, reason: reason[..end].into() }));
-    // One who has gone away hears nothing.
+    // Errors are ignored, as the client may be gone.
     drop(timeout(FAREWELL, sender.send(close)).await);
 }
 
-/// Handles a text as if a browser had sent it in an empty session, and returns the number of bytes waiting as the
-/// answer: for fuzzing.
+/// Handles a text as if a browser had sent it in an empty session; returns the number of bytes waiting to be sent in
+/// answer. For fuzzing.
 pub fn receive_any(text: &str) -> u64 {
     let context = Context::new("any", Clock::host());
     let hub = Hub::new(context, Settings::default(), None);
@@ -256,7 +260,7 @@ pub fn receive_any(text: &str) -> u64 {
     client.outbox.waiting_bytes()
 }
 
-/// Reads one message and carries it out; refuses one that can't be read or carried out.
+/// Reads a message and carries it out; answers with a refusal if it can't be read or carried out.
 pub fn receive(hub: &Hub, client: &Arc<Client>, text: &str) {
     let received = hub.now();
     let answer = match serde_json::from_str::<FromBrowser>(text) {

@@ -25,31 +25,31 @@ pub struct Settings {
     pub listen: IpAddr,
     /// The port; by default [`PORT`], or the first free one of the next hundred.
     pub port: Option<u16>,
-    /// The tokens of those who may connect; without any everyone may.
+    /// The tokens of those who may connect; if there are none, everyone may.
     pub tokens: Tokens,
-    /// The certificate with which it is served as https; without one it is http.
+    /// The certificate for https; without one, the dashboard is served over http.
     pub tls: Option<Tls>,
-    /// Names of this computer that a browser may use besides its addresses.
+    /// Other names of this computer that a browser may use instead of an address.
     pub names: Vec<String>,
-    /// The addresses of this computer, which are listed where it listens on all of them.
+    /// The addresses of this computer, listed for users if the dashboard listens on all of them.
     pub local: Vec<IpAddr>,
     /// The markers of the study.
     pub markers: Vec<Marker>,
 }
 
 impl Settings {
-    /// How it is served: as `http`, or as `https`.
+    /// The scheme of the dashboard's URL: `http` or `https`.
     pub(crate) fn scheme(&self) -> &'static str {
         if self.tls.is_some() { "https" } else { "http" }
     }
 
-    /// The addresses of this computer at which others reach it, where it listens on all of them.
+    /// The addresses at which other computers reach the dashboard, if it listens on all of this computer's addresses.
     pub(crate) fn reached_at(&self) -> impl Iterator<Item = IpAddr> {
         let local = if self.listen.is_unspecified() { &*self.local } else { &[] };
         local.iter().copied().filter(|address| !address.is_loopback())
     }
 
-    /// Whether it listens at the default address: if that fails, the session goes on without it.
+    /// Whether the dashboard listens at the default address: if that fails, the session goes on without a dashboard.
     pub fn is_default(&self) -> bool {
         let is_here = self.listen == IpAddr::V4(Ipv4Addr::LOCALHOST);
         is_here && self.port.is_none() && self.tls.is_none()
@@ -71,26 +71,26 @@ pub struct Disk {
     pub stage: RecordingStage,
     /// The folder of the newest bag; empty before the first.
     pub path: String,
-    /// The bytes that are synced.
+    /// The number of synced bytes.
     pub bytes: u64,
     /// The free space [bytes].
     pub free_bytes: Option<u64>,
-    /// How many seconds are kept in memory while it is paused [s].
+    /// How many seconds are kept in memory while the recording is paused [s].
     pub kept_secs: Option<f64>,
-    /// Why it ended early; empty otherwise.
+    /// Why the recording ended early; empty otherwise.
     pub reason: String,
 }
 
-/// The present state of a bus that was joined.
+/// The current state of a joined bus.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BusView {
-    /// Its name: `ROS domain 0`.
+    /// The name of the bus: `ROS domain 0`.
     pub name: String,
-    /// Our node there.
+    /// The name of our node on the bus.
     pub node: String,
     /// The number of other participants.
     pub participants: u32,
-    /// The topics that they publish.
+    /// The topics that these participants publish.
     pub topics: BTreeSet<String>,
 }
 
@@ -100,15 +100,15 @@ pub type FindUnmet = Arc<dyn Fn(&[(Arc<Stream>, StreamStatus)]) -> Vec<Unmet> + 
 /// The session that a dashboard shows.
 #[derive(Clone)]
 pub struct Context {
-    /// Its name.
+    /// The name of the session.
     pub session: String,
-    /// The folder of its bag; empty where there is none.
+    /// The folder of the session's bag; empty if there is none.
     pub path: String,
-    /// Its clock.
+    /// The clock of the session.
     pub clock: Clock,
     /// The position in the recording that is shown; `None` for a live session.
     pub playhead: Option<Playhead>,
-    /// Its phases, as planned.
+    /// The planned phases of the session.
     pub phases: Vec<PhasePlan>,
     /// The verbs of the commands that `[commands]` allows here.
     pub commands: Vec<&'static str>,

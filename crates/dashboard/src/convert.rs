@@ -8,10 +8,10 @@ use teampulse_core::stream::Stream;
 
 use crate::wire::{self, known};
 
-/// The verbs of what people write that are not commands.
+/// The verbs of written reports that are not commands.
 pub const WRITTEN: [&str; 3] = ["note", "acknowledge", "show_estimates"];
 
-/// The health of a stream.
+/// Converts the health of a stream.
 pub fn health(stream: u32, status: &StreamStatus) -> wire::StreamHealth {
     let state = match status.state {
         State::Never => "never",
@@ -42,7 +42,7 @@ pub fn health(stream: u32, status: &StreamStatus) -> wire::StreamHealth {
     }
 }
 
-/// The values of a feature at a time [s].
+/// Converts the values of a feature at a time [s].
 pub fn feature(stream: u32, t: f64, feature: &FeatureValues) -> wire::Feature {
     let reason = |reason: &Reason| match reason {
         Reason::Ok => "ok",
@@ -67,7 +67,7 @@ pub fn feature(stream: u32, t: f64, feature: &FeatureValues) -> wire::Feature {
     }
 }
 
-/// An event at a time [s], with its number among all events.
+/// Converts an event at a time [s]; `number` counts all events.
 pub fn event(number: u64, id: u32, t: f64, stream: &Stream, event: &data::Event) -> wire::Event {
     let alert = holds_alerts(stream).then(|| Alert::read(&event.label)).flatten();
     wire::Event {
@@ -89,13 +89,13 @@ pub fn event(number: u64, id: u32, t: f64, stream: &Stream, event: &data::Event)
     }
 }
 
-/// Whether an event is one of the frequent ones of a body, which a slow client may miss.
+/// Whether an event is a frequent one of the body, such as a beat or a blink, which a slow client may miss.
 pub fn is_minor(event: &data::Event) -> bool {
     use EventKind::{Beat, Blink, Breath, Burst, Response};
     matches!(event.kind, Beat | Response | Breath | Burst | Blink)
 }
 
-/// A command, note or acknowledgement in an event.
+/// Returns the command, note or acknowledgement that an event records.
 fn request(stream: &Stream, event: &data::Event) -> Option<wire::Request> {
     let asked = |who: String, verb: &str, text: &str| wire::Request {
         who,

@@ -9,10 +9,10 @@ use crate::context::Disk;
 use crate::hub::{Awaited, message};
 use crate::wire::{Echo, FromServer, RecordingStage};
 
-/// How many syncs must follow a record before it is surely on the disk: the first may have begun before it.
+/// The number of syncs after which a record is certainly on the disk: the first may have started before the record.
 const SYNCS: u64 = 2;
 
-/// How long after a sync all records before it are surely on the disk, if there are no further syncs: twice the time
+/// How long after a sync all earlier records are certainly on the disk if no other sync follows: twice the interval
 /// between two syncs of a bag [s].
 const SETTLED_SECS: f64 = 2.0;
 
@@ -26,9 +26,9 @@ pub struct Echoes {
 }
 
 impl Echoes {
-    /// Sends the echo of an action that is among the records, with its time [s] and how far that is off [s].
+    /// Sends the echo of a recorded action, with the action's time [s] and its deviation from the requested time [s].
     ///
-    /// A recording that is starting has the action too: it begins with everything that waits for it.
+    /// A recording that is starting also contains the action: it starts with all records that wait for it.
     pub fn add(
         &mut self,
         act: Awaited,
@@ -45,7 +45,7 @@ impl Echoes {
         }
     }
 
-    /// Sends the echoes of actions that are on the disk by now.
+    /// Sends the echoes of actions that are now on the disk.
     pub fn look(&mut self, disk: &Disk, clients: &[Arc<Client>]) {
         if disk.bytes > self.synced_bytes {
             self.syncs += 1;
@@ -54,7 +54,7 @@ impl Echoes {
         self.synced_bytes = disk.bytes;
         let is_settled =
             self.synced.is_some_and(|synced| synced.elapsed().as_secs_f64() >= SETTLED_SECS);
-        // In a session in which nothing else happens there is one sync only.
+        // In a session in which nothing else happens, only one sync follows.
         let syncs = self.syncs + u64::from(is_settled);
         for (_, client, mut echo) in self.waiting.extract_if(.., |(due, _, _)| *due <= syncs) {
             echo.on_disk = Some(true);

@@ -1,23 +1,23 @@
-//! The last ten minutes of a stream at the resolution of a screen.
+//! The last ten minutes of a stream, at screen resolution.
 
 use crate::wire::{Column, known};
 
 /// How much of the past is stored [s].
 pub const STORED_SECS: f64 = 600.0;
-/// The width of a column of a wave [s]; four times as much for anything else.
+/// The width of a column of a wave [s]; columns of other streams are four times as wide.
 const WAVE_STEP_SECS: f64 = 0.25;
-/// The most channels of a stream that are stored.
+/// The maximum number of stored channels per stream.
 const MOST_CHANNELS: usize = 64;
 
-/// The columns of a stream, each with the smallest and the largest number of each channel and their mean.
+/// The columns of a stream, each with the smallest, largest and mean value of each channel.
 #[derive(Debug)]
 pub struct Track {
     step_secs: f64,
     width: usize,
-    /// The number of columns, a ring.
+    /// The number of columns in the ring.
     depth: i64,
     cells: Vec<Cell>,
-    /// The newest column, counted from the start of the session.
+    /// The index of the newest column, counted from the start of the session.
     newest: Option<i64>,
 }
 
@@ -58,16 +58,16 @@ impl Cell {
 /// The stored data of a stream within a span of time.
 #[derive(Debug)]
 pub struct Excerpt {
-    /// When the first column begins [s].
+    /// The start of the first column [s].
     pub from: f64,
     /// The width of a column [s].
     pub step: f64,
-    /// One for each channel.
+    /// The columns of each channel.
     pub channels: Vec<Column>,
 }
 
 impl Track {
-    /// A track for waves or for other streams, with this number of channels.
+    /// A track for waves or for other streams, with the given number of channels.
     pub fn new(is_wave: bool, channels: usize) -> Track {
         let step_secs = if is_wave { WAVE_STEP_SECS } else { 4.0 * WAVE_STEP_SECS };
         let depth = (STORED_SECS / step_secs) as i64;
@@ -76,19 +76,19 @@ impl Track {
         Track { step_secs, width, depth, cells, newest: None }
     }
 
-    /// The memory of a track [bytes].
+    /// The memory used by the track [bytes].
     pub fn held_bytes(&self) -> usize {
         size_of_val(&*self.cells)
     }
 
-    /// Adds a sample: a number for each channel, at a time [s]. Samples older than the oldest column are dropped.
+    /// Adds a sample with one value per channel, at a time [s]. Samples older than the oldest column are dropped.
     pub fn add(&mut self, t: f64, numbers: impl Iterator<Item = f64>) {
         let column = (t / self.step_secs).floor() as i64;
         let newest = *self.newest.get_or_insert(column);
         if column <= newest - self.depth {
             return;
         }
-        // Columns that time has passed since are empty, not those of ten minutes ago.
+        // Columns between the newest and this one are cleared, as they hold data from ten minutes before.
         for passed in (newest + 1..=column).rev().take(self.depth as usize) {
             self.cells_of(passed).fill(Cell::default());
         }
@@ -100,7 +100,7 @@ impl Track {
         }
     }
 
-    /// The stored data between two times [s], in at most this number of columns.
+    /// Returns the stored data between two times [s], in at most `points` columns.
     pub fn excerpt(&self, from: f64, to: f64, points: u32) -> Excerpt {
         let newest = self.newest.unwrap_or(i64::MIN / 2);
         let first = ((from / self.step_secs).floor() as i64).max(newest - self.depth + 1);

@@ -18,11 +18,11 @@ use crate::playhead::Playhead;
 use crate::recent::Recent;
 use crate::wire::{self, FromServer, Playback, Recording, Timeline, Unmet};
 
-/// The most events that are kept for clients that join later: of the session, and of bodies.
+/// The maximum number of events of the session, and of events of bodies, that are kept for clients that join later.
 const MOST_EVENTS: usize = 4000;
-/// The memory of all stored columns [bytes]; streams declared after that have no history.
+/// The memory for all stored columns [bytes]; streams that exceed it have no history.
 const HISTORY_BYTES: usize = 64 << 20;
-/// The most actions whose echo is awaited.
+/// The maximum number of actions whose echo is awaited.
 const MOST_AWAITED: usize = 1000;
 
 /// The state shared by the sink's thread and the clients. No lock is held while anything is sent.
@@ -32,7 +32,7 @@ pub struct Hub {
     pub context: Context,
     /// The settings.
     pub settings: Settings,
-    /// The way into the session; `None` outside of one.
+    /// The outlet into the session; `None` if there is no live session.
     pub outlet: Option<Outlet>,
     began: Time,
     known: Mutex<Known>,
@@ -46,36 +46,36 @@ pub struct Hub {
 /// An action of a client that has not been read back yet.
 #[derive(Debug)]
 pub struct Awaited {
-    /// The client's number.
+    /// The number of the client.
     pub client: u64,
-    /// As the client sent it.
+    /// The reference that the client gave the action.
     pub reference: String,
-    /// The kind of its event.
+    /// The kind of the action's event.
     pub kind: EventKind,
-    /// When it was done.
+    /// The time of the action.
     pub at: Time,
-    /// Whether the client gave that time.
+    /// Whether the client gave the time.
     pub is_timed: bool,
 }
 
 /// What is known about the session.
 #[derive(Debug, Default)]
 pub struct Known {
-    /// Its streams, by their numbers.
+    /// The streams of the session, by number.
     pub streams: BTreeMap<u32, Arc<Declared>>,
-    /// Their numbers by topic; for a second type on a topic, with the type appended.
+    /// The numbers of the streams, by topic; the key of a second type on a topic has the type appended.
     pub named: BTreeMap<String, u32>,
     /// The streams that are hidden from viewers who must stay blind.
     pub hidden: BTreeSet<u32>,
     /// The newest health of each stream.
     pub health: BTreeMap<u32, wire::StreamHealth>,
-    /// When that was determined [s].
+    /// The time of the newest health [s].
     pub health_t: f64,
     /// The newest values of each feature.
     pub features: BTreeMap<u32, Arc<wire::Feature>>,
     /// The newest reading of each other stream.
     pub samples: BTreeMap<u32, Arc<wire::Sample>>,
-    /// Events of the session and the team, and of bodies; the oldest first.
+    /// The events of the session and the team, and the events of bodies; the oldest first.
     pub events: [VecDeque<(u32, Fragment)>; 2],
     /// The columns of each stream.
     pub tracks: BTreeMap<u32, Track>,
@@ -83,11 +83,11 @@ pub struct Known {
     pub recent: Recent,
     /// The newest pictures of each camera.
     pub cameras: Cameras,
-    /// The recording as it was last seen.
+    /// The state of the recording when it was last checked.
     pub recording: Option<Recording>,
-    /// The unmet requirements of the study; `None` before they were checked.
+    /// The unmet requirements of the study; `None` until they are checked.
     pub unmet: Option<Vec<Unmet>>,
-    /// The records that the sink skipped.
+    /// The number of records that the sink skipped.
     pub skipped: u64,
     tracked_bytes: usize,
 }
@@ -113,7 +113,8 @@ impl Known {
         };
     }
 
-    /// The track of a stream with this many channels; `None` if all memory is used.
+    /// Returns the track of a stream, creating it if necessary; `None` if the stream has no channels or the memory is
+    /// used up.
     pub fn track(&mut self, stream: u32, is_wave: bool, channels: usize) -> Option<&mut Track> {
         if !self.tracks.contains_key(&stream) {
             let track = Track::new(is_wave, channels);
@@ -126,26 +127,26 @@ impl Known {
         self.tracks.get_mut(&stream)
     }
 
-    /// A stream as shown to a viewer, who may be blind.
+    /// Returns a stream as it is declared to a viewer, who may be blind.
     pub fn stream(&self, id: u32, is_blind: bool) -> Option<wire::Stream> {
         let hidden = is_blind && self.hidden.contains(&id);
         Some(wire::Stream::of(StreamId(id), self.streams.get(&id)?, hidden))
     }
 
-    /// The declarations of these streams for a viewer, who may be blind.
+    /// Returns the declarations of these streams for a viewer, who may be blind.
     pub fn declared(&self, ids: impl IntoIterator<Item = u32>, is_blind: bool) -> FromServer {
         let streams = ids.into_iter().filter_map(|id| self.stream(id, is_blind)).collect();
         FromServer::Streams(wire::Declared::of(streams, |name| self.named.get(name).copied()))
     }
 
-    /// Whether a blind viewer may see a stream.
+    /// Whether a viewer, who may be blind, sees a stream.
     pub fn shows(&self, id: u32, is_blind: bool) -> bool {
         !(is_blind && self.hidden.contains(&id))
     }
 }
 
 impl Hub {
-    /// A session that begins now.
+    /// A hub whose session begins now, or at the start of the recording.
     pub fn new(context: Context, settings: Settings, outlet: Option<Outlet>) -> Hub {
         let began = context.playhead.as_ref().map_or_else(|| context.clock.now(), Playhead::first);
         Hub {
@@ -162,7 +163,7 @@ impl Hub {
         }
     }
 
-    /// Locks what is known.
+    /// Locks the known state of the session.
     pub fn known(&self) -> MutexGuard<'_, Known> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -177,7 +178,7 @@ impl Hub {
         at.secs_since(self.began)
     }
 
-    /// The present time [s].
+    /// The current time since the session began [s].
     pub fn now(&self) -> f64 {
         let playhead = self.context.playhead.as_ref();
         self.secs(playhead.map_or_else(|| self.context.clock.now(), Playhead::now))
@@ -195,7 +196,7 @@ impl Hub {
         })
     }
 
-    /// The events of the whole recording, once it is read.
+    /// The events of the whole recording, once they are read.
     pub fn timeline(&self) -> Option<Arc<Timeline>> {
         self.timeline.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -206,8 +207,8 @@ impl Hub {
         *kept = Some(Arc::new(timeline));
     }
 
-    /// The time of an action [s since the session began]: unique, by shifts of less than a microsecond, so that the
-    /// action can be found among the session's events. By default it is now.
+    /// Returns the time of an action, given in seconds since the session began; now by default. It is made unique by
+    /// shifts of less than a microsecond, so that the action can be found among the session's events.
     pub fn moment(&self, at: Option<f64>) -> Time {
         let at =
             at.map(|secs| Time::from_nanos(self.began.nanos().saturating_add((secs * 1e9) as i64)));
@@ -218,7 +219,7 @@ impl Hub {
         )
     }
 
-    /// Waits for the event of an action; at most a thousand are awaited.
+    /// Waits for the event of an action; beyond a thousand, the oldest is no longer awaited.
     pub fn expect(&self, awaited: Awaited) {
         let mut waiting = self.awaited.lock().unwrap_or_else(PoisonError::into_inner);
         if waiting.len() == MOST_AWAITED {
@@ -227,7 +228,7 @@ impl Hub {
         waiting.push_back(awaited);
     }
 
-    /// The action that an event of the session records.
+    /// Removes and returns the awaited action that an event of the session records.
     pub fn take_awaited(&self, kind: EventKind, at: Time) -> Option<Awaited> {
         let mut waiting = self.awaited.lock().unwrap_or_else(PoisonError::into_inner);
         let place = waiting.iter().position(|each| each.kind == kind && each.at == at)?;
@@ -240,7 +241,7 @@ impl Hub {
         waiting.retain(|each| each.at != at);
     }
 
-    /// The clients.
+    /// All clients.
     pub fn clients(&self) -> Vec<Arc<Client>> {
         self.lock_clients().clone()
     }
@@ -250,7 +251,7 @@ impl Hub {
         self.lock_clients().len() as u32
     }
 
-    /// Adds a client, unless there are this many already.
+    /// Adds a client, unless there are `most` already; returns whether it was added.
     pub fn join(&self, client: &Arc<Client>, most: usize) -> bool {
         let mut clients = self.lock_clients();
         let is_room = clients.len() < most;
@@ -265,12 +266,12 @@ impl Hub {
         self.lock_clients().retain(|client| client.number != number);
     }
 
-    /// Counts a client that was cut off.
+    /// Counts a client that the server disconnected.
     pub fn count_cut_off(&self) {
         self.cut_off.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// How many clients were cut off.
+    /// The number of clients that the server disconnected.
     pub fn cut_off(&self) -> u64 {
         self.cut_off.load(Ordering::Relaxed)
     }

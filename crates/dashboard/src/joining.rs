@@ -8,9 +8,9 @@ use crate::hub::{Hub, Known, json, message};
 use crate::outbox::StateKind;
 use crate::wire::{FromServer, Hello, Mode, PROTOCOL, Right, Timeline, Viewer};
 
-/// Sends a client everything known so far, and from then on whatever is new; returns whether there was room for it.
+/// Sends a client everything known so far, and subscribes it to everything new; returns whether there was room for it.
 pub fn welcome(hub: &Hub, client: &Arc<Client>) -> bool {
-    // Nothing is taken in meanwhile, so that nothing is sent twice or skipped.
+    // No records are taken while this is locked, so that nothing is sent twice or skipped.
     let known = hub.known();
     if !hub.join(client, MOST_CLIENTS) {
         return false;
@@ -81,7 +81,7 @@ pub fn show_moment(known: &Known, client: &Client) {
     }
 }
 
-/// The description of a viewer for its own browser.
+/// Describes a viewer to its own browser.
 fn viewer(hub: &Hub, client: &Client) -> Viewer {
     let grant = &client.grant;
     let allowed =

@@ -17,16 +17,16 @@ use tokio_rustls::TlsAcceptor;
 use crate::patience::Patience;
 use crate::tls::Tls;
 
-/// The most connections at once, of browsers and programs.
+/// The maximum number of simultaneous connections of browsers and programs.
 const MOST_CONNECTIONS: usize = 256;
-/// What the kernel may hold for a slow client [bytes]: a marker has to wait for it.
+/// The most data that the kernel may hold for a slow client [bytes]: a marker has to wait behind it.
 const SEND_BUFFER_BYTES: usize = 64 << 10;
-/// The first byte of a TLS connection: the type of a handshake's record.
+/// The first byte of a TLS connection: the content type of a handshake record.
 const HANDSHAKE_RECORD: u8 = 22;
 /// The answer to an http request when only https is served.
 const PLAIN: &str = "this dashboard is served as https: open the same address with https://\n";
 
-/// A listener with a limited number of connections: any beyond it are closed at once.
+/// A listener with a limited number of connections; any others are closed at once.
 pub struct Limited {
     listener: TcpListener,
     room: Arc<Semaphore>,
@@ -56,7 +56,7 @@ impl Listener for Limited {
                         return (Connection::new(stream, self.acceptor.clone(), permit), address);
                     }
                 }
-                // No file is left, or the other end has gone: the next one may be fine.
+                // No file descriptor is left, or the peer has gone: the next connection may succeed.
                 Err(error) => {
                     tracing::debug!("failed to accept a connection: {error}");
                     tokio::time::sleep(Duration::from_millis(100)).await;
@@ -70,7 +70,7 @@ impl Listener for Limited {
     }
 }
 
-/// A connection that is counted while it is open, which it is only for as long as it is used.
+/// A connection that is counted while it is open, and that is closed when it is not used for too long.
 pub struct Connection {
     stage: Stage,
     patience: Patience,
@@ -80,13 +80,13 @@ pub struct Connection {
 type Handshake = dyn Future<Output = io::Result<Box<dyn Stream>>> + Send;
 
 enum Stage {
-    /// A TLS handshake, done when the connection is first read or written: a slow one keeps nobody waiting.
+    /// A TLS handshake, carried out when the connection is first read or written, so that a slow one delays nobody.
     Handshake(Pin<Box<Handshake>>),
     Open(Box<dyn Stream>),
     Failed,
 }
 
-/// A stream that is read and written.
+/// A stream of bytes that can be read and written.
 trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
 
 impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
@@ -104,7 +104,7 @@ impl Connection {
         Connection { stage, patience: Patience::new(), _permit: permit }
     }
 
-    /// Waits until it can be read and written.
+    /// Waits until the connection can be read and written.
     fn poll_open(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<Pin<&mut dyn Stream>>> {
         if let Stage::Handshake(handshake) = &mut self.stage {
             self.stage = match ready!(handshake.as_mut().poll(cx)) {
@@ -122,14 +122,14 @@ impl Connection {
     }
 }
 
-/// Secures a connection with TLS; answers a plain one with the reason.
+/// Secures a connection with TLS; a plain http request is answered with a hint to use https.
 async fn secure(mut stream: TcpStream, acceptor: TlsAcceptor) -> io::Result<Box<dyn Stream>> {
     let mut first = [0];
     if stream.peek(&mut first).await? == 0 {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
     if first != [HANDSHAKE_RECORD] {
-        // What is left unread would reset the connection, and the answer with it.
+        // Unread data would reset the connection, and the answer would be lost.
         let mut request = [0; 4096];
         let _length = stream.read(&mut request).await?;
         let answer = format!(
@@ -138,7 +138,7 @@ async fn secure(mut stream: TcpStream, acceptor: TlsAcceptor) -> io::Result<Box<
         );
         stream.write_all(answer.as_bytes()).await?;
         stream.shutdown().await?;
-        return Err(io::Error::new(io::ErrorKind::InvalidData, "it is not TLS"));
+        return Err(io::Error::new(io::ErrorKind::InvalidData, "not a TLS handshake"));
     }
     Ok(Box::new(acceptor.accept(stream).await?))
 }

@@ -1,4 +1,4 @@
-//! Which requests a server on loopback may answer: pages of any site can have the browser send requests to it.
+//! Decides which requests a server on loopback may answer: pages of any site can make the browser send requests to it.
 
 use std::net::IpAddr;
 
@@ -7,18 +7,18 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue};
 
 const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
-/// Whether a server on loopback may answer a request: it names this computer as its host, and it is from a program or
-/// from a page of the same server.
+/// Whether a server on loopback may answer a request: the request names this computer as its host, and it comes from a
+/// program or from a page of the same server.
 pub fn admits(headers: &HeaderMap) -> bool {
     is_for_this_computer(headers) && !is_foreign(headers)
 }
 
-/// Whether a request names this computer as its host; another name may have been rebound to its address.
+/// Whether a request names this computer as its host; with DNS rebinding, it would name another host.
 pub fn is_for_this_computer(headers: &HeaderMap) -> bool {
     host_of(headers).is_some_and(|host| is_this_computer(name_of(host)))
 }
 
-/// Whether a name, or an address as in URLs, is this computer: `localhost`, `127.0.0.1` or `[::1]`.
+/// Whether a name, or an address as in URLs, means this computer: `localhost`, `127.0.0.1` or `[::1]`.
 pub fn is_this_computer(name: &str) -> bool {
     match address_of(name) {
         Some(address) => address.is_loopback(),
@@ -26,7 +26,7 @@ pub fn is_this_computer(name: &str) -> bool {
     }
 }
 
-/// A host without its port.
+/// Returns a host without its port.
 pub fn name_of(host: &str) -> &str {
     match host.rsplit_once(':') {
         Some((name, port)) if port.bytes().all(|digit| digit.is_ascii_digit()) => name,
@@ -34,14 +34,14 @@ pub fn name_of(host: &str) -> &str {
     }
 }
 
-/// The host of a request; `None` unless there is exactly one.
+/// Returns the host of a request; `None` unless there is exactly one.
 pub(crate) fn host_of(headers: &HeaderMap) -> Option<&str> {
     let mut hosts = headers.get_all(HOST).iter();
     let host = hosts.next().filter(|_| hosts.next().is_none())?;
     host.to_str().ok()
 }
 
-/// An address as in URLs.
+/// Parses an address as written in URLs.
 pub(crate) fn address_of(name: &str) -> Option<IpAddr> {
     name.trim_start_matches('[').trim_end_matches(']').parse().ok()
 }

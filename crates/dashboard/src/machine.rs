@@ -1,10 +1,10 @@
-//! The resources that this program itself uses.
+//! The resources that this program uses.
 
 use rustix::param::page_size;
 use rustix::time::{ClockId, clock_gettime};
 use teampulse_core::clock::Stopwatch;
 
-/// The processor time of this program since the last check.
+/// The processor time of this program at the last check.
 #[derive(Debug)]
 pub struct Usage {
     used_secs: f64,
@@ -17,7 +17,7 @@ impl Usage {
         Usage { used_secs: processor_secs(), since: Stopwatch::start() }
     }
 
-    /// The processor time per time since the last call [cores].
+    /// Returns the processor time per elapsed time since the last call [cores].
     pub fn take(&mut self) -> f64 {
         let before = std::mem::replace(self, Usage::start());
         let elapsed_secs = before.since.elapsed().as_secs_f64();
@@ -31,7 +31,7 @@ pub fn processor_secs() -> f64 {
     used.tv_sec as f64 + used.tv_nsec as f64 * 1e-9
 }
 
-/// The memory of this program [bytes]; `None` where the system has no /proc.
+/// The memory used by this program [bytes]; `None` if the system has no /proc.
 pub fn memory_bytes() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/statm").ok()?;
     let pages: u64 = text.split_whitespace().nth(1)?.parse().ok()?;

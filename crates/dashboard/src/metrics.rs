@@ -12,7 +12,7 @@ use crate::server::Shared;
 use crate::wire::StreamHealth;
 
 const FORMAT: &str = "text/plain; version=0.0.4; charset=utf-8";
-/// The states of a stream, each with its number.
+/// The states of a stream; the index is the value of the metric.
 const STATES: [&str; 5] = ["never", "ok", "degraded", "stale", "dead"];
 
 /// Answers with all metrics.
@@ -20,30 +20,30 @@ pub async fn answer(State(shared): State<Shared>) -> Response {
     ([(CONTENT_TYPE, FORMAT)], text(&shared.hub)).into_response()
 }
 
-/// A number of the health of a stream; `None` where it is unknown.
+/// Reads a metric from the health of a stream; `None` if it is unknown.
 type Figure = fn(&StreamHealth) -> Option<f64>;
 
-/// The metrics of each raw stream: name, kind, description, and source.
+/// The metrics of each raw stream: name, type, help text, and how to read it.
 const FIGURES: [(&str, &str, &str, Figure); 8] = [
     ("stream_state", "gauge", "0 never seen, 1 ok, 2 degraded, 3 stale, 4 dead", |health| {
         STATES.iter().position(|state| *state == health.state).map(|state| state as f64)
     }),
     ("stream_rate_hz", "gauge", "Rate over the last seconds", |health| Some(health.rate_hz)),
     ("stream_age_seconds", "gauge", "Time since the last sample", |health| health.age_secs),
-    ("stream_latency_seconds", "gauge", "Median time from measuring to arrival", |health| {
+    ("stream_latency_seconds", "gauge", "Median time from measurement to arrival", |health| {
         health.latency_secs
     }),
     (
         "stream_uncertainty_seconds",
         "gauge",
-        "Half the 95 % interval of the time of a sample",
+        "Half the width of the 95 % interval of a sample's time",
         |health| health.uncertainty_secs,
     ),
-    ("stream_received_total", "counter", "Samples taken", |health| Some(health.received as f64)),
+    ("stream_received_total", "counter", "Samples received", |health| Some(health.received as f64)),
     ("stream_lost_on_the_way_total", "counter", "Samples lost in transit", |health| {
         health.lost_source.map(|lost| lost as f64)
     }),
-    ("stream_lost_in_queue_total", "counter", "Samples lost in our own queue", |health| {
+    ("stream_lost_in_queue_total", "counter", "Samples lost in teampulse's queue", |health| {
         Some(health.lost_queue as f64)
     }),
 ];
@@ -56,11 +56,11 @@ fn text(hub: &Hub) -> String {
         line(&mut text, name, &[], value);
     };
     one("session_seconds", "gauge", "Time since the session began", hub.now());
-    one("viewers", "gauge", "Browsers that are connected", f64::from(hub.viewers()));
+    one("viewers", "gauge", "Connected browsers", f64::from(hub.viewers()));
     one(
         "viewers_cut_off_total",
         "counter",
-        "Browsers that were disconnected",
+        "Browsers that the dashboard disconnected",
         hub.cut_off() as f64,
     );
     one("cpu_seconds_total", "counter", "Processor time of teampulse", processor_secs());

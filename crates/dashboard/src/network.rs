@@ -8,9 +8,9 @@ use teampulse_core::status::StreamStatus;
 use crate::context::BusView;
 use crate::wire::{Bus, Computer, known};
 
-/// The most computers, and the most streams, that are followed; any beyond that are ignored.
+/// The maximum number of computers, and of streams, that are followed; any others are ignored.
 const MOST: usize = 1000;
-/// How long a probe is considered for the fastest one [s].
+/// How long a probe counts for the shortest round trip [s].
 const PROBES_SECS: f64 = 60.0;
 
 /// What is known about other computers and the buses.
@@ -18,7 +18,7 @@ const PROBES_SECS: f64 = 60.0;
 pub struct Network {
     /// The computer that stamps each stream, by topic.
     stamped_by: BTreeMap<String, String>,
-    /// The probes of the last minute: when [s], and the round trip [s].
+    /// The probes of the last minute, by computer: the time [s] and the round trip [s].
     probes: BTreeMap<String, VecDeque<(f64, f64)>>,
     /// The bus that carries each stream, by topic.
     carried_by: BTreeMap<String, String>,
@@ -45,7 +45,7 @@ impl Network {
         }
     }
 
-    /// The computers at a time [s], by name.
+    /// The computers at a time [s], sorted by name.
     pub fn computers<'a>(
         &self,
         now: f64,
@@ -97,7 +97,7 @@ impl Network {
         let mut buses: Vec<Bus> = views.iter().map(bus).collect();
         for status in statuses {
             let topic = status.topic();
-            // A stream stays with its bus when its publisher is gone: what was lost of it remains lost.
+            // A stream stays with its bus when its publisher is gone, so that its losses are still counted.
             if !self.carried_by.contains_key(topic) && self.carried_by.len() < MOST {
                 let Some(view) = views.iter().find(|view| view.topics.contains(topic)) else {
                     continue;
@@ -117,7 +117,8 @@ impl Network {
     }
 }
 
-/// Adds what a stream's status states about the clock that stamps it: the most certain status counts.
+/// Adds what a stream's status states about the clock that stamps it. If there are several, the status with the
+/// smallest uncertainty counts.
 fn describe(computer: &mut Computer, status: &StreamStatus) {
     let known_by = match status.clock {
         2 => "probes",

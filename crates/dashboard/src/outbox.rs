@@ -1,5 +1,5 @@
-//! The messages waiting for one client: events first, then states, then signals, pictures last; each with a limit,
-//! beyond which they are dropped and counted.
+//! The messages waiting for one client: events first, then states, then signals, pictures last. Beyond the limit of
+//! their kind, messages are dropped and counted, or the client is disconnected.
 
 mod pictures;
 
@@ -14,17 +14,17 @@ use self::pictures::Pictures;
 use crate::pictures::Picture;
 use crate::wire::Missed;
 
-/// The limit for messages that are never dropped [bytes]: beyond it the client is not reading, and is cut off.
+/// The limit for messages that are never dropped [bytes]; a client that exceeds it does not read, and is disconnected.
 const URGENT_BYTES: usize = 8 << 20;
-/// The limit for waiting beats, breaths and the like [bytes].
+/// The limit for waiting beats, breaths and similar events [bytes].
 const MINOR_BYTES: usize = 256 << 10;
-/// The limit for waiting waves and readings [bytes]: at 5 Mbit/s less than half a second.
+/// The limit for waiting waves and readings [bytes]: less than half a second at 5 Mbit/s.
 const SIGNAL_BYTES: usize = 256 << 10;
 
 /// A part of a JSON message, shared by all clients.
 pub type Fragment = Arc<str>;
 
-/// A kind of state; only the newest of each stream is kept waiting.
+/// A kind of state; only the newest state of each kind waits for a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StateKind {
     /// The health of a stream.
@@ -35,22 +35,22 @@ pub enum StateKind {
     Sample,
 }
 
-/// A kind of message; only the newest is kept waiting.
+/// A kind of message of which only the newest waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Slot {
-    /// The recording.
+    /// The state of the recording.
     Recording,
     /// The next phase.
     NextPhase,
-    /// The unmet requirements.
+    /// The unmet requirements of the study.
     Required,
-    /// The machine.
+    /// This program and its machine.
     Machine,
     /// Computers and buses.
     Network,
 }
 
-/// The queue of one client.
+/// The messages waiting for one client.
 #[derive(Debug, Default)]
 pub struct Outbox {
     state: Mutex<State>,
@@ -74,9 +74,9 @@ struct State {
     /// Whether missed messages are counted.
     is_settled: bool,
     reported: Missed,
-    /// Why nothing more is sent.
+    /// Why the connection ends, once it does.
     ended: Option<String>,
-    /// Why the client is cut off: messages that must arrive don't.
+    /// Why the client is disconnected, once messages that must arrive no longer fit.
     overflow: Option<String>,
 }
 
@@ -117,14 +117,14 @@ impl Outbox {
         state.urgent_bytes += text.len();
         state.urgent.push_back(text);
         if state.urgent_bytes > URGENT_BYTES {
-            let reason = format!("it read nothing while {} MiB waited", URGENT_BYTES >> 20);
+            let reason = format!("the client read nothing while {} MiB waited", URGENT_BYTES >> 20);
             *state = State { overflow: Some(reason), ..State::default() };
             self.overflowed.notify_one();
         }
         self.wake.notify_one();
     }
 
-    /// Adds this many events of the body, which are dropped if too many are waiting.
+    /// Adds `count` events of the body as one message, which is dropped if too much is waiting.
     pub fn minor(&self, text: impl Into<Utf8Bytes>, count: u64) {
         let text = text.into();
         let mut state = self.lock();
@@ -137,17 +137,17 @@ impl Outbox {
         self.wake.notify_one();
     }
 
-    /// Replaces a message of which only the newest counts.
+    /// Replaces a message of which only the newest is kept.
     pub fn replace(&self, slot: Slot, text: impl Into<Utf8Bytes>) {
         self.lock().slots.insert(slot, text.into());
         self.wake.notify_one();
     }
 
-    /// Replaces the state of a stream, at a time [s].
+    /// Replaces the state of a stream, as of a time [s].
     pub fn state(&self, kind: StateKind, stream: u32, t: f64, fragment: Fragment) {
         let mut state = self.lock();
         let missed = state.states.insert((kind, stream), fragment).is_some();
-        // Of readings that are not drawn only the newest is promised.
+        // For readings that are not drawn, only the newest is promised.
         if kind != StateKind::Sample {
             state.missed.states += u64::from(missed);
         }
@@ -162,7 +162,7 @@ impl Outbox {
         self.signal(Signal::Wave(bytes));
     }
 
-    /// Adds a reading that is drawn.
+    /// Adds a reading that the client draws.
     pub fn sample(&self, fragment: Fragment) {
         self.signal(Signal::Sample(fragment));
     }
@@ -179,7 +179,7 @@ impl Outbox {
         self.wake.notify_one();
     }
 
-    /// Adds a picture of a stream that is shown at no more than this rate; 0 for no limit.
+    /// Adds a picture of a stream that is shown at a rate of at most `most_per_sec`; 0 for no limit.
     pub fn picture(&self, picture: Arc<Picture>, most_per_sec: f64) {
         let mut state = self.lock();
         let skipped = state.pictures.put(picture, most_per_sec);
@@ -187,7 +187,7 @@ impl Outbox {
         self.wake.notify_one();
     }
 
-    /// Notes that the client has shown a picture of a stream: the next one may be sent.
+    /// Notes that the client has shown a picture of a stream, so that the next one may be sent.
     pub fn shown(&self, stream: u32) {
         self.lock().pictures.shown(stream);
         self.wake.notify_one();
@@ -209,7 +209,7 @@ impl Outbox {
         self.wake.notify_one();
     }
 
-    /// Waits until messages that must arrive no longer fit; returns the reason to cut the client off.
+    /// Waits until messages that must arrive no longer fit; returns the reason for disconnecting the client.
     pub async fn overflow(&self) -> String {
         loop {
             let overflowed = self.overflowed.notified();
@@ -220,8 +220,8 @@ impl Outbox {
         }
     }
 
-    /// The counts of missed messages, if they have grown. Nothing skipped before the first call is counted: a client
-    /// that joins receives everything known at once, and only the newest of it.
+    /// Returns the counts of missed messages, if they have grown since the last call. Messages that were replaced
+    /// before the first call are not counted: a client that joins is sent the newest of everything at once.
     pub fn missed(&self) -> Option<Missed> {
         let mut state = self.lock();
         if !std::mem::replace(&mut state.is_settled, true) {
@@ -276,7 +276,7 @@ impl State {
         message.map(Next::Message).or_else(|| self.pictures.take().map(Next::Picture))
     }
 
-    /// All states of one kind, as one message.
+    /// Takes all states of one kind, as one message.
     fn take_states(&mut self) -> Option<Message> {
         let ((kind, _), _) = self.states.first_key_value()?;
         let kind = *kind;
@@ -294,7 +294,7 @@ impl State {
         Some(Message::Text(text.into()))
     }
 
-    /// The oldest wave, or all readings up to the next wave.
+    /// Takes the oldest wave, or all readings up to the next wave.
     fn take_signal(&mut self) -> Option<Message> {
         let mut readings: Vec<Fragment> = Vec::new();
         while let Some(oldest) = self.signals.front() {
@@ -375,7 +375,7 @@ mod tests {
         for _ in 0..1000 {
             outbox.urgent(marker.clone());
         }
-        assert_eq!(outbox.overflow().await, "it read nothing while 8 MiB waited");
+        assert_eq!(outbox.overflow().await, "the client read nothing while 8 MiB waited");
         assert_eq!(outbox.waiting_bytes(), 0);
     }
 }

@@ -1,4 +1,4 @@
-//! How long a connection may keep its place: there are only so many.
+//! How long a connection may stay open without use, as the number of connections is limited.
 
 use std::pin::Pin;
 use std::task::{Context, Poll};
@@ -6,24 +6,24 @@ use std::time::Duration;
 
 use tokio::time::{Instant, Sleep, sleep};
 
-/// The time for a handshake and the head of the first request, however slowly its bytes come.
+/// The time allowed for a handshake and the head of the first request, however slowly the bytes arrive.
 const HEAD: Duration = Duration::from_secs(10);
-/// The time for the next answer, or the next message, after that: pages ask for the time every few seconds, and a
-/// client that only sends gets none.
+/// The longest time without anything sent to the client after that: pages request the time every few seconds. Bytes
+/// from the client do not extend it.
 const IDLE: Duration = Duration::from_secs(90);
 
 /// The deadline of one connection.
 pub(crate) struct Patience {
     until: Pin<Box<Sleep>>,
-    /// Whether the head of the first request has come.
+    /// Whether the head of the first request has arrived.
     has_asked: bool,
-    /// Whether the next byte begins a line of that head.
+    /// Whether the next byte is at the start of a line of the head.
     at_line_start: bool,
     idle: Duration,
 }
 
 impl Patience {
-    /// Begins when a connection is accepted.
+    /// The deadline of a connection that was just accepted.
     pub(crate) fn new() -> Patience {
         Patience::of(HEAD, IDLE)
     }
@@ -33,7 +33,7 @@ impl Patience {
         Patience { until, has_asked: false, at_line_start: false, idle }
     }
 
-    /// Takes in bytes that were received.
+    /// Takes received bytes into account.
     pub(crate) fn received(&mut self, bytes: &[u8]) {
         let had_asked = self.has_asked;
         for byte in bytes {
@@ -56,7 +56,7 @@ impl Patience {
         }
     }
 
-    /// Ready once the connection has to make room.
+    /// Ready once the deadline has passed.
     pub(crate) fn poll_over(&mut self, cx: &mut Context<'_>) -> Poll<()> {
         self.until.as_mut().poll(cx)
     }

@@ -18,7 +18,7 @@ use crate::wire::pictures::head;
 
 /// The largest picture that is shown [bytes].
 const LARGEST_BYTES: usize = 8 << 20;
-/// The quality of JPEG at which pixels are sent: a fifteenth of their size, and edges stay sharp.
+/// The JPEG quality at which pixels are sent: it takes a fifteenth of their size, and edges stay sharp.
 const JPEG_QUALITY: u8 = 80;
 
 /// A picture of a camera.
@@ -26,26 +26,26 @@ const JPEG_QUALITY: u8 = 80;
 pub struct Picture {
     /// The stream's number.
     pub stream: u32,
-    /// When it was taken [s].
+    /// When the picture was taken [s].
     pub t: f64,
-    /// What it is among those of its stream.
+    /// How the picture depends on others of its stream.
     pub place: Place,
     content: Content,
     encoded: OnceLock<Result<Bytes, Unshown>>,
 }
 
-/// What a picture is among those of its stream.
+/// How a picture depends on others of its stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// A picture of its own.
+    /// A picture that is no frame of a video.
     Alone,
-    /// A frame of video that needs none before.
+    /// A key frame of video: it depends on no other frame.
     First,
-    /// A frame of video that needs all since the first.
+    /// A frame of video that depends on all frames since the key frame.
     Next,
 }
 
-/// What a picture came as. Nothing is copied.
+/// The form in which a picture arrived. Nothing is copied.
 #[derive(Debug, PartialEq)]
 enum Content {
     /// A file that browsers can show, or a frame of H.264.
@@ -63,28 +63,28 @@ pub enum Unshown {
     /// A format that no browser supports.
     #[error("browsers can't show `{0}`; JPEG, PNG and WebP can be shown")]
     Format(String),
-    /// Pixels of another kind.
+    /// The pixels have an unsupported encoding.
     #[error(
         "pixels of `{0}` can't be shown; rgb8, bgr8, rgba8, bgra8, mono8, mono16, 16UC1, 32FC1 and yuyv can be shown"
     )]
     Encoding(String),
-    /// Video of another kind.
-    #[error("video of `{0}` can't be shown; H.264 can be")]
+    /// The video has an unsupported format.
+    #[error("video in `{0}` can't be shown; only H.264 can")]
     Video(String),
-    /// H.264 in another form.
+    /// The H.264 has an unsupported form.
     #[error(
-        "no picture of H.264 in a message; each needs one, in Annex B (a start code before each unit)"
+        "a message holds no H.264 picture; each must hold one, in Annex B (a start code before each unit)"
     )]
     Units,
-    /// Too large.
-    #[error("a picture of {0} MiB is not shown; at most 8 MiB")]
+    /// The picture is too large.
+    #[error("a picture of {0} MiB is too large; the limit is 8 MiB")]
     Large(usize),
-    /// Too many pixels for JPEG.
-    #[error("failed to encode it: {0}")]
+    /// The picture has too many pixels for JPEG.
+    #[error("failed to encode the picture: {0}")]
     Encode(String),
 }
 
-/// The messages that hold pictures.
+/// The kinds of messages that hold pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Compressed,
@@ -108,19 +108,19 @@ pub fn has_pictures(stream: &Stream) -> bool {
     Kind::of(stream).is_some()
 }
 
-/// Whether a stream holds frames of video, of which most need those before.
+/// Whether a stream holds frames of video, most of which depend on earlier ones.
 pub fn has_video(stream: &Stream) -> bool {
     Kind::of(stream) == Some(Kind::Video)
 }
 
-/// What a picture is among those of its stream, of a record of one that can be shown.
+/// Returns how the picture in a record depends on others; `None` if the record has none that can be shown.
 pub fn place_of(record: &Record) -> Option<Place> {
     let Data::Message(message) = &record.sample.data else { return None };
     Some(Picture::read(&record.stream, 0, 0.0, message).ok()?.place)
 }
 
 impl Picture {
-    /// Reads a message of a stream of pictures, taken at a time [s].
+    /// Reads a picture, taken at a time [s], from a message of a stream.
     pub fn read(stream: &Stream, id: u32, t: f64, message: &Bytes) -> Result<Picture, Unshown> {
         if message.len() > LARGEST_BYTES {
             return Err(Unshown::Large(message.len() >> 20));
@@ -134,13 +134,13 @@ impl Picture {
         Ok(Picture { stream: id, t, place, content, encoded: OnceLock::new() })
     }
 
-    /// The frame to send; pixels are converted to JPEG once for all viewers, which takes milliseconds.
+    /// Returns the message to send; pixels are converted to JPEG once for all viewers, which takes milliseconds.
     pub fn encode(&self) -> Result<Bytes, Unshown> {
         let encoded = self.encoded.get_or_init(|| encode(self.stream, self.t, &self.content));
         encoded.clone()
     }
 
-    /// The memory of what it came as [bytes].
+    /// The memory used by the picture as it arrived [bytes].
     pub fn held_bytes(&self) -> usize {
         match &self.content {
             Content::File(file) => file.len(),
@@ -148,7 +148,7 @@ impl Picture {
         }
     }
 
-    /// About what it takes to send it [bytes].
+    /// The approximate number of bytes that sending the picture takes.
     pub fn size(&self) -> usize {
         match (self.encoded.get(), &self.content) {
             (Some(Ok(encoded)), _) => encoded.len(),
@@ -158,7 +158,7 @@ impl Picture {
     }
 }
 
-/// The file in a `sensor_msgs/CompressedImage`.
+/// Reads the file in a `sensor_msgs/CompressedImage`.
 fn file(message: &Bytes) -> Result<Content, Unshown> {
     let PictureFile { format, bytes: file } = PictureFile::read(message)?;
     let is_shown = file.starts_with(&[0xff, 0xd8, 0xff])
@@ -167,7 +167,7 @@ fn file(message: &Bytes) -> Result<Content, Unshown> {
     if is_shown { Ok(Content::File(file)) } else { Err(Unshown::Format(format)) }
 }
 
-/// The frame in a message of video.
+/// Reads the frame in a message of video.
 fn frame(stream: &Stream, message: &Bytes) -> Result<(Content, Place), Unshown> {
     let Shape::Message(schema) = &stream.shape else {
         return Err(Unshown::Format(stream.name.clone()));
@@ -183,7 +183,7 @@ fn frame(stream: &Stream, message: &Bytes) -> Result<(Content, Place), Unshown> 
     Ok((Content::File(frame.bytes), place))
 }
 
-/// The pixels in a `sensor_msgs/Image`.
+/// Reads the pixels in a `sensor_msgs/Image`.
 fn pixels(message: &Bytes) -> Result<Content, Unshown> {
     match Pixels::read(message) {
         Ok(pixels) => Ok(Content::Pixels(pixels)),
@@ -247,7 +247,8 @@ fn ycbcr(pixels: &Pixels) -> Vec<u8> {
     out
 }
 
-/// Converts numbers to 8-bit grey levels, the largest to white. A value that is not finite is black, like a hole.
+/// Converts numbers to 8-bit grey levels, with the largest as white. Values that are not finite become black, like
+/// holes.
 fn greys<const BYTES: usize>(pixels: &Pixels, number: impl Fn([u8; BYTES]) -> f32) -> Vec<u8> {
     let bytes = pixels.rows().flat_map(|row| row.as_chunks().0);
     let numbers: Vec<f32> = bytes.map(|bytes| number(*bytes)).collect();

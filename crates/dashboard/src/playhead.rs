@@ -1,4 +1,4 @@
-//! The position in a recording that is shown: all viewers see the same time.
+//! The position in a recording, which all viewers share.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use tokio::sync::watch;
 /// The slowest and the fastest rate of playback.
 pub const RATES: (f64, f64) = (0.1, 20.0);
 
-/// The position in a recording, and its motion; clones share it.
+/// The position in a recording, and how it moves; shared among clones.
 #[derive(Clone, Debug)]
 pub struct Playhead {
     first: Time,
@@ -22,11 +22,11 @@ pub struct Playhead {
 pub struct Position {
     at: Time,
     since: Stopwatch,
-    /// How many times as fast as it was recorded.
+    /// The playback speed relative to real time.
     pub rate: f64,
-    /// Whether it is paused.
+    /// Whether playback is paused.
     pub is_paused: bool,
-    /// How often it was moved to another place.
+    /// How often the position was moved to another time.
     pub jumps: u64,
 }
 
@@ -55,12 +55,12 @@ impl Playhead {
         Playhead { first, last, state: Arc::new(watch::Sender::new(position)) }
     }
 
-    /// When the recording begins.
+    /// The start of the recording.
     pub fn first(&self) -> Time {
         self.first
     }
 
-    /// When it ends.
+    /// The end of the recording.
     pub fn last(&self) -> Time {
         self.last
     }
@@ -70,7 +70,7 @@ impl Playhead {
         self.position().now(self.last)
     }
 
-    /// Whether the end is reached.
+    /// Whether the end of the recording is reached.
     pub fn is_over(&self) -> bool {
         self.now() >= self.last
     }
@@ -80,12 +80,12 @@ impl Playhead {
         *self.state.borrow()
     }
 
-    /// Receives every change of its motion.
+    /// Returns a receiver of every change in how the position moves.
     pub fn changes(&self) -> watch::Receiver<Position> {
         self.state.subscribe()
     }
 
-    /// Pauses or resumes; at the end it resumes from the beginning.
+    /// Pauses or resumes; at the end, resuming starts from the beginning.
     pub fn set_paused(&self, is_paused: bool) {
         if !is_paused && self.is_over() {
             self.jump(self.first);
@@ -93,7 +93,7 @@ impl Playhead {
         self.change(|position| position.is_paused = is_paused);
     }
 
-    /// Sets the rate.
+    /// Sets the rate, limited to [`RATES`].
     pub fn set_rate(&self, rate: f64) {
         self.change(|position| position.rate = limited(rate));
     }
@@ -104,7 +104,8 @@ impl Playhead {
         self.change(|position| (position.at, position.jumps) = (to, position.jumps + 1));
     }
 
-    /// Limits the position to this much [s] beyond the time up to which everything has been shown.
+    /// Moves the position back to the time up to which everything has been shown, if it is more than `behind_secs`
+    /// ahead of it and not paused.
     pub fn wait_for(&self, shown: Time, behind_secs: f64) {
         let is_far = |now: Time| now.secs_since(shown) > behind_secs;
         self.state.send_if_modified(|position| {

@@ -12,12 +12,12 @@ pub struct Allowance {
 }
 
 impl Allowance {
-    /// Allows this many per second, and this many in a burst.
+    /// Allows `per_sec` per second, and `most` in a burst.
     pub fn new(per_sec: f64, most: f64) -> Allowance {
         Allowance { per_sec, most, left: most, since: Stopwatch::start() }
     }
 
-    /// Takes one; returns whether one was left.
+    /// Takes one from the allowance; returns whether one was left.
     pub fn take(&mut self) -> bool {
         let elapsed_secs = self.since.elapsed().as_secs_f64();
         self.since = Stopwatch::start();

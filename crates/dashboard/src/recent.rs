@@ -6,7 +6,7 @@ use crate::wire::waves::Wave;
 
 /// How long waves are kept [s].
 const KEPT_SECS: f64 = 30.0;
-/// The memory of all kept waves [bytes]; with more, each stream keeps less.
+/// The memory for all kept waves [bytes]; beyond it, the stream that uses most of it drops the older half of its waves.
 const KEPT_BYTES: usize = 16 << 20;
 
 /// The newest waves of each stream.
@@ -35,8 +35,8 @@ impl Recent {
         }
     }
 
-    /// The newest waves of a stream, oldest first, with at most this many points per second and no more than this much
-    /// memory [bytes].
+    /// Returns the newest waves of a stream, encoded and oldest first, with at most `points_per_sec` points per second
+    /// and at most `most_bytes` in total.
     pub fn of(&self, stream: u32, points_per_sec: f64, most_bytes: usize) -> Vec<Vec<u8>> {
         let newest_first = self.waves.get(&stream).into_iter().flatten().rev();
         let mut left = most_bytes;

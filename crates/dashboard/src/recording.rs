@@ -7,13 +7,13 @@ use teampulse_core::clock::Stopwatch;
 use crate::hub::Hub;
 use crate::wire::{Recording, RecordingStage};
 
-/// The time over which its speed is measured [s]; it is checked once a second.
+/// The time over which the speed of the recording is measured [s]; the recording is checked once a second.
 const SPEED_SECS: usize = 10;
 
-/// A bag that is seen within this time began with the session [s].
+/// A bag that is first seen within this time is considered to have started with the session [s].
 const FIRST_SECS: f64 = 5.0;
 
-/// What was observed of the recording.
+/// The state of the recording over the last checks.
 #[derive(Debug, Default)]
 pub struct Observed {
     /// The folder of the newest bag, and when it was first seen [s of the session].
@@ -23,7 +23,7 @@ pub struct Observed {
 }
 
 impl Observed {
-    /// Checks the disk.
+    /// Checks the disk, and returns the state of the recording.
     pub fn look(&mut self, hub: &Hub) -> Recording {
         let disk = (hub.context.disk)();
         if self.grown.is_none_or(|(bytes, _)| disk.bytes > bytes) {
@@ -38,7 +38,7 @@ impl Observed {
             if secs > 0.5 { disk.bytes.saturating_sub(*bytes) as f64 / secs } else { 0.0 }
         });
         let now = hub.now();
-        // The first bag begins with the session, unless that begins paused.
+        // The first bag starts with the session, unless the session starts paused.
         let began = if self.newest.is_none() && now < FIRST_SECS { 0.0 } else { now };
         let is_new = |(path, _): &(String, f64)| *path != disk.path;
         if !disk.path.is_empty() && self.newest.as_ref().is_none_or(is_new) {

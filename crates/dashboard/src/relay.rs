@@ -29,7 +29,7 @@ use crate::replay::timeline::MOST_EVENTS;
 use crate::wire::waves::Wave;
 use crate::wire::{Ended, FromServer, Machine, known as known_number};
 
-/// The interval at which readings are sent to clients that draw them, and to those that don't [s].
+/// The intervals at which readings are sent to clients that draw them, and to those that don't [s].
 const PACES: [f64; 2] = [1.0 / 30.0, 1.0];
 
 /// The time after which a stream that was not received counts as missing [s]: as long as `teampulse check` listens.
@@ -39,10 +39,10 @@ const AWAITED_SECS: f64 = 6.0;
 pub struct Relay {
     hub: Arc<Hub>,
     streams: Streams,
-    /// Whether a stream may have a new description.
+    /// Whether streams may be new or have changed.
     is_described: bool,
     readouts: BTreeMap<u32, Option<Readout>>,
-    /// The camera whose pictures each stream of points is of.
+    /// The camera in whose pictures the points of each stream were found.
     looks: BTreeMap<u32, Option<u32>>,
     /// The newest status of each raw stream.
     statuses: BTreeMap<u32, Arc<StreamStatus>>,
@@ -58,9 +58,9 @@ pub struct Relay {
     skipped: u64,
 }
 
-/// What is new in a batch.
+/// The new data of a batch.
 struct Fresh {
-    /// Whether there is a client: otherwise nothing needs to be encoded.
+    /// Whether any client is connected; otherwise nothing needs to be encoded.
     is_watched: bool,
     events: Vec<(u32, bool, Fragment)>,
     states: Vec<(StateKind, u32, f64, Fragment)>,
@@ -114,14 +114,15 @@ impl Relay {
         }
     }
 
-    /// Takes records.
+    /// Takes a batch of records.
     pub fn take(&mut self, batch: &[Record]) {
         let hub = Arc::clone(&self.hub);
         let is_described = |record: &Record| matches!(record.sample.data, Data::Description(_));
         self.is_described |= batch.iter().any(is_described);
         self.describe();
         let mut known = hub.known();
-        // One who joins or begins to draw from here on waits for what is known, and has all of this already.
+        // A client that joins, or starts to draw, after this point waits for the lock and then finds this batch in
+        // `known`.
         let clients = self.hub.clients();
         let mut fresh = Fresh::of(!clients.is_empty());
         for record in batch.iter().filter(|record| record.sample.turn != Turn::Duplicate) {
@@ -138,7 +139,7 @@ impl Relay {
         }
     }
 
-    /// Shows another time of a recording: the state at that time follows from earlier events and records, which are not
+    /// Shows another time of a recording. The state at that time follows from earlier events and records, which are not
     /// sent as if they happened now.
     pub fn restart<'a>(
         &mut self,
@@ -209,7 +210,7 @@ impl Relay {
         self.next_phase = next;
     }
 
-    /// The present state of other computers and the buses.
+    /// The current state of other computers and the buses.
     fn network(&mut self) -> FromServer {
         let now = self.hub.now();
         let statuses = || self.statuses.values().map(|status| &**status);
@@ -218,7 +219,7 @@ impl Relay {
         FromServer::Network { computers, buses }
     }
 
-    /// Checks the requirements of the study, once there was time to meet them.
+    /// Checks the requirements of the study, once there has been time to meet them.
     fn require(&mut self, clients: &[Arc<Client>]) {
         let Some(required) = &self.hub.context.required else { return };
         if self.hub.now() < AWAITED_SECS {
@@ -254,7 +255,7 @@ impl Relay {
         }
     }
 
-    /// Takes streams that are new or have changed.
+    /// Takes streams that are new or have changed, and declares them to all clients.
     fn describe(&mut self) {
         if !std::mem::take(&mut self.is_described) {
             return;
@@ -354,7 +355,7 @@ impl Relay {
         fresh.pictures.extend(picture.ok().zip(due));
     }
 
-    /// Something has looked at a picture of a camera: for those who draw points, it is due now.
+    /// Takes points found in a camera's picture: the picture is now due for clients that draw points.
     fn take_look(&mut self, record: &Record, t: f64, known: &mut Known, fresh: &mut Fresh) {
         let id = record.sample.stream.0;
         let camera = self.looks.entry(id).or_insert_with(|| camera_of(&record.stream, known));
@@ -423,7 +424,8 @@ impl Relay {
     }
 }
 
-/// The camera whose pictures a stream of points is of: its samples have places in pixels and the times of pictures.
+/// Returns the camera in whose pictures the points of a stream were found: the stream has positions in pixels, and the
+/// camera's stream is its only input.
 fn camera_of(stream: &Stream, known: &Known) -> Option<u32> {
     let [input] = stream.inputs.as_slice() else { return None };
     let is_of_points = stream.channels.iter().filter(|channel| channel.unit == "px").count() >= 2;
@@ -431,8 +433,7 @@ fn camera_of(stream: &Stream, known: &Known) -> Option<u32> {
     known.streams.get(camera).is_some_and(|it| has_pictures(it)).then_some(*camera)
 }
 
-/// Whether the dashboard has a use for a stream: messages of which neither a number nor a picture is read are left to
-/// others.
+/// Whether the dashboard uses a stream. Messages from which neither a number nor a picture can be read are ignored.
 pub fn is_wanted(stream: &Stream) -> bool {
     has_pictures(stream) || has_numbers(stream)
 }
@@ -440,13 +441,13 @@ pub fn is_wanted(stream: &Stream) -> bool {
 /// Whether anything other than pictures is read from a stream.
 pub fn has_numbers(stream: &Stream) -> bool {
     let is_opaque = matches!(stream.shape, Shape::Message(_)) && stream.channels.is_empty();
-    // Images and sound are nothing to draw as lines; what was computed of them is.
+    // Images and sound can't be drawn as lines, but values computed from them can.
     let is_raw = stream.origin == Origin::Raw;
     let is_scene = is_raw && matches!(stream.signal, Signal::Image | Signal::Audio);
     !is_opaque && !has_pictures(stream) && !is_scene
 }
 
-/// Hands a client what it may see of what is new.
+/// Hands a client the new data that it may see.
 fn offer(client: &Client, fresh: &Fresh, wanted: &BTreeMap<u32, Want>, hidden: &BTreeSet<u32>) {
     let is_blind = client.is_blind();
     let shows = |stream: &u32| !(is_blind && hidden.contains(stream));

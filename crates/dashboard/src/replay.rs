@@ -1,4 +1,4 @@
-//! A recording, shown in browsers: at a position that all of them share.
+//! A recording shown in browsers, at a position that all of them share.
 
 pub(crate) mod timeline;
 
@@ -32,23 +32,22 @@ use crate::wire::{Event, FromServer, Timeline};
 const LOOK: Duration = Duration::from_millis(15);
 /// How far back to read to show a given time: every stream's health is recorded twice a minute.
 const BEFORE: Duration = Duration::from_secs(120);
-/// How far back to look for pictures: the newest one is shown.
+/// How far back to look for pictures, of which the newest is shown.
 const BEFORE_PICTURES: Duration = Duration::from_secs(2);
-/// How much before a moment a frame of video is looked for that needs none before: the nearest first, then further
-/// away.
+/// How far back to look for a key frame of video: first nearby, then further away.
 const BEFORE_VIDEO: [Duration; 3] =
     [Duration::from_secs(2), Duration::from_secs(10), Duration::from_secs(40)];
-/// The most records that are handed on at once.
+/// The maximum number of records that are handed on at once.
 const BATCH: usize = 2000;
-/// When more than this remains to be shown, the position waits [s].
+/// The position waits if it is more than this ahead of what has been shown [s].
 const BEHIND_SECS: f64 = 2.0;
 
 /// A recording that can be read.
 pub trait Recording: Send + Sync {
-    /// Its streams.
+    /// The streams of the recording.
     fn streams(&self) -> Streams;
 
-    /// The records from a log time on, in their order, for the wanted streams.
+    /// The records of the wanted streams from a log time on, in log order.
     fn records<'a>(
         &'a self,
         from: Time,
@@ -81,7 +80,7 @@ impl Shown {
         self.hub.viewers()
     }
 
-    /// Whether it ended by itself, which only happens after a fault.
+    /// Whether the replay ended by itself, which only happens after a failure.
     pub fn has_ended(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
@@ -90,12 +89,12 @@ impl Shown {
 impl Drop for Shown {
     fn drop(&mut self) {
         self.is_over.store(true, Ordering::Release);
-        // A thread that panicked has said so.
+        // A panic of the thread has already been reported.
         drop(self.thread.take().map(JoinHandle::join));
     }
 }
 
-/// Shows a recording in browsers; the context has its position.
+/// Shows a recording in browsers, at the position of the playhead.
 pub fn show(
     recording: Arc<dyn Recording>,
     playhead: &Playhead,
@@ -138,7 +137,7 @@ pub fn show(
 /// The records from a position on.
 type Ahead<'a> = Peekable<Box<dyn Iterator<Item = Record> + 'a>>;
 
-/// The next record of either, if it is due: in the order in which they were recorded.
+/// Returns the next record of the two in log order, if it is due.
 fn due<'a>(ahead: &mut Ahead<'a>, pictures: &mut Ahead<'a>, now: Time) -> Option<Record> {
     let log_time = |record: &Record| record.sample.log_time;
     let is_picture = match (ahead.peek().map(log_time), pictures.peek().map(log_time)) {
@@ -154,7 +153,7 @@ fn nothing<'a>() -> Ahead<'a> {
     nothing.peekable()
 }
 
-/// The position as last sent.
+/// The state of the playback as last sent.
 #[derive(Clone, Copy, PartialEq)]
 struct Reported {
     rate: f64,
@@ -169,7 +168,7 @@ struct Showing<'a> {
     playhead: &'a Playhead,
     recording: &'a dyn Recording,
     relay: Relay,
-    /// The records from the position on except for pictures, of which less is read to show a given time.
+    /// The records from the position on, except for pictures, of which less is read to show a given time.
     ahead: Ahead<'a>,
     /// The pictures from the position on.
     pictures: Ahead<'a>,
@@ -177,7 +176,7 @@ struct Showing<'a> {
     jumps: Option<u64>,
     reported: Option<Reported>,
     has_timeline: bool,
-    /// Events that happened before this are sent from the timeline, however late they were recorded.
+    /// Events that happened before this time are sent from the timeline, even if they were recorded later.
     known_until: Option<Time>,
 }
 
@@ -213,10 +212,10 @@ impl<'a> Showing<'a> {
                 std::thread::sleep(LOOK);
             }
         }
-        self.relay.end("the replay was ended");
+        self.relay.end("the replay has ended");
     }
 
-    /// Shows the time at the position, with what was known then.
+    /// Shows the state at the position.
     fn restart(&mut self) {
         let now = self.playhead.now();
         let from = now - BEFORE;
@@ -244,7 +243,8 @@ impl<'a> Showing<'a> {
         self.relay.restart(before, records);
     }
 
-    /// From when on video is read to show a moment: of each stream its last frame before that needs none before.
+    /// Returns the log time from which video is read to show a moment: the earliest of the streams' last key frames
+    /// before it.
     fn video_from(&self, now: Time) -> Option<Time> {
         let mut missing: BTreeSet<StreamId> = {
             let streams = self.recording.streams().all();
@@ -272,7 +272,7 @@ impl<'a> Showing<'a> {
         from
     }
 
-    /// Hands on what is due; returns whether more is.
+    /// Hands on the records that are due; returns whether there are more.
     fn advance(&mut self) -> bool {
         let now = self.playhead.now();
         let mut batch = Vec::new();
@@ -292,7 +292,7 @@ impl<'a> Showing<'a> {
         is_behind
     }
 
-    /// Sends the moving position when it has changed, once a second, and at the end.
+    /// Sends the state of the playback when it has changed, once a second, and at the end.
     fn report(&mut self) {
         let Some(playback) = self.hub.playback() else { return };
         let reported = Reported {
@@ -311,8 +311,8 @@ impl<'a> Showing<'a> {
     }
 }
 
-/// Whether an event is among those of the timeline that were sent: it was recorded long after it happened, like the
-/// annotation of a span.
+/// Whether an event was already sent with the timeline, as it was recorded long after it happened, like the annotation
+/// of a span.
 fn is_known(record: &Record, known_until: Option<Time>) -> bool {
     let Data::Event(event) = &record.sample.data else { return false };
     !is_minor(event) && known_until.is_some_and(|until| record.sample.measured < until)

@@ -27,13 +27,13 @@ use crate::listener::Limited;
 use crate::rate::Allowance;
 use crate::{api, metrics};
 
-/// How many ports after the first are tried.
+/// How many further ports are tried after the first.
 const PORTS: u16 = 100;
 
-/// The events that programs may post: per second, and in a burst.
+/// The number of events that programs may post: per second, and in a burst.
 const POSTS: (f64, f64) = (50.0, 200.0);
 
-/// The headers of every answer: nothing from other sites, nothing inline, not in a frame.
+/// The headers of every answer: they allow nothing from other sites, nothing inline, and no display in a frame.
 const HEADERS: [(&str, &str); 7] = [
     (
         "content-security-policy",
@@ -53,7 +53,7 @@ const HEADERS: [(&str, &str); 7] = [
 pub struct Shared {
     /// The session.
     pub hub: Arc<Hub>,
-    /// Who may connect.
+    /// The rules on who may connect.
     pub access: Arc<Access>,
     assets: Arc<Assets>,
     posts: Arc<Mutex<Allowance>>,
@@ -72,13 +72,13 @@ impl Shared {
 pub struct NotBound {
     /// The first address that was tried.
     address: SocketAddr,
-    /// The other ports.
+    /// The text about the other ports; empty if none was tried.
     further: String,
     /// The reason.
     error: io::Error,
 }
 
-/// Listens where the settings say, or at the next free port.
+/// Listens at the address and port of the settings; without a port, at the first free one from [`PORT`] on.
 pub async fn bind(settings: &Settings) -> Result<TcpListener, NotBound> {
     let (first, last) = settings.port.map_or((PORT, PORT + PORTS), |port| (port, port));
     let mut failed = io::Error::from(io::ErrorKind::AddrInUse);
@@ -114,7 +114,7 @@ fn routes(hub: Arc<Hub>, access: Access) -> Router {
         .with_state(shared)
 }
 
-/// Admits or refuses a request, and adds the headers of every answer.
+/// Admits or refuses a request, and adds the common headers to the answer.
 async fn check(
     State(shared): State<Shared>,
     ConnectInfo(Peer(peer)): ConnectInfo<Peer>,
@@ -142,7 +142,7 @@ struct Asked {
     token: String,
 }
 
-/// Keeps the token of `/?token=…` in a cookie that scripts can't read, and takes it out of the address.
+/// Keeps the token of `/?token=…` in a cookie that scripts can't read, and removes it from the address.
 fn with_token(shared: &Shared, request: &Request) -> Response {
     let asked = Query::<Asked>::try_from_uri(request.uri());
     let Ok(Query(Asked { token })) = asked else { return refused(Denied::Token) };
@@ -178,7 +178,7 @@ async fn socket(
         .on_upgrade(move |socket| serve(socket, shared.hub, grant))
 }
 
-/// The address of the other end.
+/// The IP address of the peer.
 #[derive(Clone, Copy, Debug)]
 pub struct Peer(pub IpAddr);
 

@@ -13,14 +13,14 @@ use crate::hub::Hub;
 use crate::relay::{Relay, is_wanted};
 use crate::server;
 
-/// The longest wait for records; anything due once a second is late by at most this.
+/// The longest wait for records, and so the longest delay of anything that is due once a second.
 const PATIENCE: Duration = Duration::from_millis(50);
-/// How long readings gather before they are stored, while nobody watches.
+/// How long records gather before they are stored while nobody watches.
 const GATHER: Duration = Duration::from_millis(100);
-/// The time for the last messages to viewers.
+/// The time allowed for sending the last messages to viewers.
 pub(crate) const FAREWELL: Duration = Duration::from_millis(300);
 
-/// Shows a session in browsers, and lets the people there take part.
+/// Shows a session in browsers, and lets their users take part.
 #[derive(Debug)]
 pub struct Dashboard {
     context: Context,
@@ -83,12 +83,13 @@ impl Sink for Dashboard {
     }
 }
 
-/// Listens, and serves on threads of its own; returns the addresses for browsers.
+/// Starts to listen and to serve on a separate thread; returns its runtime and the addresses for browsers.
 pub(crate) fn start(hub: &Arc<Hub>) -> Result<(Runtime, Addresses), SinkError> {
     let failed = |message: String, hint: &str| SinkError::Failed { message, hint: hint.to_owned() };
     let settings = &hub.settings;
     let access = Access::new(settings.listen, &settings.names, &settings.tokens);
-    let access = access.map_err(|error| failed(error.to_string(), "name a file of `tokens`"))?;
+    let access =
+        access.map_err(|error| failed(error.to_string(), "set `tokens` to a file of tokens"))?;
     let mut builder = Builder::new_multi_thread();
     let runtime = builder.worker_threads(1).thread_name("dashboard").enable_all().build();
     let runtime = runtime.map_err(|error| failed(format!("start its threads: {error}"), ""))?;

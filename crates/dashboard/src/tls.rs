@@ -1,4 +1,4 @@
-//! The certificate with which the dashboard is served as https.
+//! The certificate for serving the dashboard over https.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -37,7 +37,7 @@ pub enum TlsError {
         /// What is wrong with it.
         why: String,
     },
-    /// The key is not that of the certificate.
+    /// The key does not belong to the certificate.
     #[error("use {key} with {certificate}: it is the key of another certificate")]
     Mismatched {
         /// The file of the certificate.
@@ -50,14 +50,14 @@ pub enum TlsError {
 /// One of the two files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TlsFile {
-    /// The certificate, with those that sign it.
+    /// The certificate, followed by those that sign it.
     Certificate,
-    /// Its private key.
+    /// The private key of the certificate.
     Key,
 }
 
 impl TlsFile {
-    /// The name of its setting.
+    /// The name of the setting for this file.
     pub const fn setting(self) -> &'static str {
         match self {
             TlsFile::Certificate => "certificate",
@@ -79,7 +79,8 @@ impl TlsError {
     pub const fn hint(&self) -> &'static str {
         match (self, self.file()) {
             (TlsError::Mismatched { .. }, _) => {
-                "a certificate comes first in its file, before those that sign it; its key was made with it"
+                "the certificate must come first in its file, before those that sign it; use the key \
+                 that was made with it"
             }
             (TlsError::Unreadable { .. }, _) => {
                 "paths are relative to the folder in which teampulse is started, and the file must be readable by you"
@@ -89,7 +90,8 @@ impl TlsError {
                  administrators can make one"
             }
             (_, TlsFile::Key) => {
-                "a key in PEM has a line `-----BEGIN PRIVATE KEY-----`; `openssl pkey -in KEY -out NEW` takes the passphrase from one that has it"
+                "a key in PEM has a line `-----BEGIN PRIVATE KEY-----`; `openssl pkey -in KEY -out NEW` removes a \
+                 passphrase"
             }
         }
     }
@@ -115,7 +117,7 @@ impl Tls {
         let private = private.map_err(|error| {
             let why = match error {
                 pem::Error::NoItemsFound => {
-                    "it contains no private key without a passphrase".to_owned()
+                    "it contains no private key, or only one with a passphrase".to_owned()
                 }
                 error => error.to_string(),
             };

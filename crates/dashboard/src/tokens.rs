@@ -21,7 +21,7 @@ pub struct Tokens {
 /// A file of tokens that can't be used. The message fits after "failed to".
 #[derive(Debug, Error)]
 pub enum TokensError {
-    /// It can't be read.
+    /// The file can't be read.
     #[error("read the tokens of {}: {error}", path.display())]
     Unreadable {
         /// The file.
@@ -29,7 +29,7 @@ pub enum TokensError {
         /// The reason.
         error: std::io::Error,
     },
-    /// A line of it is not a right and a token.
+    /// A line of the file is not a right followed by a token.
     #[error(
         "read the tokens of {}: line {line} is not `watch`, `mark` or `control` and a token of {SHORTEST} or more characters",
         path.display()
@@ -40,8 +40,8 @@ pub enum TokensError {
         /// The line, from 1.
         line: usize,
     },
-    /// It has no token.
-    #[error("read the tokens of {}: there are none", path.display())]
+    /// The file has no tokens.
+    #[error("read the tokens of {}: the file has no tokens", path.display())]
     None {
         /// The file.
         path: PathBuf,
@@ -56,7 +56,7 @@ impl TokensError {
                 "paths are relative to the folder in which teampulse is started, and the file must be readable by you"
             }
             TokensError::Line { .. } | TokensError::None { .. } => {
-                "a line of it is `watch`, `mark` or `control`, and 16 or more letters and digits: \
+                "each line is `watch`, `mark` or `control`, then 16 or more letters and digits: \
                  `echo control $(openssl rand -hex 16)` prints one"
             }
         }
@@ -64,7 +64,7 @@ impl TokensError {
 }
 
 impl Tokens {
-    /// Reads a file with a right and a token on each line; lines that begin with `#` are comments.
+    /// Reads a file with a right and a token on each line; lines that start with `#` are comments.
     pub fn read(path: &Path) -> Result<Tokens, TokensError> {
         let text = std::fs::read_to_string(path)
             .map_err(|error| TokensError::Unreadable { path: path.to_owned(), error })?;
@@ -80,19 +80,19 @@ impl Tokens {
         Ok(Tokens { file: Some(path.to_owned()), granted: tokens })
     }
 
-    /// Whether there are none.
+    /// Whether there are no tokens.
     pub fn is_empty(&self) -> bool {
         self.granted.is_empty()
     }
 
-    /// Their file.
+    /// The file from which the tokens were read.
     pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()
     }
 
     /// The right that a token grants.
     pub fn right_of(&self, token: &str) -> Option<Right> {
-        // All of them are compared, so that the time does not depend on which one it is.
+        // All tokens are compared, so that the time does not reveal which one matches.
         let rights =
             self.granted.iter().map(|(right, each)| is_equal(each, token).then_some(*right));
         rights.fold(None, Ord::max)
@@ -105,7 +105,7 @@ impl fmt::Debug for Tokens {
     }
 }
 
-/// The right and the token of a line.
+/// Parses the right and the token of a line.
 fn token(line: &str) -> Option<(Right, String)> {
     let (right, token) = line.split_once(char::is_whitespace)?;
     let right = match right {
@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(tokens.right_of("mark-0123456789ab"), Some(Right::Mark));
         assert_eq!(format!("{tokens:?}"), "Tokens(1)");
         for (text, reason) in [
-            ("# lab\n", "there are none"),
+            ("# lab\n", "the file has no tokens"),
             ("\ncontrol short\n", "line 2 is not"),
             ("admin admin-0123456789\n", "line 1 is not"),
         ] {

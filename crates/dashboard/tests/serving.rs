@@ -131,7 +131,7 @@ async fn other_sites_other_names_and_other_kinds_of_posts_are_refused() {
         assert!(answer.starts_with(&format!("HTTP/1.1 {status}")), "{lines:?}: {answer}");
     }
     let answer = stage.request(&[post, "Host: HOST", json], r#"{"label": ""}"#).await;
-    let empty = r#"{"error":"its text is empty","hint":"write 1 to 1000 bytes"}"#;
+    let empty = r#"{"error":"the text is empty","hint":"write 1 to 1000 bytes"}"#;
     assert!(answer.contains(empty), "{answer}");
     let large = format!(r#"{{"label": "{}"}}"#, "x".repeat(100_000));
     let answer = stage.request(&[post, "Host: HOST", json], &large).await;
@@ -144,17 +144,23 @@ async fn what_a_program_asks_wrongly_is_refused_with_the_reason() {
     let stage = Stage::new("s");
     let [post, json] = ["POST /api/events HTTP/1.1", "Content-Type: application/json"];
     for (body, reason) in [
-        ("{}", "it is neither a marker, nor a note, nor a self-report"),
-        (r#"{"label": "x", "note": "y"}"#, "it has `label` and `note`, which exclude each other"),
+        ("{}", "the event is neither a marker, a note nor a self-report"),
+        (
+            r#"{"label": "x", "note": "y"}"#,
+            "the event has `label` and `note`, which exclude each other",
+        ),
         (
             r#"{"label": "x", "value": 1}"#,
-            "it has `value`, which belongs to a `scale`, with a `label`",
+            "the event has a `label` with `value`, which belongs to a `scale`",
         ),
-        (r#"{"note": "x", "subject": "p001"}"#, "it has `subject`, which belongs to a `scale`"),
+        (
+            r#"{"note": "x", "subject": "p001"}"#,
+            "the event has a `note` with `subject`, which belongs to a `scale`",
+        ),
         (r#"{"scale": "isa"}"#, "a `scale` needs a `value`"),
         (r#"{"label": "x", "foo": 1}"#, "unknown key `foo`, expected one of `label`, `note`"),
         (r#"{"label": 5}"#, "label: invalid type: integer `5`, expected a string"),
-        (r#"{"label": "x", "at": 1, "unix": 1}"#, "it has two times"),
+        (r#"{"label": "x", "at": 1, "unix": 1}"#, "the event has two times"),
         (r#"{"label": "x", "unix": 12}"#, "12 is not within the last minute of the session"),
     ] {
         let answer = stage.request(&[post, "Host: HOST", json], body).await;
@@ -165,9 +171,12 @@ async fn what_a_program_asks_wrongly_is_refused_with_the_reason() {
         ("history?stream=/x&from=x", "from: not a number"),
         ("history?stream=/x&to=nan", "to: not a number"),
         ("history?stream=/x&from=-inf", "from: not a number"),
-        ("history?stream=/x&points=0", "points: 0 columns hold nothing"),
-        ("history?stream=/x&from=20&to=10", "from 20.0 s to 10.0 s of the session is no span"),
-        ("history?stream=/x&from=5&to=0", "from 5.0 s to 0.0 s of the session is no span"),
+        ("history?stream=/x&points=0", "points: expected 1 or more"),
+        (
+            "history?stream=/x&from=20&to=10",
+            "the span from 20.0 s to 10.0 s of the session is empty",
+        ),
+        ("history?stream=/x&from=5&to=0", "the span from 5.0 s to 0.0 s of the session is empty"),
         ("history?stream=/x&form=3", "form: unknown parameter `form`, expected one of"),
         ("history", "missing parameter `stream`"),
         ("latest?strem=/x", "strem: unknown parameter `strem`, expected `stream`"),
@@ -182,7 +191,7 @@ async fn what_a_program_asks_wrongly_is_refused_with_the_reason() {
     let answer = stage
         .request(&["GET /api/history?stream=/session/events HTTP/1.1", "Host: HOST"], "")
         .await;
-    assert!(answer.contains("\"/session/events\\\" has no numbers over time"), "{answer}");
+    assert!(answer.contains("\"/session/events\\\" has no stored values"), "{answer}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -200,9 +209,9 @@ async fn a_self_report_that_nothing_would_use_is_refused_with_the_reason() {
     stage.browser().await.event("x").await;
     let person = ecg().id;
     for (scale, value, subject, reason) in [
-        ("isa", 99.0, &*person, "ISA 99 is not used"),
-        ("ISA", 0.5, &*person, "ISA 0.5 is not used"),
-        ("isa", 3.0, "p999", "ISA of p999 is not used, as nobody of that name is known"),
+        ("isa", 99.0, &*person, "ISA 99 is off the scale"),
+        ("ISA", 0.5, &*person, "ISA 0.5 is off the scale"),
+        ("isa", 3.0, "p999", "the ISA of p999 can't be used: nobody with that name is known"),
     ] {
         let answer = ask(scale, value, subject).await;
         assert!(answer.starts_with("HTTP/1.1 422") && answer.contains(reason), "{answer}");
@@ -292,7 +301,7 @@ async fn of_a_hundred_browsers_sixty_four_are_served_and_the_others_hear_why() {
     }
     for _ in 64..100 {
         let reason = stage.connect().await.ended().await;
-        assert_eq!(reason, "64 viewers are connected already: close one of them");
+        assert_eq!(reason, "64 viewers are already connected: close one of them");
     }
     stage.happen(EventKind::Marker, "all");
     for browser in &mut served {

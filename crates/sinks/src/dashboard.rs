@@ -98,7 +98,7 @@ impl Component<dyn Sink, SinkContext> for Dashboard {
         let is_open = !self.listen.is_loopback();
         if is_open && self.tokens.is_none() {
             let message = format!("anybody on the network could see the team on {}", self.listen);
-            let hint = "name a file of `tokens`, or listen on 127.0.0.1";
+            let hint = "set `tokens` to a file of tokens, or listen on 127.0.0.1";
             return Err(SettingsError::new(message).at("listen").with_hint(hint));
         }
         let odd =

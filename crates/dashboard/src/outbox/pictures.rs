@@ -1,9 +1,9 @@
-//! The pictures that wait for one client: of each stream the newest, of video each frame up to the newest, and no more
-//! on their way than it shows.
+//! The pictures waiting for one client: the newest of each camera or, for video, every frame up to the newest. They are
+//! sent only as fast as the client shows them.
 //!
-//! A picture is large, and whatever is on its way holds up the marker behind it: in the kernel, in the network, in the
-//! browser. So the next one leaves only when the client has shown those before. A frame of video is of no use without
-//! those before it: a client that is too slow for them goes on with the next frame that needs none.
+//! A picture is large, and every picture in flight delays the marker behind it: in the kernel, in the network, in the
+//! browser. So the next one is sent only when the client has shown the previous ones. A frame of video is of no use
+//! without the earlier ones: a client that is too slow for them continues with the next key frame.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound::{Excluded, Unbounded};
@@ -13,45 +13,45 @@ use teampulse_core::clock::Stopwatch;
 
 use crate::pictures::{Picture, Place};
 
-/// The amount in flight at first, and the bounds within which it adapts to the link [bytes]. A single picture may be
+/// The initial amount in flight, and the bounds within which it adapts to the link [bytes]. A single picture may be
 /// larger.
 const FIRST_BYTES: f64 = (64 << 10) as f64;
 const BOUNDS_BYTES: (f64, f64) = ((16 << 10) as f64, (1 << 20) as f64);
-/// How long a picture should be in flight [s]: a marker behind it is hardly delayed.
+/// How long a picture should be in flight [s], so that a marker behind it is hardly delayed.
 const AIM_SECS: f64 = 0.1;
-/// The factor by which a single picture changes the amount in flight.
+/// The largest factor by which a single picture changes the amount in flight.
 const STEP: f64 = 1.1;
-/// How many of one stream are on their way at most, so that one is drawn while the next one comes; of video, whose
-/// frames are small and of which each is needed, more.
+/// The maximum number of pictures of one stream in flight, so that one is drawn while the next one arrives; video has a
+/// higher limit, as its frames are small and each is needed.
 const MOST_EACH: usize = 2;
 const MOST_FRAMES: usize = 16;
-/// Frames of video that waited for so long [s] are left out, up to the next that needs none before.
+/// The time after which waiting frames of video are dropped, up to the next key frame [s].
 const LATE_SECS: f64 = 2.0;
 
 /// The pictures waiting for one client.
 #[derive(Debug)]
 pub struct Pictures {
     queues: BTreeMap<u32, Queue>,
-    /// The size of each that was sent and not yet shown [bytes], and since when.
+    /// The size of each picture that was sent and not yet shown [bytes], and the time since.
     on_their_way: BTreeMap<u32, VecDeque<(usize, Stopwatch)>>,
     bytes: usize,
     /// The amount that may be in flight [bytes].
     most_bytes: f64,
-    /// The stream whose picture was sent last: the streams after it come next.
+    /// The stream whose picture was sent last; the streams after it are served next.
     last: u32,
     /// The time since a picture of each stream was last sent.
     sent: BTreeMap<u32, Stopwatch>,
 }
 
-/// The pictures of a stream that wait, the oldest first: of all but video one at most.
+/// The waiting pictures of a stream, oldest first; at most one unless they are frames of video.
 #[derive(Debug, Default)]
 struct Queue {
     waiting: VecDeque<(Arc<Picture>, Stopwatch)>,
-    /// The shortest time after the one before [s].
+    /// The shortest time since the previous picture [s].
     after_secs: f64,
-    /// Whether frames of video were left out since the last that needs none before.
+    /// Whether frames of video were dropped since the last key frame.
     is_cut: bool,
-    /// Whether a frame of video has come that needs none before.
+    /// Whether a key frame of video has arrived.
     has_first: bool,
 }
 
@@ -69,14 +69,14 @@ impl Default for Pictures {
 }
 
 impl Queue {
-    /// Leaves out what waits; returns how many.
+    /// Drops the waiting pictures; returns how many.
     fn cut(&mut self) -> u64 {
         let cut = self.waiting.len() as u64;
         self.waiting.clear();
         cut
     }
 
-    /// Takes a frame of video; returns how many were left out.
+    /// Takes a frame of video; returns how many were dropped.
     fn put_frame(&mut self, picture: Arc<Picture>) -> u64 {
         let oldest = self.waiting.front();
         let is_late = oldest.is_some_and(|(_, since)| since.elapsed().as_secs_f64() > LATE_SECS);
@@ -95,8 +95,8 @@ impl Queue {
 }
 
 impl Pictures {
-    /// Takes a picture of which at most this many a second are shown, 0 for all of them; returns how many were left
-    /// out, as the client was too slow for them. Of video all frames are shown.
+    /// Takes a picture, of whose stream at most `most_per_sec` pictures per second are shown (0 for all of them);
+    /// returns how many were dropped because the client was too slow. All frames of video are shown.
     pub fn put(&mut self, picture: Arc<Picture>, most_per_sec: f64) -> u64 {
         let stream = picture.stream;
         if picture.place != Place::Alone {
@@ -106,12 +106,13 @@ impl Pictures {
         let queue = self.queues.entry(stream).or_default();
         let replaced = queue.cut();
         queue.waiting.push_back((picture, Stopwatch::start()));
-        // A tenth earlier is on time: cameras are not that regular.
+        // A tenth earlier still counts as on time, as cameras are not perfectly regular.
         queue.after_secs = if most_per_sec > 0.0 { 0.9 / most_per_sec } else { 0.0 };
         if is_due { replaced } else { 0 }
     }
 
-    /// The next one to send. A picture that is not due yet waits until something else is sent, at most a second.
+    /// The next picture to send. A picture that is not due yet waits until something else is sent, for at most a
+    /// second.
     pub fn take(&mut self) -> Option<Arc<Picture>> {
         if self.bytes as f64 >= self.most_bytes {
             return None;
@@ -129,7 +130,7 @@ impl Pictures {
         Some(picture)
     }
 
-    /// Whether the next picture of a stream may leave.
+    /// Whether the next picture of a stream may be sent.
     fn is_free(&self, stream: u32, queue: &Queue) -> bool {
         let Some((picture, _)) = queue.waiting.front() else { return false };
         let most = if picture.place == Place::Alone { MOST_EACH } else { MOST_FRAMES };
@@ -150,7 +151,7 @@ impl Pictures {
         self.follow(sent.elapsed().as_secs_f64());
     }
 
-    /// Notes how long a picture was in flight [s]: if that is long, less is sent at once.
+    /// Adapts the amount in flight to how long a picture was in flight [s]: the longer, the less is sent at once.
     fn follow(&mut self, secs: f64) {
         let step = (AIM_SECS / secs.max(1e-3)).clamp(1.0 / STEP, STEP);
         self.most_bytes = (self.most_bytes * step).clamp(BOUNDS_BYTES.0, BOUNDS_BYTES.1);

@@ -1,4 +1,4 @@
-//! The events of a whole recording: read once, independently of what is shown.
+//! The events of a whole recording, read once, independently of the position.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,7 +14,7 @@ use crate::hub::{Hub, message};
 use crate::replay::Recording;
 use crate::wire::{Absence, FromServer, Gap, Timeline};
 
-/// The most events of a timeline. Their numbers are below those of events that are shown as they occur.
+/// The maximum number of events in a timeline. Events that are shown as they occur have higher numbers.
 pub(crate) const MOST_EVENTS: usize = 20_000;
 
 /// Reads a recording and sends its timeline to all viewers, unless the replay ends first.
@@ -38,12 +38,13 @@ pub(super) fn read(recording: &dyn Recording, hub: &Hub, is_over: &AtomicBool) {
     }
 }
 
-/// Whether a stream has events or the health of others.
+/// Whether a stream holds events or the health of other streams.
 fn is_notable(stream: &Stream) -> bool {
     matches!(stream.shape, Shape::Event | Shape::Status)
 }
 
-/// Whether an event is shown on a timeline: not those of a body, nor reports on clocks, which occur every second.
+/// Whether an event is shown on a timeline; events of a body are not, nor are reports on clocks, which occur every
+/// second.
 fn is_shown(stream: &Stream, event: &Event) -> bool {
     !convert::is_minor(event) && !UNTOLD.contains(&stream.name.as_str())
 }
@@ -95,7 +96,7 @@ impl Presence {
     }
 }
 
-/// What was read so far.
+/// The results of the scan so far.
 struct Scan<'a> {
     hub: &'a Hub,
     subjects: BTreeMap<String, Option<Subject>>,

@@ -1,4 +1,4 @@
-//! Streams as they are declared to a page: what many of them share comes once.
+//! The declaration of streams to a page, in which values shared by many streams appear only once.
 
 use std::collections::BTreeMap;
 
@@ -10,9 +10,9 @@ use super::stream::{Span, Stream};
 #[derive(Clone, Debug, Default, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Declared {
-    /// Their subjects and devices.
+    /// The subjects and devices of the streams, without duplicates.
     pub whose: Vec<Whose>,
-    /// The channels that they have.
+    /// The channel lists of the streams, without duplicates.
     pub channels: Vec<ChannelList>,
     /// The streams.
     pub streams: Vec<StreamRow>,
@@ -34,9 +34,9 @@ pub struct Whose {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ChannelList {
-    /// Their names.
+    /// The names of the channels.
     pub names: Vec<String>,
-    /// Their units.
+    /// The units of the channels.
     pub units: Vec<String>,
 }
 
@@ -45,43 +45,43 @@ pub struct ChannelList {
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[cfg_attr(test, ts(optional_fields))]
 pub struct StreamRow {
-    /// Its number in this session.
+    /// The number of the stream in this session.
     pub id: u32,
-    /// Its ROS topic.
+    /// The ROS topic of the stream.
     pub name: String,
-    /// What it measures.
+    /// What the stream measures.
     pub signal: &'static str,
-    /// The shape of its data.
+    /// The shape of the data.
     pub shape: &'static str,
-    /// The index of its subject and device in `whose`.
+    /// The index of the subject and device in `whose`.
     pub whose: u32,
-    /// The index of its channels in `channels`.
+    /// The index of the channel list in `channels`.
     pub channels: u32,
-    /// The type of its messages.
+    /// The type of the messages.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub message_type: Option<String>,
-    /// Whether it was computed here.
+    /// Whether the stream was computed here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub derived: Option<bool>,
     /// The declared rate [Hz].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
-    /// The family of its feature.
+    /// The family of the feature.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub family: Option<String>,
-    /// The span of its values.
+    /// The time span that each value covers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub window: Option<Span>,
-    /// The numbers of the streams it was computed from.
+    /// The numbers of the streams from which this one was computed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inputs: Option<Vec<u32>>,
-    /// The topic whose second publisher's samples this holds.
+    /// The topic, if this stream holds the samples of a second publisher on it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beside: Option<String>,
-    /// Whether this viewer gets no data of it.
+    /// Whether this viewer receives no data of the stream.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hidden: Option<bool>,
-    /// Whether its data goes to workers only and is never shown.
+    /// Whether the data goes to workers only and is never shown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub private: Option<bool>,
 }
@@ -92,14 +92,14 @@ pub struct StreamRow {
 pub struct Description {
     /// The stream's number.
     pub stream: u32,
-    /// How it was computed: the recipe; empty for a raw stream.
+    /// The recipe by which the stream was computed; empty for a raw stream.
     pub method: String,
-    /// One sentence for people.
+    /// A sentence that describes the stream to people.
     pub doc: String,
 }
 
 impl Declared {
-    /// These streams; `number` finds the number of an input by its topic.
+    /// The declaration of these streams; `number` returns the number of an input by its topic.
     pub fn of(streams: Vec<Stream>, number: impl Fn(&str) -> Option<u32>) -> Declared {
         let (mut whose, mut channels) = (Shared::default(), Shared::default());
         let rows = streams.into_iter().map(|stream| {

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-/// The most streams of waves that a browser can have at once.
+/// The maximum number of streams that a browser can draw at once.
 pub const MOST_WANTED: usize = 256;
 
 /// A message from a browser. Any other message is refused.
@@ -12,31 +12,31 @@ pub const MOST_WANTED: usize = 256;
 pub enum FromBrowser {
     /// A probe of the session's clock, answered at once by `pong`.
     Ping {
-        /// Any number, returned unchanged: the browser's own time [ms].
+        /// Any number, such as the browser's own time [ms]; it is returned unchanged.
         sent: f64,
     },
     /// The streams whose waves and samples this browser draws; replaces the previous list.
     Want {
-        /// At most 256.
+        /// The streams; at most 256.
         streams: Vec<Wanted>,
     },
     /// Pictures were shown: the next ones of these streams may be sent.
     Shown {
-        /// A stream is listed once per picture.
+        /// The streams, each listed once per picture.
         streams: Vec<u32>,
     },
     /// Requests the stored data of a stream; answered by `history`.
     History(History),
     /// Requests the description of a stream; answered by `description`.
     Describe {
-        /// Returned in `refused`.
+        /// The client's reference, returned in `refused`.
         reference: String,
         /// The stream's number.
         stream: u32,
     },
     /// A command in text form: `mark robot lost`, `next_phase`, `split`, `stop`.
     Command {
-        /// Returned in `echo` or `refused`.
+        /// The client's reference, returned in `echo` or `refused`.
         reference: String,
         /// The command.
         text: String,
@@ -45,7 +45,7 @@ pub enum FromBrowser {
     },
     /// A note, up to 1000 bytes.
     Note {
-        /// Returned in `echo` or `refused`.
+        /// The client's reference, returned in `echo` or `refused`.
         reference: String,
         /// The note.
         text: String,
@@ -55,18 +55,18 @@ pub enum FromBrowser {
     /// A label for a time span of the signals, up to 1000 bytes: a marker with a duration, recorded at the start of
     /// the span.
     Annotate {
-        /// Returned in `echo` or `refused`.
+        /// The client's reference, returned in `echo` or `refused`.
         reference: String,
         /// The label.
         text: String,
         /// The start of the span: at most ten minutes ago [s].
         from: f64,
-        /// Its end [s].
+        /// The end of the span [s].
         to: f64,
     },
     /// The user acknowledges an alert or a fault.
     Acknowledge {
-        /// Returned in `echo` or `refused`.
+        /// The client's reference, returned in `echo` or `refused`.
         reference: String,
         /// The event's label, as received.
         alert: String,
@@ -75,7 +75,7 @@ pub enum FromBrowser {
     },
     /// A self-report, such as an answer to an ISA prompt.
     Report {
-        /// Returned in `echo` or `refused`.
+        /// The client's reference, returned in `echo` or `refused`.
         reference: String,
         /// The person; `null` if there is only one.
         subject: Option<String>,
@@ -89,12 +89,12 @@ pub enum FromBrowser {
     /// Shows hidden streams to this viewer from now on, which is recorded in the bag. They are then sent in
     /// `streams`.
     ShowEstimates {
-        /// Returned in `echo` or `refused`.
+        /// The client's reference, returned in `echo` or `refused`.
         reference: String,
     },
     /// For a recording: seeks, or changes the playback, for all viewers.
     Play {
-        /// Returned in `refused`.
+        /// The client's reference, returned in `refused`.
         reference: String,
         /// The time to seek to [s].
         t: Option<f64>,
@@ -110,7 +110,8 @@ pub enum FromBrowser {
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
 pub struct Wanted {
-    /// The stream's number.
+    /// The maximum number of points, or pictures, drawn per second; a faster wave is sent as pairs of its minimum and
+    /// maximum, in the order in which they occur. 0 for all samples.
     pub stream: u32,
     /// The most points, or pictures, drawn per second; a faster wave is sent as pairs of its minimum and maximum, in
     /// their order. 0 for all samples.
@@ -126,7 +127,7 @@ pub struct Wanted {
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
 pub struct History {
-    /// Returned in the reply.
+    /// The client's reference, returned in the reply.
     pub reference: String,
     /// The stream's number.
     pub stream: u32,
@@ -134,6 +135,6 @@ pub struct History {
     pub from: f64,
     /// The end [s].
     pub to: f64,
-    /// The most columns, one per pixel. At most 4000.
+    /// The maximum number of columns, such as one per pixel; no more than 4000.
     pub points: u32,
 }

@@ -22,32 +22,32 @@ pub enum FromServer {
     Status(Status),
     /// Values of features; at the start the newest of each stream.
     Features {
-        /// In order of arrival.
+        /// The features, in order of arrival.
         features: Vec<Feature>,
     },
     /// Readings, and numbers from robots' messages: the newest of each wanted stream, at most 30 per second; at the
     /// start the newest of every stream.
     Samples {
-        /// In order of arrival.
+        /// The samples, in order of arrival.
         samples: Vec<Sample>,
     },
     /// Events; at the start those of the last ten minutes, and all earlier phases, faults and alerts.
     Events {
-        /// In order of arrival.
+        /// The events, in order of arrival.
         events: Vec<Event>,
     },
     /// Everything known so far was sent; new data follow.
     Ready,
     /// The recording, once a second.
     Recording(Recording),
-    /// The next phase, when it changes: the one that a command would start.
+    /// The phase that a command would start next; sent when it changes.
     NextPhase {
-        /// Its name; `null` after the last one.
+        /// The name of the phase; `null` after the last one.
         name: Option<String>,
     },
     /// The unmet requirements of the study, when they change; not sent before they are known.
     Required {
-        /// As `teampulse check` would report them now.
+        /// The requirements, as `teampulse check` would report them now.
         unmet: Vec<Unmet>,
     },
     /// The pictures of a stream cannot be shown.
@@ -59,9 +59,9 @@ pub enum FromServer {
     },
     /// Other computers with their clocks, and the joined buses; once a second.
     Network {
-        /// Sorted by name.
+        /// The computers, sorted by name.
         computers: Vec<Computer>,
-        /// Empty for a recording.
+        /// The buses; empty for a recording.
         buses: Vec<Bus>,
     },
     /// This program and its machine, once a second.
@@ -99,13 +99,13 @@ pub struct Hello {
     pub version: &'static str,
     /// Whether the session is live.
     pub mode: Mode,
-    /// Its start, since the Unix epoch [ms].
+    /// The start of the session, since the Unix epoch [ms].
     pub began_unix_ms: f64,
-    /// The present time [s].
+    /// The current time [s].
     pub now: f64,
-    /// How long past data are stored [s].
+    /// How long past data is stored [s].
     pub stored_secs: f64,
-    /// This viewer.
+    /// The viewer that receives this message.
     pub viewer: Viewer,
     /// The markers of the study, with their keys; any other letter sets a marker named after it.
     pub markers: Vec<Marker>,
@@ -118,9 +118,9 @@ pub struct Hello {
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// Live.
+    /// The session is live.
     Live,
-    /// Read from a recording.
+    /// The session is read from a recording.
     Replay,
 }
 
@@ -155,9 +155,9 @@ pub enum Right {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Marker {
-    /// Its key; empty if it has only a button.
+    /// The key that sets the marker; empty if it has only a button.
     pub key: String,
-    /// Its label.
+    /// The label of the marker.
     pub label: String,
 }
 
@@ -165,11 +165,11 @@ pub struct Marker {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PhasePlan {
-    /// Its name.
+    /// The name of the phase.
     pub name: String,
-    /// Its start [s]; `null` if it is started manually.
+    /// The start of the phase [s]; `null` if it is started manually.
     pub from: Option<f64>,
-    /// Its duration [s]; `null` if it lasts until the next phase.
+    /// The duration of the phase [s]; `null` if it lasts until the next phase.
     pub lasts: Option<f64>,
 }
 
@@ -179,7 +179,7 @@ pub struct PhasePlan {
 pub struct Status {
     /// The time of the assessment [s].
     pub t: f64,
-    /// One for each raw stream.
+    /// The health of each raw stream.
     pub streams: Vec<StreamHealth>,
 }
 
@@ -191,11 +191,11 @@ pub struct StreamHealth {
     pub stream: u32,
     /// `never`, `ok`, `degraded`, `stale` or `dead`.
     pub state: &'static str,
-    /// Why it is not ok; empty if it is.
+    /// Why the stream is not ok; empty if it is.
     pub reason: String,
     /// The rate over the last seconds [Hz].
     pub rate_hz: f64,
-    /// The time since its last sample arrived [s].
+    /// The time since the last sample of the stream arrived [s].
     pub age_secs: Option<f64>,
     /// The number of samples received, including duplicates.
     pub received: u64,
@@ -207,17 +207,17 @@ pub struct StreamHealth {
     pub late: u64,
     /// The number of duplicates.
     pub duplicates: u64,
-    /// How its clock is modelled: `host`, `one_way`, `two_way`, `sample_index` or `remote`.
+    /// How the stream's clock is modelled: `host`, `one_way`, `two_way`, `sample_index` or `remote`.
     pub clock: &'static str,
-    /// The number of times that its clock was restarted.
+    /// The number of times that the stream's clock was restarted.
     pub epoch: u32,
-    /// The offset of its clock, positive when ahead of the session's [s].
+    /// The offset of the stream's clock, positive if it is ahead of the session's [s].
     pub offset_secs: Option<f64>,
-    /// The rate error of its clock, positive when fast [ppm].
+    /// The rate error of the stream's clock, positive if it is fast [ppm].
     pub skew_ppm: Option<f64>,
-    /// The standard deviation of its delays [s].
+    /// The standard deviation of the delays of the samples [s].
     pub jitter_secs: Option<f64>,
-    /// Half the width of the 95 % interval of the true time [s].
+    /// Half the width of the 95 % interval of a sample's true time [s].
     pub uncertainty_secs: Option<f64>,
     /// The median time from measurement to arrival [s].
     pub latency_secs: Option<f64>,
@@ -237,24 +237,24 @@ pub struct Feature {
     pub coverage: Option<f64>,
     /// The quality of the data [0..1].
     pub quality: Option<f64>,
-    /// A value for each channel; `null` exactly where there is a reason.
+    /// The value of each channel; `null` unless its reason is `ok`.
     pub values: Vec<Option<f64>>,
-    /// The standard uncertainty of each value; empty when none can be stated.
+    /// The standard uncertainty of each value; empty if none can be stated.
     pub sigmas: Vec<Option<f64>>,
     /// For each channel `ok`, or the reason why it has no value: `short`, `gap`, `quality`, `missing`, `undefined`,
     /// `no_baseline`, `nothing`, `brief_baseline`.
     pub reasons: Vec<&'static str>,
 }
 
-/// A reading.
+/// A reading: one sample of a stream.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Sample {
     /// The stream's number.
     pub stream: u32,
-    /// When it was measured [s].
+    /// The time of the measurement [s].
     pub t: f64,
-    /// A number for each channel of the stream.
+    /// The value of each channel of the stream.
     pub values: Vec<Option<f64>>,
 }
 
@@ -262,24 +262,24 @@ pub struct Sample {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Event {
-    /// Its number, in order of arrival.
+    /// The number of the event, in order of arrival.
     pub number: u64,
     /// The stream's number.
     pub stream: u32,
-    /// Its time [s].
+    /// The time of the event [s].
     pub t: f64,
     /// `phase`, `marker`, `report`, `beat`, `response`, `breath`, `burst`, `blink`, `intervention`, `command`, `fault`
     /// or `clock`.
     pub kind: &'static str,
-    /// Its label, as in the bag.
+    /// The label of the event, as in the bag.
     pub label: String,
-    /// Its value.
+    /// The value of the event.
     pub value: Option<f64>,
-    /// Its duration [s]; `null` if unknown.
+    /// The duration of the event [s]; `null` if unknown.
     pub duration: Option<f64>,
-    /// The request or text of a command, a note or an acknowledgement.
+    /// The command, note or acknowledgement that the event records.
     pub request: Option<Request>,
-    /// The content of an alert, on `/team/alerts` or a person's own stream of alerts.
+    /// The content of an alert, on `/team/alerts` or on a person's own alert stream.
     pub alert: Option<Alert>,
 }
 
@@ -291,7 +291,7 @@ pub struct Request {
     pub who: String,
     /// The verb of a command, or `note`, `acknowledge`, `show_estimates`.
     pub verb: String,
-    /// The rest: a marker's label, the note, the label of the acknowledged event.
+    /// The rest of the request: a marker's label, the note, or the label of the acknowledged event.
     pub text: String,
 }
 
@@ -299,15 +299,15 @@ pub struct Request {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Alert {
-    /// The robot or the person; `team` or `session` if it is about no individual.
+    /// The robot or the person; `team` or `session` if the alert is about no individual.
     pub who: String,
     /// The cause: `offline`, `wifi is stuck`, `HR of strap/ecg/heart above 120 1/min`.
     pub why: String,
     /// `raised`, `answered`, `unknown` or `over`.
     pub stage: &'static str,
-    /// The urgency: `act`, `soon` or `note`; defined by the study only when the alert is raised.
+    /// The urgency: `act`, `soon` or `note`; the default for the cause unless the label states the study's.
     pub tier: &'static str,
-    /// Whether the study defines the urgency: one of its `[[alerts]]` is raised.
+    /// Whether the urgency is the study's, which the label states while an alert of `[[alerts]]` is raised.
     pub is_of_study: bool,
 }
 
@@ -323,19 +323,19 @@ pub struct Pong {
     pub replied: f64,
 }
 
-/// An action of this client, as read back from the records.
+/// An action of this client, as read back from the session's records.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Echo {
-    /// The value sent by the client.
+    /// The reference sent by the client.
     pub reference: String,
     /// The event's label.
     pub label: String,
-    /// Its time in the recording [s].
+    /// The time of the event in the recording [s].
     pub t: f64,
-    /// That time minus the requested one [s]; `null` if none was requested.
+    /// The time of the event minus the requested time [s]; `null` if none was requested.
     pub off_secs: Option<f64>,
-    /// Whether the recording was synced to the disk since; `null` if nothing is recorded.
+    /// Whether the recording has been synced to the disk since the event; `null` if nothing is recorded.
     pub on_disk: Option<bool>,
 }
 
@@ -343,7 +343,7 @@ pub struct Echo {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct HistoryReply {
-    /// The value sent by the client.
+    /// The reference sent by the client.
     pub reference: String,
     /// The stream's number.
     pub stream: u32,
@@ -351,11 +351,11 @@ pub struct HistoryReply {
     pub from: f64,
     /// The width of a column [s].
     pub step: f64,
-    /// One for each channel.
+    /// The columns of each channel.
     pub channels: Vec<Column>,
 }
 
-/// The columns of a channel; `null` if there were no data.
+/// The values of a channel in each column; `null` for a column without data.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Column {
@@ -371,7 +371,7 @@ pub struct Column {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Refused {
-    /// The value sent by the client; `null` if it could not be read.
+    /// The reference sent by the client; `null` if there is none or it could not be read.
     pub reference: Option<String>,
     /// The reason.
     pub reason: String,

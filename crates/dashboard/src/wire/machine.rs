@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-/// The recording.
+/// The state of the recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Recording {
-    /// Its stage.
+    /// The stage of the recording.
     pub stage: RecordingStage,
-    /// The folder of the bag, of the newest one if there are several; empty if there is none.
+    /// The folder of the bag, or of the newest bag if there are several; empty if there is none.
     pub path: String,
     /// The number of bytes synced to the disk, in all bags of the session.
     pub bytes: u64,
@@ -16,13 +16,13 @@ pub struct Recording {
     pub bytes_per_sec: f64,
     /// The free space on the disk [bytes].
     pub free_bytes: Option<u64>,
-    /// The time since it last grew [s].
+    /// The time since the recording last grew [s].
     pub sync_age_secs: Option<f64>,
-    /// How long this bag has been recorded; without a bag, how long the session has run [s].
+    /// How long the newest bag has been recorded; without a bag, how long the session has run [s].
     pub elapsed_secs: f64,
     /// How much is kept in memory while the recording is paused [s].
     pub kept_secs: Option<f64>,
-    /// Why it ended early; empty otherwise.
+    /// Why the recording ended early; empty otherwise.
     pub reason: String,
 }
 
@@ -36,15 +36,15 @@ pub enum RecordingStage {
     Nothing,
     /// Tables are written, but no bag.
     Tables,
-    /// It is starting.
+    /// The recording is starting.
     NotBegun,
-    /// It is being recorded: see `sync_age_secs`.
+    /// A bag is being recorded: see `sync_age_secs`.
     Open,
     /// Nothing is recorded until a command starts a bag: see `kept_secs`.
     Paused,
-    /// It ended with the session, and is complete.
+    /// The recording ended with the session, and is complete.
     Finished,
-    /// It ended before the session.
+    /// The recording ended before the session.
     EndedEarly,
 }
 
@@ -54,7 +54,7 @@ pub enum RecordingStage {
 pub struct Machine {
     /// The processor time of this program per unit of time [cores].
     pub cpu_cores: f64,
-    /// Its memory [bytes].
+    /// The memory used by this program [bytes].
     pub memory_bytes: Option<u64>,
     /// The number of records that the dashboard itself skipped since the session began.
     pub skipped: u64,
@@ -68,13 +68,13 @@ pub struct Machine {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Missed {
-    /// Events; never markers, alerts, phases or faults.
+    /// The number of events; never markers, alerts, phases or faults.
     pub events: u64,
-    /// Statuses and feature values that were replaced by newer ones.
+    /// The number of statuses and feature values that were replaced by newer ones.
     pub states: u64,
-    /// Readings and waves.
+    /// The number of readings and waves.
     pub signals: u64,
-    /// Pictures that were replaced by newer ones.
+    /// The number of pictures that were replaced by newer ones.
     pub pictures: u64,
 }
 
@@ -82,7 +82,7 @@ pub struct Missed {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Unmet {
-    /// Its name in `teampulse check`: `battery of robot robot1`.
+    /// The name of the requirement in `teampulse check`: `battery of robot robot1`.
     pub what: String,
     /// The remedy.
     pub fix: String,

@@ -6,7 +6,7 @@
 /// The length of the header [bytes].
 pub const HEAD_BYTES: usize = 16;
 
-/// The header of the file.
+/// Returns the header that precedes the file.
 pub fn head(stream: u32, t: f64) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(4 << 10);
     bytes.extend(stream.to_le_bytes());

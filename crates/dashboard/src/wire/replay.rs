@@ -12,7 +12,7 @@ pub struct Playback {
     pub t: f64,
     /// The playback speed relative to real time.
     pub rate: f64,
-    /// Whether it is paused.
+    /// Whether playback is paused.
     pub paused: bool,
     /// The length of the recording [s].
     pub length: f64,
@@ -34,11 +34,11 @@ pub struct Timeline {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Absence {
-    /// The ID.
+    /// The id of the person or robot.
     pub subject: String,
     /// `person` or `robot`.
     pub about: &'static str,
-    /// In order of time.
+    /// The gaps, in order of time.
     pub gaps: Vec<Gap>,
 }
 
@@ -46,8 +46,8 @@ pub struct Absence {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Gap {
-    /// Its start [s].
+    /// The start of the gap [s].
     pub from: f64,
-    /// Its end [s].
+    /// The end of the gap [s].
     pub to: f64,
 }

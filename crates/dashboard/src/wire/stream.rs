@@ -1,76 +1,77 @@
-//! What a stream is, for a browser.
+//! The description of a stream for a browser.
 
 use serde::Serialize;
 use teampulse_core::stream::{Audience, Origin, Shape, Stream as Declared, StreamId, Window};
 
-/// A stream of the session, as programs get it, and as a page has it once it is [declared](super::Declared) and
+/// A stream of the session, as programs receive it, and as a page knows it once it is [declared](super::Declared) and
 /// described.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Stream {
-    /// Its number in this session, by which all other messages name it.
+    /// The number of the stream in this session, by which all other messages refer to it.
     pub id: u32,
-    /// Its ROS topic.
+    /// The ROS topic of the stream.
     pub name: String,
-    /// What it measures: `ecg`, `eda`, `battery`, `event`, … (a closed list).
+    /// What the stream measures: `ecg`, `eda`, `battery`, `event`, … (a closed list).
     pub signal: &'static str,
-    /// What it is about: `person`, `robot`, `team` or `session`.
+    /// The kind of subject: `person`, `robot`, `team` or `session`.
     pub about: &'static str,
     /// The id of that person or robot; empty for the team and the session.
     pub subject: String,
     /// The device that measures; may be empty.
     pub device: String,
-    /// Whether it was computed here; otherwise it is raw.
+    /// Whether the stream was computed here; otherwise it is raw.
     pub derived: bool,
-    /// `sample`, `wave`, `feature`, `event`, or `message` for a ROS message from elsewhere.
+    /// The shape of the data: `sample`, `wave`, `feature`, `event`, or `message` for a ROS message from elsewhere.
     pub shape: &'static str,
-    /// The type of its messages, `nav_msgs/msg/Odometry`; empty for our own shapes.
+    /// The type of the messages, such as `nav_msgs/msg/Odometry`; empty for our own shapes.
     pub message_type: String,
-    /// The numbers of each sample, in their order.
+    /// The values of each sample, in order.
     pub channels: Vec<Channel>,
-    /// The declared rate [Hz]; 0 where none is declared or it is irregular.
+    /// The declared rate [Hz]; 0 if none is declared or the rate is irregular.
     pub rate_hz: f64,
-    /// How it was computed: the recipe; empty for a raw stream.
+    /// The recipe by which the stream was computed; empty for a raw stream.
     pub method: String,
-    /// The family of its feature, `heart`, `skin`; empty for a raw stream.
+    /// The family of the feature: `heart`, `skin`; empty for a raw stream.
     pub family: String,
-    /// The span of its values; `null` where they are instantaneous.
+    /// The time span that each value covers; `null` if the values are instantaneous.
     pub window: Option<Span>,
-    /// The streams it was computed from, by topic.
+    /// The topics of the streams from which this one was computed.
     pub inputs: Vec<String>,
-    /// The topic whose second publisher's samples this holds; empty for any other stream.
+    /// The topic, if this stream holds the samples of a second publisher on it; empty for any other stream.
     pub beside: String,
-    /// One sentence for people.
+    /// A sentence that describes the stream to people.
     pub doc: String,
-    /// Whether this viewer gets no data of it because it would unblind them; see `show_estimates`.
+    /// Whether this viewer receives no data of the stream because it would unblind them; see `show_estimates`.
     pub hidden: bool,
-    /// Whether its data goes to workers only and is never shown: the pictures of a camera whose faces are hidden first.
+    /// Whether the data goes to workers only and is never shown, such as pictures of a camera in which faces must first
+    /// be hidden.
     pub private: bool,
 }
 
-/// One number of each sample of a stream.
+/// A channel of a stream: one value of each sample.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Channel {
-    /// Its name; for a ROS message the path of the field.
+    /// The name of the channel; for a ROS message, the path of the field.
     pub name: String,
-    /// Its unit in ASCII: `uS`, `degC`, `1/min`, `1` for a fraction.
+    /// The unit of the channel in ASCII: `uS`, `degC`, `1/min`, `1` for a fraction.
     pub unit: String,
 }
 
-/// The span of a feature's values.
+/// The time span that each value of a feature covers.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
 pub enum Span {
     /// Windows of this length [s].
     Secs(f64),
-    /// Each phase, when it is over.
+    /// Each phase, once it is over.
     Phases,
 }
 
 impl Stream {
-    /// A declared stream, for a viewer from whom it is hidden or not.
+    /// A declared stream, as a viewer gets it from whom it is `hidden` or not.
     pub fn of(id: StreamId, stream: &Declared, hidden: bool) -> Stream {
         let channel = |channel: &teampulse_core::stream::Channel| Channel {
             name: channel.name.clone(),

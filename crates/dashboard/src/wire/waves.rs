@@ -17,12 +17,12 @@ pub struct Wave {
     pub start: f64,
     /// The sampling period [s].
     pub period: f64,
-    /// Sample by sample.
+    /// The values, sample by sample.
     pub samples: Vec<f32>,
 }
 
 impl Wave {
-    /// The encoded frame.
+    /// Encodes the wave as a binary frame.
     pub fn encode(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(HEAD_BYTES + 4 * self.samples.len());
         bytes.extend(self.stream.to_le_bytes());
@@ -35,8 +35,8 @@ impl Wave {
 }
 
 impl Wave {
-    /// The same with fewer samples, if it has more than this many per second: the minimum and the maximum of each
-    /// channel over every few samples, in their order. 0 leaves it unchanged.
+    /// Returns the wave with fewer samples if it has more than `points_per_sec`: the minimum and the maximum of each
+    /// channel over every few samples, in the order in which they occur. 0 leaves it unchanged.
     #[must_use]
     pub fn thinned(&self, points_per_sec: f64) -> Wave {
         let width = self.channels.max(1) as usize;
@@ -59,7 +59,7 @@ impl Wave {
     }
 }
 
-/// The minimum and the maximum of a channel, in their order.
+/// Returns the minimum and the maximum of a channel, in the order in which they occur.
 fn extremes(samples: &[f32], channel: usize, width: usize) -> (f32, f32) {
     let (mut min, mut max) = ((0, f32::NAN), (0, f32::NAN));
     for (place, number) in samples.iter().skip(channel).step_by(width).enumerate() {
