@@ -46,7 +46,7 @@ def test_a_node_commands_what_the_study_allows(stage):
     panel.answer("matched")
     for words in ("next_phase", "mark robot 2 lost", "abort_phase", "split", "stop"):
         panel.say(string(words))
-        wanted = f"`{words}` .*was refused" if words == "abort_phase" else f"command of ros:[^ ]+: {words}"
+        wanted = f"`{words}` .*was refused" if words == "abort_phase" else f"command from ros:[^ ]+: {words}"
         if words == "mark robot 2 lost":
             wanted = "marker: robot 2 lost"
         monitor.wait_for(wanted)
@@ -81,10 +81,10 @@ def test_tables_state_which_part_of_a_session_a_recording_is(stage):
     monitor.wait_for("robot1")
     for words, answer in (
         ("next_phase", "phase: baseline"),
-        ("stop_recording", "command of ros:[^ ]+: stop_recording"),
-        ("start_recording", "command of ros:[^ ]+: start_recording"),
+        ("stop_recording", "command from ros:[^ ]+: stop_recording"),
+        ("start_recording", "command from ros:[^ ]+: start_recording"),
         ("next_phase", "phase: task"),
-        ("stop", "command of ros:[^ ]+: stop"),
+        ("stop", "command from ros:[^ ]+: stop"),
     ):
         panel.say(string(words))
         monitor.wait_for(answer)
@@ -102,7 +102,7 @@ def test_tables_state_which_part_of_a_session_a_recording_is(stage):
     [computed] = phases(harness.the_bag(again))
     assert computed["phase"] == "baseline" and float(computed["mean.twist.twist.linear.x"]) > 0
     page = (second / "summary.md").read_text()
-    assert "The session was running already when this bag began" in page and "cut off" not in page, page
+    assert "The session was already running when this bag began" in page and "cut off" not in page, page
     assert [row["phase"] for row in phases(second)] == ["baseline", "task"]
 
 
@@ -181,7 +181,7 @@ def test_a_recording_that_begins_paused_begins_by_command_with_the_seconds_befor
     panel.answer("matched")
     for words in ("mark before", "start_recording", "mark within", "start_recording", "stop_recording", "mark after"):
         panel.say(string(words))
-        monitor.wait_for(f"marker: {words[5:]}" if words.startswith("mark") else f"command of ros:[^ ]+: {words}")
+        monitor.wait_for(f"marker: {words[5:]}" if words.startswith("mark") else f"command from ros:[^ ]+: {words}")
     panel.say(string("stop_recording"))
     monitor.wait_for("bag note `start_recording` had no effect: a recording is already running")
     monitor.wait_for("bag note `stop_recording` had no effect: nothing is being recorded")

@@ -27,19 +27,19 @@ use teampulse_timefilter::align::{
 use self::event_cells::EventCells;
 use crate::csv::{exact_secs, number, quoted};
 
-/// The longest wait for input before looking again.
+/// The longest wait for a batch of input.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// How late a sample may arrive within its stream and still be placed [ns]: a recording is read far faster than it was
-/// made, so rows can wait for what a strap sends in batches, or after an outage.
+/// made, so rows can wait for samples that a strap sends in batches or after an outage.
 const LATENESS_NANOS: i64 = 10_000_000_000;
 /// The shortest and the longest time that rows wait for a silent stream [ns].
 const LEAST_IDLE_NANOS: i64 = 60_000_000_000;
 const MOST_IDLE_NANOS: i64 = 600_000_000_000;
 /// How long uncertainties are kept for rows still to come [s].
 const LONGEST_WAIT_SECS: usize = 700;
-/// The samples kept of a stream while rows wait for another: two minutes at 1 kHz.
+/// The number of samples kept per stream while rows wait for another stream: two minutes at 1 kHz.
 const CAPACITY: usize = 1 << 17;
-/// The most numbers kept of one stream, whatever its width.
+/// The maximum number of values kept per stream, whatever its number of channels.
 const KEPT_NUMBERS: usize = 1 << 22;
 
 /// One CSV file with many streams at common times: for each stream its values, the age of the newest sample that they
@@ -58,8 +58,8 @@ struct Member {
 }
 
 impl Aligned {
-    /// A sink that writes `path`, with these streams from left to right. If the rows are those of a pivot, it is the
-    /// first stream; it may be a stream of events.
+    /// A sink that writes `path`, with these streams from left to right. If rows are placed at the samples of a pivot,
+    /// the pivot is the first stream; it may be a stream of events.
     pub fn new(
         path: &Path,
         onto: RowTimes,
@@ -122,20 +122,20 @@ impl Sink for Aligned {
 /// The running sink.
 struct AlignedTable {
     members: Vec<Member>,
-    /// The index of each stream of the session among the members; `None` for those not in the table.
+    /// The index of each of the session's streams in `members`; `None` if it is not in the table.
     places: BTreeMap<StreamId, Option<usize>>,
     aligner: Aligner,
     ticks: Ticks,
     table: Table,
 }
 
-/// The file, and its first error.
+/// The file, and the first error in writing it.
 struct Table {
     file: BufWriter<File>,
     failed: Option<io::Error>,
-    /// Uncertainty of the times of each stream, as reported.
+    /// The reported uncertainty of each stream's times.
     uncertainties: Vec<Uncertainties>,
-    /// The events, where the rows are at events.
+    /// The events, if rows are placed at events.
     events: Option<EventCells>,
 }
 
@@ -219,8 +219,8 @@ impl AlignedTable {
             let counts = self.aligner.counts(member.source).unwrap_or_default();
             if counts.late + counts.ahead + counts.crowded > 0 {
                 tracing::warn!(
-                    "{}: of {}, {} arrived too late for their row, {} are stamped after \
-                     their arrival, {} had no room while rows waited",
+                    "{}: of {}, {} arrived too late for their row, {} have stamps after \
+                     their arrival, {} did not fit while rows waited",
                     member.stream.name,
                     counted(counts.received, "sample", "samples"),
                     counts.late,
@@ -301,7 +301,7 @@ impl Uncertainties {
         self.0.push_back((at, uncertainty_secs));
     }
 
-    /// The latest value reported up to a time; before the first report, the first [s].
+    /// Returns the latest value reported up to a time, or the first one if the time is before all reports [s].
     fn at(&mut self, at: i64) -> f64 {
         while self.0.get(1).is_some_and(|(at_time, _)| *at_time <= at) {
             self.0.pop_front();
@@ -310,8 +310,8 @@ impl Uncertainties {
     }
 }
 
-/// Which channels of a stream are held, not interpolated: fields without a unit that aren't floating-point numbers, as
-/// they may be flags, states or counts.
+/// Which channels of a stream are held rather than interpolated: fields that have no unit and aren't floating-point
+/// numbers, as they may be flags, states or counts.
 fn held(stream: &Stream) -> Vec<bool> {
     let definition = match &stream.shape {
         Shape::Message(schema) => definition(schema),
@@ -325,7 +325,7 @@ fn held(stream: &Stream) -> Vec<bool> {
     stream.channels.iter().map(is_held).collect()
 }
 
-/// How long rows wait for a silent stream, given how far its policy looks ahead.
+/// How long rows wait for a silent stream [ns], given how far its policy looks ahead.
 fn idle_nanos(policy: Policy) -> i64 {
     let reach_nanos = match policy {
         Policy::Exact => 0,

@@ -1,7 +1,6 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The lines that sinks announce on the terminal when they know them, such as the address at which they are reached;
-/// clones share them.
+/// The lines that sinks announce on the terminal, such as the address of a server; shared among clones.
 #[derive(Clone, Debug, Default)]
 pub struct Announcements(Arc<Mutex<Vec<String>>>);
 

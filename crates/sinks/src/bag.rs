@@ -20,41 +20,41 @@ use kept::Limits;
 
 use crate::SinkContext;
 
-/// A bag with everything of the session, in rosbag2's MCAP layout: it opens in `ros2 bag`,
-/// Foxglove, Lichtblick, PlotJuggler and `rosbags`.
+/// A bag with all data of the session, in rosbag2's MCAP layout: it opens in `ros2 bag`, Foxglove, Lichtblick,
+/// PlotJuggler and `rosbags`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bag {
-    /// How it is compressed: `zstd` (smallest), `lz4` or `none`.
+    /// The compression: `zstd` (smallest), `lz4` or `none`.
     pub compression: Compressed,
-    /// A file of this size is followed by another [MiB]; 0 for never, as in rosbag2.
+    /// The size of a file after which another is started [MiB]; 0 for never, as in rosbag2.
     pub split_mib: Option<u64>,
-    /// A file that spans this much time is followed by another [s]; 0 for never.
+    /// The time span of a file after which another is started [s]; 0 for never.
     pub split_secs: Option<f64>,
-    /// For which ROS 2 `metadata.yaml` is written: 9 (Jazzy and later) or 5 (Humble).
+    /// The version of `metadata.yaml`: 9 (ROS 2 Jazzy and later) or 5 (Humble).
     pub metadata_version: u8,
-    /// The recording ends, and reports it, when the disk has less free space than this [MiB].
+    /// The free disk space below which the recording ends, with a report [MiB].
     pub keep_free_mib: u64,
-    /// What happens when the recording fails, as on a full disk: `retry` (it continues in a new bag, in a folder beside
-    /// the first whose name ends in a number, as soon as that can be created) or `end`.
+    /// What happens when the recording fails, as on a full disk: `retry` (it continues in a new bag as soon as one can
+    /// be created, in a numbered folder beside the first) or `end`.
     pub on_failure: OnFailure,
-    /// Another folder, preferably on another disk, in which the recording continues when it fails in its own, or begins
-    /// when nothing can be recorded there.
+    /// Another folder, preferably on another disk, in which the recording continues when it fails in its own folder, or
+    /// starts when it can't be started there.
     pub fallback: Option<PathBuf>,
     /// Whether the recording starts paused, as with `ros2 bag record --start-paused`: nothing is recorded until the
     /// command `start_recording`.
     pub start_paused: bool,
-    /// How much is kept in memory while the recording is paused, before it begins or after `stop_recording` [s]:
-    /// the next recording begins with it, and the command `snapshot` writes it into a bag of its own. 0 keeps nothing.
+    /// How much is kept in memory while the recording is paused, before it starts or after `stop_recording` [s]: the
+    /// next recording starts with it, and the command `snapshot` writes it into a separate bag. 0 keeps nothing.
     pub snapshot_secs: f64,
-    /// The largest size of what is kept [MiB]: if `snapshot_secs` need more, fewer are kept.
+    /// The maximum size of the data kept in memory [MiB]; if `snapshot_secs` need more, fewer seconds are kept.
     pub snapshot_mib: usize,
-    /// Whether tidy files are written into its folder: events, features, heart intervals and a summary, as
-    /// the sink `tidy` writes them.
+    /// Whether tidy files are written into the bag's folder: events, features, heart intervals and a summary, as the
+    /// sink `tidy` writes them.
     pub tidy: bool,
 }
 
-/// The most that can be kept while a recording is paused [s].
+/// The longest time that can be kept while a recording is paused [s].
 const MOST_KEPT_SECS: f64 = 3600.0;
 
 /// How a bag is compressed.
@@ -73,9 +73,9 @@ pub enum Compressed {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OnFailure {
-    /// It continues in a new bag, as soon as one can be created.
+    /// The recording continues in a new bag, as soon as one can be created.
     Retry,
-    /// It ends; the session continues.
+    /// The recording ends; the session continues.
     End,
 }
 
@@ -125,7 +125,7 @@ split_mib   = 4096"#;
         }
         if self.fallback.as_ref().is_some_and(|folder| folder.as_os_str().is_empty()) {
             let error = SettingsError::new("fallback is empty").at("fallback");
-            return Err(error.with_hint("give a folder on another disk, or leave it out"));
+            return Err(error.with_hint("give a folder on another disk, or omit it"));
         }
         let (split_bytes, split_secs) = self.splits();
         let options = Options {
@@ -160,7 +160,7 @@ split_mib   = 4096"#;
     }
 }
 
-/// Whether a folder exists and is empty: it was created for this session.
+/// Whether a folder exists and is empty, as one that was created for this session.
 fn is_vacant(folder: &Path) -> bool {
     std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none())
 }

@@ -26,14 +26,14 @@ use crate::SinkContext;
 
 pub(crate) use self::cells::{cell, exact_secs, number, quoted};
 
-/// The longest wait for input before looking again.
+/// The longest wait for a batch of input.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// The most files open at a time; the others are reopened when needed.
+/// The maximum number of open files; others are reopened when needed.
 const MOST_OPEN: usize = 64;
 
-/// One CSV file for each stream, in the folder `tables_<name>` beside that of the bag: a row for each sample, with its
-/// times in seconds since 1970 (UTC) and its numbers in the units of the header; for a wave a row for each of its
-/// samples. Where a list in a message grows, rows gain cells, whose names the header has when the session has ended.
+/// One CSV file per stream, in the folder `tables_<name>` beside the bag's folder: a row for each sample, with its
+/// times in seconds since 1970 (UTC) and its values in the units of the header; waves have a row for each of their
+/// samples. If a list in a message grows, rows gain cells, whose names are in the header once the session has ended.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Csv {}
@@ -46,7 +46,7 @@ impl Component<dyn Sink, SinkContext> for Csv {
     }
 }
 
-/// The folder of the tables of a session, beside that of its bag. Its name begins with another word, so that
+/// The folder of a session's tables, beside the folder of its bag. Its name starts with another word, so that
 /// `sessions/my_team_*` matches only bags.
 pub fn tables_beside(bag: &Path) -> PathBuf {
     let name = bag.file_name().unwrap_or_default().to_string_lossy();
@@ -54,13 +54,14 @@ pub fn tables_beside(bag: &Path) -> PathBuf {
 }
 
 impl Csv {
-    /// A sink that writes its tables into this folder, which it creates. At its end `undecoded` is the number of
+    /// A sink that writes its tables into this folder, which it creates. At the end, `undecoded` is the number of
     /// messages that could not be decoded.
     pub fn into_folder(folder: PathBuf, undecoded: &Arc<AtomicU64>) -> Box<dyn Sink> {
         Box::new(Tables { undecoded: Arc::clone(undecoded), ..Tables::new(folder) })
     }
 
-    /// The same, without the health of streams, which is computed anew: for recordings that have none.
+    /// Like [`Csv::into_folder`], but without the health of streams, which would be newly computed: for recordings that
+    /// have none.
     pub fn without_health(folder: PathBuf, undecoded: &Arc<AtomicU64>) -> Box<dyn Sink> {
         let undecoded = Arc::clone(undecoded);
         Box::new(Tables { has_health: false, undecoded, ..Tables::new(folder) })
@@ -73,7 +74,7 @@ struct Tables {
     by_stream: BTreeMap<StreamId, Table>,
     /// The names of the files in lower case, as some file systems ignore case.
     names: BTreeSet<String>,
-    /// The streams with an open file, the last written to at the end.
+    /// The streams with an open file, the last one written at the end.
     open: VecDeque<StreamId>,
     /// Whether there is a table of the health of streams.
     has_health: bool,
@@ -134,7 +135,7 @@ impl Tables {
         }
         if name != plainly {
             tracing::warn!(
-                "{}: its table is {name}.csv, as there is another {plainly}.csv",
+                "{}: its table is named {name}.csv, as another stream has {plainly}.csv",
                 stream.name
             );
         }
@@ -161,7 +162,7 @@ impl Sink for Tables {
     fn run(mut self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
         let lost = |folder: &PathBuf, error: &io::Error| SinkError::Lost {
             message: format!("write tables into {}: {error}", folder.display()),
-            hint: "look at the disk's free space and at the folder's permissions".into(),
+            hint: "check the free disk space and the folder's permissions".into(),
         };
         private::create_folders(&self.folder).map_err(|error| lost(&self.folder, &error))?;
         loop {

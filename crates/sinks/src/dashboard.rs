@@ -20,30 +20,30 @@ use crate::SinkContext;
 use crate::local_addresses::local_addresses;
 use crate::terminal::{Estimates, Kept};
 
-/// The commands that a dashboard may send unless `[commands]` says otherwise: on loopback everyone who can reach it has
-/// an account on this computer, and none of these commands loses data.
+/// The commands that a dashboard may send unless `[commands]` says otherwise: on loopback, everyone who can reach the
+/// dashboard has an account on this computer, and none of these commands loses data.
 pub const ALLOWED: [&str; 6] =
     ["mark", "next_phase", "repeat_phase", "abort_phase", "start_recording", "snapshot"];
 
-/// Shows the team in a browser, and takes markers, notes and commands from there. Every session has it at
+/// Shows the team in a browser, and takes markers, notes and commands from it. Every session has it at
 /// <http://127.0.0.1:8742> unless `dashboard = false`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Dashboard {
-    /// The address that it listens on. Any address other than a loopback address needs `tokens`.
+    /// The address to listen on. Any address other than a loopback address needs `tokens`.
     pub listen: IpAddr,
-    /// The port; by default 8742, or the next one that is free.
+    /// The port; by default 8742, or the next free one.
     pub port: Option<u16>,
-    /// A file with a line for each token: `watch`, `mark` or `control`, and 16 or more letters and digits. A viewer
-    /// opens `/?token=…`; programs send it as `Authorization: Bearer …`.
+    /// A file with one token per line: `watch`, `mark` or `control`, then 16 or more letters and digits. A viewer opens
+    /// `/?token=…`; programs send it as `Authorization: Bearer …`.
     pub tokens: Option<PathBuf>,
-    /// A certificate in PEM, followed by those that sign it: with it the dashboard is served as https. Needs `key`.
+    /// A certificate in PEM, followed by those that sign it; with it, the dashboard is served over https. Needs `key`.
     pub certificate: Option<PathBuf>,
     /// The private key of the `certificate` in PEM, without a passphrase.
     pub key: Option<PathBuf>,
-    /// Names of this computer by which browsers may open it, besides its addresses.
+    /// Other names of this computer by which browsers may open the dashboard.
     pub names: Vec<String>,
-    /// The markers of the study: buttons, and keys.
+    /// The markers of the study, as buttons and keys.
     pub markers: Vec<MarkerSettings>,
 }
 
@@ -51,9 +51,9 @@ pub struct Dashboard {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MarkerSettings {
-    /// Its label: `robot lost`.
+    /// The label: `robot lost`.
     pub label: String,
-    /// Its key, a letter or a digit; without it there is only a button.
+    /// The key, a letter or a digit; without it, there is only a button.
     pub key: Option<char>,
 }
 
@@ -66,22 +66,22 @@ impl Default for Dashboard {
     }
 }
 
-/// What a dashboard knows about its session, besides what all sinks know.
+/// What a dashboard knows about its session, in addition to what all sinks know.
 #[derive(Clone, Default)]
 pub struct DashboardContext {
     /// The phases of the study.
     pub phases: Vec<PhasePlan>,
-    /// The verbs of the commands that are allowed from it.
+    /// The verbs of the commands that the dashboard may send.
     pub commands: Vec<&'static str>,
     /// The markers that the study's keys set, besides those of the dashboard's own settings.
     pub markers: Vec<MarkerSettings>,
     /// Returns the requirements of the study that the received streams do not meet.
     pub required: Option<FindUnmet>,
-    /// Called with the addresses.
+    /// Called with the addresses of the dashboard.
     pub announce: Option<Announce>,
 }
 
-/// Called with the addresses of a dashboard.
+/// A function that is called with the addresses of a dashboard.
 pub type Announce = Arc<dyn Fn(&Addresses) + Send + Sync>;
 
 impl fmt::Debug for DashboardContext {
@@ -97,7 +97,10 @@ impl Component<dyn Sink, SinkContext> for Dashboard {
     fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
         let is_open = !self.listen.is_loopback();
         if is_open && self.tokens.is_none() {
-            let message = format!("anybody on the network could see the team on {}", self.listen);
+            let message = format!(
+                "without tokens, anybody on the network could see the team at {}",
+                self.listen
+            );
             let hint = "set `tokens` to a file of tokens, or listen on 127.0.0.1";
             return Err(SettingsError::new(message).at("listen").with_hint(hint));
         }
@@ -134,7 +137,7 @@ impl Component<dyn Sink, SinkContext> for Dashboard {
     }
 }
 
-/// The certificate and its key.
+/// Reads the certificate and its key.
 fn tls(certificate: Option<&Path>, key: Option<&Path>) -> Result<Option<Tls>, SettingsError> {
     let alone = |setting, message: &str, hint: &str| {
         Err(SettingsError::new(message).at(setting).with_hint(hint))
@@ -185,7 +188,7 @@ fn session(context: &SinkContext) -> Context {
     }
 }
 
-/// The present state of a bus, without our own endpoints.
+/// The current state of a bus, without our own endpoints.
 fn seen(bus: &dyn Bus) -> BusView {
     let graph = bus.graph().borrow().clone();
     let others = || graph.endpoints().filter(|each| !each.own);

@@ -9,12 +9,12 @@ use teampulse_ros::diagnostics::DiagnosticsSink;
 
 use crate::SinkContext;
 
-/// Publishes the health of every stream, clock included, as one `diagnostic_msgs/DiagnosticArray` a second on
-/// `/diagnostics`; that of people's streams only if these are published, too. Every session has it.
+/// Publishes the health of every stream, including its clock, as one `diagnostic_msgs/DiagnosticArray` per second on
+/// `/diagnostics`; people's streams are included only if they are published, too. Every session has this sink.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Diagnostics {
-    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default that of the session.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the session's bus.
     pub domain: Option<BusId>,
 }
 

@@ -54,7 +54,7 @@ pub const SINKS: &[Entry<dyn Sink, SinkContext>] = &[
 /// The sinks that every session has, with default settings unless the study sets them. They store nothing.
 pub const SHOWN: [&str; 4] = ["terminal", "ros", "diagnostics", "dashboard"];
 
-/// The context that sinks are built with.
+/// The context in which sinks are built.
 #[derive(Clone)]
 pub struct SinkContext {
     /// The folder of the session's bag; other sinks put their files beside it.
@@ -65,17 +65,17 @@ pub struct SinkContext {
     pub study: String,
     /// The session's clock.
     pub clock: Clock,
-    /// Whether the bag ended before the session did, and where it continues.
+    /// Whether the bag has ended before the session, and where it continues.
     pub bag_ended: Ended,
     /// The growth of the bag on disk.
     pub growth: Growth,
-    /// What the recording that this session is computed from has lost to damage.
+    /// What the recording from which this session is computed has lost to damage.
     pub damage: Option<String>,
-    /// Whether the recording is of another program, which records no end of a session.
+    /// Whether the recording comes from another program, which does not record the end of a session.
     pub is_imported: bool,
-    /// What sinks announce on the terminal. A sink keeps a clone, as it knows its address once it runs.
+    /// The lines that sinks announce on the terminal. A sink keeps a clone, as it knows its address only once it runs.
     pub announcements: Announcements,
-    /// Which part of its session the recording is that this session is computed from.
+    /// The part of its session that is covered by the recording from which this session is computed.
     pub part: Part,
     /// What the terminal shows.
     pub terminal: TerminalContext,
@@ -106,12 +106,12 @@ impl SinkContext {
     }
 }
 
-/// Which part of its session a recording is: all of it, unless stated otherwise.
+/// The part of its session that a recording covers; by default all of it.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
-    /// Whether the session was running already when it began.
+    /// Whether the session was already running when the recording began.
     pub has_joined: bool,
-    /// Why it ended before the session.
+    /// Why the recording ended before the session, if it did.
     pub ended: Option<String>,
 }
 
@@ -127,22 +127,22 @@ struct Ending {
 }
 
 impl Ended {
-    /// Reports that it begins later than the session, by command.
+    /// Reports that the bag begins later than the session, by command.
     pub fn begins_later(&self) {
         self.lock().begins_later = true;
     }
 
-    /// Whether it begins later than the session.
+    /// Whether the bag begins later than the session.
     pub fn is_later(&self) -> bool {
         self.lock().begins_later
     }
 
-    /// Reports that it has ended; the reason is a sentence about the failure.
+    /// Reports that the bag has ended early; the reason is a sentence about the failure.
     pub fn report(&self, why: impl Into<String>) {
         self.lock().why.get_or_insert_with(|| why.into());
     }
 
-    /// The reason why it has ended; `None` while it continues.
+    /// Why the bag has ended early; `None` if it has not.
     pub fn why(&self) -> Option<String> {
         self.lock().why.clone()
     }

@@ -14,12 +14,12 @@ use teampulse_ros::sink::{Publish, RosSink};
 
 use crate::SinkContext;
 
-/// Publishes on ROS the results about robots and the team, and the streams that the study lists under `publish`. Every
-/// session has it.
+/// Publishes the results about robots and the team, and the streams that the study lists under `publish`, on ROS. Every
+/// session has this sink.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Ros {
-    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default that of the session.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the session's bus.
     pub domain: Option<BusId>,
 }
 
@@ -52,7 +52,7 @@ impl Default for RosContext {
 }
 
 impl RosContext {
-    /// The bus that a sink names as `domain`, or that of the session.
+    /// Returns the bus that a sink names as `domain`, or else the session's bus.
     pub(crate) fn bus(&self, named: Option<&BusId>) -> Result<Arc<dyn Bus>, SettingsError> {
         let bus = self.buses.get(named.unwrap_or(&self.bus));
         bus.map_err(|error| {

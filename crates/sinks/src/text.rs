@@ -7,13 +7,13 @@ use teampulse_core::text;
 /// The longest text that is displayed [characters].
 const MOST_SHOWN: usize = 200;
 
-/// A text on one line, without tabs and control characters.
+/// Puts a text on one line, without tabs and control characters.
 pub(crate) fn on_one_line(text: &str) -> String {
     text::on_one_line(text).into_owned()
 }
 
-/// A text that no spreadsheet executes: anything that looks like a formula, but for numbers, is preceded by an
-/// apostrophe, as OWASP recommends against CSV injection.
+/// Prevents spreadsheets from executing a text: anything that looks like a formula, except for numbers, is preceded by
+/// an apostrophe, as OWASP recommends against CSV injection.
 pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
     let is_number = text.trim().parse().is_ok_and(f64::is_finite);
     if text.trim_start().starts_with(['=', '+', '-', '@']) && !is_number {
@@ -23,7 +23,7 @@ pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// The same, truncated to a readable length.
+/// Puts a text on one line, and truncates it to a readable length.
 pub(crate) fn shown(text: &str) -> String {
     let mut shown = on_one_line(text);
     if let Some((end, _)) = shown.char_indices().nth(MOST_SHOWN) {

@@ -6,29 +6,30 @@ use teampulse_core::data::Event;
 
 use crate::csv::{cell, number};
 
-/// The texts of events, by the numbers that stand for them in the aligner, whose rows contain only numbers.
+/// The texts of events, by number: the aligner's rows contain only values, so they refer to an event by its number.
 #[derive(Debug, Default)]
 pub(super) struct EventCells {
-    /// The number of events already written.
+    /// The number of events that are no longer kept.
     before: u64,
-    /// The kind and label of events not yet written.
+    /// The kind and label of each event that is still kept.
     waiting: VecDeque<(String, String)>,
 }
 
 impl EventCells {
     /// The aligner's channels of an event: its number, value and duration [s].
     pub(super) const CHANNELS: usize = 3;
-    /// The columns of an event.
+    /// The columns of an event in the table.
     pub(super) const COLUMNS: [&'static str; 4] = ["kind", "label", "value", "duration_secs"];
 
-    /// Takes in an event.
+    /// Adds an event; returns the values that represent it in the aligner.
     pub(super) fn push(&mut self, event: &Event) -> [f64; EventCells::CHANNELS] {
         let place = self.before + self.waiting.len() as u64;
         self.waiting.push_back((event.kind.to_string(), cell(&event.label)));
         [place as f64, event.value, event.duration_secs]
     }
 
-    /// The cells of a row's event; rows are in order of time, and so mostly in order of arrival.
+    /// Returns the cells of a row's event. Rows are in order of time, and so mostly in the order in which events
+    /// arrived.
     pub(super) fn cells(&mut self, values: &[f64]) -> String {
         let [place, value, duration_secs] = values else { return ",,,".to_owned() };
         let place = (*place as u64).checked_sub(self.before);
@@ -42,7 +43,7 @@ impl EventCells {
     }
 }
 
-/// The most events kept for rows that wait for other streams.
+/// The maximum number of events kept for rows that wait for other streams.
 const MOST_WAITING: usize = 65_536;
 
 #[cfg(test)]

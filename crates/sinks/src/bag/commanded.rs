@@ -15,18 +15,18 @@ use super::kept::{Kept, Limits};
 /// How often the number of kept seconds is reported.
 const STATE_EVERY: Duration = Duration::from_secs(1);
 
-/// The note on a command to stop the recording while there is none.
+/// The note on a command to stop the recording while nothing is recorded.
 const NOTHING_TO_STOP: &str = "`stop_recording` had no effect: nothing is being recorded";
 
-/// A recording that starts and stops by command, any number of times, each time in a bag of its own. While it is
-/// paused, the last seconds are kept in memory.
+/// A recording that commands start and stop, any number of times, each time in a separate bag. While it is paused, the
+/// last seconds are kept in memory.
 #[derive(Debug)]
 pub struct CommandedBag {
-    /// The bag, as the template of each recording.
+    /// The bag, which is a template for each recording.
     pub bag: ContinuingBag,
-    /// Whether it starts paused.
+    /// Whether the recording starts paused.
     pub is_paused: bool,
-    /// How much is kept while it is paused.
+    /// How much is kept while the recording is paused.
     pub limits: Limits,
 }
 
@@ -62,24 +62,24 @@ impl Sink for CommandedBag {
     }
 }
 
-/// What a recording that obeys commands does next.
+/// What to do next.
 enum Next {
-    /// It starts a recording with this content.
+    /// Start a recording with this content.
     Begin(Opening),
-    /// It records.
+    /// Record.
     Record(Box<Recording>),
-    /// It pauses.
+    /// Pause the recording.
     Pause {
         /// The records kept so far.
         kept: Kept,
-        /// Records of the same batch that follow the command.
+        /// The records that follow the command in the same batch.
         after: Vec<Record>,
     },
-    /// The session is over.
+    /// End with the session.
     End,
 }
 
-/// The course of a recording through a session.
+/// The state of a recording that commands start and stop.
 struct Course {
     bag: ContinuingBag,
     limits: Limits,
@@ -94,7 +94,7 @@ impl Course {
         &self.bag.bag.options.growth
     }
 
-    /// Starts the recording at the start of a session: without a bag there is no session.
+    /// Starts the recording at the start of a session; without a bag, the session does not start.
     fn begin_first(&mut self) -> Result<Recording, SinkError> {
         self.is_first = false;
         self.bag.begin()
@@ -108,7 +108,8 @@ impl Course {
         match course.complete {
             Complete::WithSession => Next::End,
             Complete::ByCommand { after } => {
-                // The tidy files beside it end with it; those of later bags are written at the end.
+                // The tidy files beside this bag end with it; those of later bags are written at the end of the
+                // session.
                 self.bag.ended.report(STOPPED);
                 Next::Pause { kept: self.nothing_kept(), after }
             }
@@ -138,7 +139,7 @@ impl Course {
         }
     }
 
-    /// Keeps these records up to the command that starts a recording; returns the position after it.
+    /// Keeps these records up to the command that starts a recording; returns the index after the command.
     fn take(&mut self, kept: &mut Kept, records: &[Record]) -> Option<usize> {
         for (place, record) in records.iter().enumerate() {
             kept.push(record);
@@ -157,7 +158,7 @@ impl Course {
         Next::Begin(kept.opening(after))
     }
 
-    /// Starts a recording by command; if that fails, everything is still kept.
+    /// Starts a recording by command; if that fails, the records stay in memory.
     fn begin(&mut self, opening: Opening) -> Next {
         let begun = self.next_bag().and_then(|bag| {
             let folder = bag.folder.clone();
@@ -181,7 +182,7 @@ impl Course {
     fn snapshot(&mut self, kept: &Kept) {
         self.state_cut(kept);
         let written = self.next_bag().and_then(|mut bag| {
-            // It shall not look as if a recording went on.
+            // A snapshot must not look like a recording in progress.
             bag.options.growth = Growth::default();
             let folder = bag.folder.clone();
             let recording = bag.begin()?.in_session(kept.snapshot());
@@ -200,7 +201,7 @@ impl Course {
         }
     }
 
-    /// The next bag of the session: in the folder created for it, or beside that.
+    /// The next bag of the session: in the folder created for the session, or beside it.
     fn next_bag(&mut self) -> Result<BagSink, SinkError> {
         let first = &self.bag.bag;
         let bag = if self.is_first {
@@ -218,18 +219,18 @@ impl Course {
         Ok(bag)
     }
 
-    /// Reports that less was kept than requested.
+    /// Reports it if less was kept than requested.
     fn state_cut(&self, kept: &Kept) {
         if kept.is_cut() {
             let (secs, asked_secs, mib) = (kept.secs(), self.limits.secs, kept.bytes() >> 20);
             self.inbox.report(format!(
-                "bag: only the last {secs:.1} of {asked_secs} s were kept, which are {mib} MiB: raise \
+                "bag: only the last {secs:.1} of {asked_secs} s were kept, which take {mib} MiB: raise \
                  `snapshot_mib`"
             ));
         }
     }
 
-    /// Handles the end of the session while it is paused.
+    /// Handles the end of the session while the recording is paused.
     fn close(&mut self) -> Next {
         if let Some(reason) = self.inbox.cut_off() {
             let hint = "please report this bug in teampulse".into();

@@ -1,4 +1,4 @@
-//! A bag that reports when it ends early, and continues in another.
+//! A bag that continues in another one when it ends early.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -15,12 +15,12 @@ use crate::Ended;
 
 /// The interval between attempts to continue a failed recording.
 const AGAIN_EVERY: Duration = Duration::from_secs(5);
-/// The most bags of one recording, for a disk that fills up repeatedly.
+/// The maximum number of bags of one recording, in case a disk fills up repeatedly.
 const MOST_BAGS: usize = 100;
-/// The share of the room with which a recording began that a disk which was full needs to continue, so that it is
-/// not full again at once.
+/// The recording continues on a full disk once a part of the space that was free at its start is free again: one in
+/// this many bytes, so that the disk does not fill up again at once.
 const ROOM_SHARE: u64 = 4;
-/// The least and the most of that room [bytes]: a bag that only begins and ends needs the least.
+/// The lower and the upper limit of that free space [bytes]; a bag that only starts and ends needs the lower limit.
 const ROOM_BYTES: (u64, u64) = (8 << 20, 64 << 20);
 
 /// Where a recording continues after a failure.
@@ -28,24 +28,24 @@ const ROOM_BYTES: (u64, u64) = (8 << 20, 64 << 20);
 pub enum Continuation {
     /// Nowhere.
     Never,
-    /// In a folder next to that of the bag, or in the fallback.
+    /// In a folder beside the bag's, or in the fallback.
     Beside {
         /// The folder to continue in when the bag's own disk is full or gone.
         fallback: Option<PathBuf>,
     },
 }
 
-/// A bag that notifies the tidy files beside it when it ends early, so that they end with it, and continues
-/// in another bag.
+/// A bag that continues in another one when it ends early. It notifies the tidy files beside it, so that they end with
+/// it.
 #[derive(Debug)]
 pub struct ContinuingBag {
     /// The bag.
     pub bag: BagSink,
-    /// The sinks that it notifies.
+    /// Notifies the tidy files when the bag ends.
     pub ended: Ended,
-    /// Where it continues.
+    /// Where the recording continues after a failure.
     pub again: Continuation,
-    /// Whether the command `stop_recording` ends it.
+    /// Whether the command `stop_recording` ends the recording.
     pub ends_by_command: bool,
 }
 
@@ -68,29 +68,29 @@ impl Sink for ContinuingBag {
     }
 }
 
-/// How a recording ended, with all of its bags.
+/// How a recording ended, including all of its bags.
 #[derive(Debug)]
 pub struct Course {
-    /// How its last bag ended.
+    /// How the last bag ended.
     pub complete: Complete,
-    /// The failures on the way.
+    /// The failures along the way, if any.
     pub failed: Option<SinkError>,
 }
 
 impl ContinuingBag {
-    /// Creates its first bag.
+    /// Creates the first bag.
     pub fn begin(&self) -> Result<Recording, SinkError> {
         let begun = self.begin_in(self.bag.clone());
         begun.inspect_err(|error| self.ended.report(format!("failed to {error}")))
     }
 
-    /// Creates one of its bags.
+    /// Creates a bag of the recording.
     pub fn begin_in(&self, bag: BagSink) -> Result<Recording, SinkError> {
         let recording = bag.begin()?;
         Ok(if self.ends_by_command { recording.until_stopped() } else { recording })
     }
 
-    /// Records in this bag, and in others after a failure.
+    /// Records in this bag and, after a failure, in others.
     pub fn record(&self, first: Recording, inbox: &Inbox) -> Course {
         let broken = match first.record(inbox) {
             Ok(complete) => return Course { complete, failed: None },
@@ -120,7 +120,7 @@ fn goes_on(
     let Broken { error: mut failed, unwritten: mut missed } = broken;
     let needed_bytes = needed_bytes(sink);
     inbox.report(format!(
-        "bag: failed to {failed}; continues in another bag once {} MiB are free and the disk can be written",
+        "bag: failed to {failed}; the recording continues in another bag once {} MiB are free and the disk is writable",
         needed_bytes.div_ceil(1 << 20)
     ));
     let mut before = sink.bag.folder.clone();
@@ -168,7 +168,7 @@ fn goes_on(
     Course { complete: Complete::WithSession, failed: Some(in_no_bag(failed, missed)) }
 }
 
-/// The same failure, with the number of messages lost to it.
+/// Adds the number of lost messages to a failure.
 fn in_no_bag(failed: SinkError, missed: u64) -> SinkError {
     if missed > 0 { and(failed, &are_in_no_bag(missed)) } else { failed }
 }
@@ -177,7 +177,7 @@ fn are_in_no_bag(missed: u64) -> String {
     format!("{} in no bag", counted(missed, "message is", "messages are"))
 }
 
-/// The free space with which a recording continues on a disk that was full [bytes].
+/// The free space that a recording needs to continue on a disk that was full [bytes].
 fn needed_bytes(sink: &ContinuingBag) -> u64 {
     let Options { keep_free_bytes, growth, .. } = &sink.bag.options;
     let (least, most) = ROOM_BYTES;
@@ -186,7 +186,7 @@ fn needed_bytes(sink: &ContinuingBag) -> u64 {
     keep_free_bytes.saturating_add(room_bytes.clamp(least, most))
 }
 
-/// A new bag for a recording: beside its first, or in the fallback.
+/// Creates another bag for a recording: beside the first, or in the fallback.
 fn begin_again(
     sink: &ContinuingBag,
     fallback: Option<&Path>,
@@ -204,15 +204,15 @@ fn begin_again(
     })
 }
 
-/// The next folder in `parent` for another bag of the session whose first one is in `first`.
+/// Returns the next unused folder in `parent` for another bag of the session whose first bag is in `first`.
 pub fn next_folder(first: &Path, parent: &Path) -> Option<PathBuf> {
     let name = first.file_name()?.to_string_lossy().into_owned();
     let mut folders = (2..).map(|number| parent.join(format!("{name}_{number}")));
     folders.find(|folder| folder.symlink_metadata().is_err())
 }
 
-/// Drops input for a while, or until the session ends or a command ends the recording; returns the number of
-/// messages dropped, and the records after that command.
+/// Drops input for a while, or until the session ends or a command ends the recording; returns the number of dropped
+/// messages, and the records after that command.
 fn let_pass(inbox: &Inbox, patience: Option<Duration>) -> (u64, Option<Complete>) {
     let clock = Clock::host();
     let until = patience.map(|patience| clock.now() + patience);
@@ -234,12 +234,12 @@ fn let_pass(inbox: &Inbox, patience: Option<Duration>) -> (u64, Option<Complete>
     (passed, None)
 }
 
-/// The command that a record's event represents.
+/// Returns the command that a record carries, if any.
 pub fn command_of(record: &Record) -> Option<Command> {
     Accepted::of(&record.stream, &record.sample.data).map(|accepted| accepted.command)
 }
 
-/// The same failure, with additional text.
+/// Appends text to the message of a failure.
 pub fn and(failed: SinkError, more: &str) -> SinkError {
     let (SinkError::Lost { message, hint } | SinkError::Failed { message, hint }) = failed;
     SinkError::Lost { message: format!("{message}; {more}"), hint }

@@ -10,37 +10,38 @@ use teampulse_core::time::Time;
 /// The limits on what is kept.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// The number of seconds [s].
+    /// The longest time that is kept [s].
     pub secs: f64,
-    /// The largest size [bytes]: if the seconds need more, fewer are kept.
+    /// The maximum size [bytes]; if the time needs more, less of it is kept.
     pub bytes: usize,
 }
 
-/// The newest records, and the state before them.
+/// The newest records, and the state of the session before them.
 #[derive(Debug)]
 pub struct Kept {
     limits: Limits,
     held: Latched,
     records: VecDeque<Record>,
     bytes: usize,
-    /// Whether records within the seconds were dropped because of their size.
+    /// Whether records within the time limit were dropped because of the size limit.
     is_cut: bool,
 }
 
 impl Kept {
-    /// Nothing kept yet, in a session with this state.
+    /// An empty buffer, in a session with this state.
     pub fn new(limits: Limits, held: Latched) -> Kept {
         Kept { limits, held, records: VecDeque::new(), bytes: 0, is_cut: false }
     }
 
-    /// The content of a recording that failed to start, and the records after the command, kept again.
+    /// Restores the buffer from the content of a recording that failed to start; also returns the records after the
+    /// command.
     pub fn reopened(limits: Limits, opening: Opening) -> (Kept, Vec<Record>) {
         let Opening { held, kept, after } = opening;
         let bytes = kept.iter().map(Record::held_bytes).sum();
         (Kept { limits, held, records: kept.into(), bytes, is_cut: false }, after)
     }
 
-    /// Adds the newest record, and drops the oldest ones.
+    /// Adds the newest record, and drops the oldest ones beyond the limits.
     pub fn push(&mut self, record: &Record) {
         self.bytes += record.held_bytes();
         self.records.push_back(record.clone());
@@ -62,14 +63,14 @@ impl Kept {
         self.held.take(&oldest);
     }
 
-    /// How many seconds are kept.
+    /// The time span of the kept records [s].
     pub fn secs(&self) -> f64 {
         let log_time = |record: &Record| record.sample.log_time;
         let ends = self.records.front().map(log_time).zip(self.records.back().map(log_time));
         ends.map_or(0.0, |(oldest, newest): (Time, Time)| newest.secs_since(oldest))
     }
 
-    /// Whether fewer seconds are kept than requested, as they would exceed the memory limit.
+    /// Whether less time is kept than requested because of the size limit.
     pub fn is_cut(&self) -> bool {
         self.is_cut
     }
@@ -79,12 +80,12 @@ impl Kept {
         self.bytes
     }
 
-    /// The content for a recording that starts now, with the records after the command.
+    /// The content of a recording that starts now, with the records after the command.
     pub fn opening(self, after: Vec<Record>) -> Opening {
         Opening { held: self.held, kept: self.records.into(), after }
     }
 
-    /// A copy for a snapshot; its records are shared.
+    /// A copy of the content for a snapshot; the records are shared.
     pub fn snapshot(&self) -> Opening {
         let kept = self.records.iter().cloned().collect();
         Opening { held: self.held.clone(), kept, after: Vec::new() }

@@ -15,18 +15,18 @@ use teampulse_messages::value::{Value, flatten};
 use super::layout::Layout;
 use crate::text::harmless;
 
-/// The longest array with a column per element; longer ones are summarised.
+/// The longest array with a column per element; longer arrays are summarised.
 const LONGEST_ARRAY: usize = 64;
 
 /// The columns of a stream.
 pub(super) struct Columns {
     layout: Layout,
     definition: Option<Definition>,
-    /// The number of values without a column, as the table has too many.
+    /// The number of values that were left out, as the table would have too many columns.
     left_out: u64,
     /// The number of messages that could not be decoded, and the reason for the first.
     undecoded: Option<(u64, CdrError)>,
-    /// Why no message can be decoded, if so.
+    /// Why no message can be decoded, if the definition is invalid.
     undefined: Option<DefinitionError>,
 }
 
@@ -57,10 +57,10 @@ impl Columns {
         self.undecoded.as_ref().map_or(0, |(count, _)| *count)
     }
 
-    /// What the table does not have of its stream, each as a sentence.
+    /// The data of the stream that the table lacks, each as a sentence.
     pub(super) fn lacks(&self) -> Vec<String> {
         let undefined = self.undefined.as_ref().map(|error| {
-            format!("its table has only the sizes of its messages: failed to {error}")
+            format!("its table has only the sizes of the messages: failed to {error}")
         });
         let undecoded = self.undecoded.as_ref().map(|(count, error)| {
             let failed = counted(*count, "message has", "messages have");
@@ -68,12 +68,12 @@ impl Columns {
         });
         let left_out = (self.left_out > 0).then(|| {
             let left_out = counted(self.left_out, "value has", "values have");
-            format!("{left_out} no column in its table, as there would be too many")
+            format!("{left_out} no column in its table, which would have too many columns")
         });
         undefined.into_iter().chain(undecoded).chain(left_out).collect()
     }
 
-    /// Passes on each row of a record, with its time.
+    /// Passes each row of a record, with its time, to `row`.
     pub(super) fn rows(
         &mut self,
         record: &Record,
@@ -105,7 +105,7 @@ impl Columns {
         }
     }
 
-    /// Adds numbered columns where a sample has more numbers than its stream has channels.
+    /// Adds numbered columns if a sample has more values than its stream has channels.
     fn widen(&mut self, width: usize) {
         for number in self.layout.width()..width {
             self.layout.place(&format!("value{}", number + 1), number.checked_sub(1));
@@ -143,7 +143,7 @@ fn paths(definition: &Definition, cdr: &[u8]) -> Vec<String> {
     fields.into_iter().map(|(path, _)| path).collect()
 }
 
-/// The names of a stream's channels, with units in brackets; numbered where unknown.
+/// The names of a stream's channels, with units in brackets; numbered if they are unknown.
 fn channels(stream: &Stream, width: usize) -> Vec<String> {
     if stream.channels.len() != width {
         return (1..=width).map(|number| format!("value{number}")).collect();
@@ -241,7 +241,7 @@ fn of_value(value: &Value) -> String {
     }
 }
 
-/// A time in seconds with full nanosecond precision.
+/// Formats a time in seconds with nanosecond precision.
 pub(crate) fn exact_secs(time: Time) -> String {
     let nanos = time.nanos();
     let sign = if nanos < 0 { "-" } else { "" };
@@ -252,10 +252,10 @@ pub(crate) fn exact_secs(time: Time) -> String {
     )
 }
 
-/// Numbers below the first or from the second on have an exponent.
+/// Magnitudes below the first or from the second on are written with an exponent.
 const WITHOUT_EXPONENT: (f64, f64) = (1e-7, 1e17);
 
-/// A number with all its digits; empty if it is missing, and never a negative zero.
+/// Formats a number with all its digits; empty if it is missing, and never a negative zero.
 pub(crate) fn number(value: f64) -> String {
     let (least, most) = WITHOUT_EXPONENT;
     let size = value.abs();
@@ -268,12 +268,12 @@ pub(crate) fn number(value: f64) -> String {
     }
 }
 
-/// A text from outside as a CSV cell that no spreadsheet executes.
+/// Formats a text from outside as a CSV cell that no spreadsheet executes.
 pub(crate) fn cell(text: &str) -> String {
     quoted(&harmless(text))
 }
 
-/// A text as a CSV cell (RFC 4180).
+/// Formats a text as a CSV cell (RFC 4180).
 pub(crate) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))

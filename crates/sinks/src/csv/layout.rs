@@ -1,4 +1,4 @@
-//! The order of a table's columns, which may gain some while its rows are written.
+//! The order of a table's columns, which may be added to while rows are written.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -9,21 +9,21 @@ use teampulse_bag::private;
 
 use super::cells::quoted;
 
-/// The columns before those of the values.
+/// The columns before the values.
 const TIMES: [&str; 3] = ["measured_secs", "log_time_secs", "index"];
-/// The most columns that a table may gain after its header.
+/// The maximum number of columns that a table may gain after its header.
 const MOST_GAINED: usize = 10_000;
 
-/// The columns of a table. Rows have them in the order in which they were found; the finished table has new ones beside
-/// those that they follow in their message.
+/// The columns of a table. Rows have them in the order in which they were found; in the finished table, a new column is
+/// beside the one that it follows in its message.
 #[derive(Default)]
 pub(super) struct Layout {
     /// The names, in the order of the rows.
     names: Vec<String>,
-    /// The place in a row of each column of the finished table.
+    /// The index within a row of each column of the finished table.
     order: Vec<usize>,
     places: BTreeMap<String, usize>,
-    /// The number of columns that the header has.
+    /// The number of columns in the header.
     headed: usize,
 }
 
@@ -41,11 +41,11 @@ impl Layout {
         self.names.len()
     }
 
-    /// The place in a row of a value that follows the one at `before`; a new column if its name is new, and `None`
-    /// where the table has too many.
+    /// Returns the index in a row of a value that follows the one at `before`. Adds a column if the name is new;
+    /// returns `None` if the table would have too many columns.
     pub(super) fn place(&mut self, name: &str, before: Option<usize>) -> Option<usize> {
         let next = before.map_or(0, |before| before + 1);
-        // Usually the same values come in the same order.
+        // Usually the same values arrive in the same order.
         if self.names.get(next).is_some_and(|known| known == name) {
             return Some(next);
         }
@@ -73,7 +73,7 @@ impl Layout {
         all.collect::<Vec<_>>().join(",")
     }
 
-    /// Gives a table the columns that it has gained since its header was written: in their places, and in every row.
+    /// Adds the columns that the table has gained since its header was written: in their places, and in every row.
     pub(super) fn complete(&self, table: &Path) -> io::Result<()> {
         if self.names.len() == self.headed {
             return Ok(());
@@ -104,7 +104,7 @@ impl Layout {
     }
 }
 
-/// Reads the next row, whose quoted cells may contain several lines; returns whether there was one.
+/// Reads the next row, whose quoted cells may span several lines; returns whether there was one.
 fn read_row(rows: &mut impl BufRead, row: &mut String) -> io::Result<bool> {
     row.clear();
     while rows.read_line(row)? > 0 {
@@ -115,7 +115,7 @@ fn read_row(rows: &mut impl BufRead, row: &mut String) -> io::Result<bool> {
     Ok(!row.is_empty())
 }
 
-/// The cells of a row, with their quotes.
+/// Splits a row into its cells, which keep their quotes.
 fn split(row: &str) -> Vec<&str> {
     let mut is_quoted = false;
     let outside = |letter: char| {

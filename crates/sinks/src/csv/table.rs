@@ -12,7 +12,7 @@ use teampulse_messages::readout;
 
 use super::cells::{Columns, exact_secs};
 
-/// The most records [1] and bytes that wait until the names of a stream's numbers are known.
+/// The maximum number of records, and of bytes, that wait until the names of a stream's values are known.
 const MOST_WAITING: usize = 2000;
 const MOST_WAITING_BYTES: usize = 16 << 20;
 
@@ -23,13 +23,13 @@ pub(super) struct Table {
     path: PathBuf,
     file: Option<BufWriter<File>>,
     columns: Option<Columns>,
-    /// Records that arrived before its columns were known.
+    /// Records that arrived before the columns were known.
     waiting: Vec<Record>,
     waiting_bytes: usize,
 }
 
 impl Table {
-    /// A table that is written into a file, which is created with its first row.
+    /// A table for a file, which is created with the first row.
     pub(super) fn new(stream: String, path: PathBuf) -> Table {
         Table { stream, path, file: None, columns: None, waiting: Vec::new(), waiting_bytes: 0 }
     }
@@ -51,7 +51,7 @@ impl Table {
         self.begin(record, definition)
     }
 
-    /// Writes the header and all waiting records, with the columns of a record.
+    /// Writes the header for the columns of this record, and then all waiting records.
     fn begin(&mut self, record: &Record, definition: Option<Definition>) -> io::Result<()> {
         let waiting = std::mem::take(&mut self.waiting);
         let first = waiting.first().unwrap_or(record);
@@ -75,7 +75,7 @@ impl Table {
         written
     }
 
-    /// The file, opened again if it was closed.
+    /// Returns the file, reopened if it was closed.
     fn file(&mut self) -> io::Result<&mut BufWriter<File>> {
         let file = match self.file.take() {
             Some(file) => file,
@@ -84,7 +84,7 @@ impl Table {
         Ok(self.file.insert(file))
     }
 
-    /// Closes its file, if it is open.
+    /// Closes the file, if it is open.
     pub(super) fn close(&mut self) -> io::Result<()> {
         self.file.take().map_or(Ok(()), |mut file| file.flush())
     }
@@ -100,7 +100,7 @@ impl Table {
         columns.map_or(Ok(()), |columns| columns.layout().complete(&self.path))
     }
 
-    /// Writes what still waits.
+    /// Writes the records that are still waiting, and closes the file.
     pub(super) fn conclude(&mut self) -> io::Result<()> {
         if let Some(last) = self.waiting.pop() {
             self.begin(&last, None)?;
@@ -108,12 +108,12 @@ impl Table {
         self.close()
     }
 
-    /// The number of its messages that could not be decoded; before it is finished, of those that were written.
+    /// The number of messages that could not be decoded; before the table is finished, of those written so far.
     pub(super) fn undecoded(&self) -> u64 {
         self.columns.as_ref().map_or(0, Columns::undecoded)
     }
 
-    /// What it does not have of its stream, each as a sentence.
+    /// The data of the stream that the table lacks, each as a sentence.
     pub(super) fn lacks(&self) -> Vec<String> {
         self.columns.as_ref().map(Columns::lacks).unwrap_or_default()
     }
@@ -126,7 +126,7 @@ fn definition_of(stream: &Stream) -> Option<Definition> {
     }
 }
 
-/// Whether the names of a stream's numbers are known.
+/// Whether the names of a stream's values are known.
 fn is_described(stream: &Stream, definition: Option<&Definition>) -> bool {
     match &stream.shape {
         Shape::Message(_) => definition.is_some(),

@@ -220,7 +220,7 @@ fn what_cannot_be_decoded_is_named() {
     let (lack, _) = lacks("", &[0, 1, 0, 0, 0, 0]);
     assert_eq!(
         lack,
-        ["its table has only the sizes of its messages: failed to read the definition of \
+        ["its table has only the sizes of the messages: failed to read the definition of \
           own_msgs/msg/Own: it is not known"]
     );
 }

@@ -1,4 +1,4 @@
-//! The channels of the session's streams: their messages as in the bag, and the numbers of waves one by one.
+//! The channels of the session's streams: messages as in the bag, and the values of waves one by one.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,14 +13,14 @@ use super::server::Shared;
 
 /// The type of single numbers, and its definition.
 const NUMBER: (&str, &str) = ("std_msgs/msg/Float64", "float64 data\n");
-/// The most numbers sent per second from a wave's channel.
+/// The maximum number of values sent per second from a channel of a wave.
 const MOST_PER_SEC: f64 = 60.0;
-/// The most channels of a wave that have a topic of their own.
+/// The maximum number of channels of a wave that have separate topics.
 const MOST_CHANNELS: usize = 64;
 /// The header of little-endian CDR.
 const CDR_HEAD: [u8; 4] = [0, 1, 0, 0];
 
-/// The channels so far.
+/// All advertised channels.
 pub(super) struct Channels {
     shared: Arc<Shared>,
     served: BTreeMap<StreamId, Served>,
@@ -29,12 +29,12 @@ pub(super) struct Channels {
 
 /// A stream with its channels.
 struct Served {
-    /// As it was when its channels were created.
+    /// The stream as it was when its channels were created.
     stream: Arc<Stream>,
     message: u32,
-    /// For a wave, the number of each of its channels.
+    /// For a wave, the number of the advertised channel for each of its own channels.
     numbers: Vec<u32>,
-    /// When a number was last sent [ns].
+    /// The time of the last value that was sent [ns].
     sent_nanos: i64,
 }
 
@@ -104,7 +104,7 @@ impl Channels {
 }
 
 impl Served {
-    /// Sends the numbers of a wave one by one, often enough for a plot to show its shape.
+    /// Sends the values of a wave one by one, often enough for a plot to show its shape.
     fn send_numbers(&mut self, shared: &Shared, wave: &Wave, begin_nanos: i64, period_nanos: f64) {
         if !self.numbers.iter().any(|number| shared.is_wanted(*number)) {
             return;

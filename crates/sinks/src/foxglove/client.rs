@@ -8,12 +8,12 @@ use tokio::sync::Notify;
 
 use super::protocol::{FromServer, frame};
 
-/// The most data waiting for a client; beyond that the oldest messages are skipped [bytes].
+/// The maximum amount of data waiting for a client; beyond it, the oldest messages are skipped [bytes].
 const MOST_BYTES: usize = 8 << 20;
-/// The most channels that a client may subscribe to.
+/// The maximum number of subscriptions of a client.
 const MOST_WANTED: usize = 4096;
 
-/// One viewer.
+/// A connected viewer.
 #[derive(Debug, Default)]
 pub(super) struct Client {
     state: Mutex<State>,
@@ -33,14 +33,14 @@ struct State {
 }
 
 impl Client {
-    /// Adds a text, which is never skipped.
+    /// Adds a text message, which is never skipped.
     pub(super) fn text(&self, message: &FromServer) {
         let Ok(text) = serde_json::to_string(message) else { return };
         self.lock().texts.push_back(text);
         self.wake.notify_one();
     }
 
-    /// Adds a message of a channel, if it is wanted.
+    /// Adds a message of a channel, if the client has subscribed to it.
     pub(super) fn message(&self, channel: u32, time_nanos: i64, message: &[u8]) {
         let mut state = self.lock();
         let Some(wanted) = state.wanted.get(&channel) else { return };
@@ -58,12 +58,12 @@ impl Client {
         self.wake.notify_one();
     }
 
-    /// Whether it wants a channel.
+    /// Whether the client has subscribed to a channel.
     pub(super) fn wants(&self, channel: u32) -> bool {
         self.lock().wanted.contains_key(&channel)
     }
 
-    /// Subscribes to a channel, under the client's number; returns whether there was room.
+    /// Subscribes to a channel under the client's own number; returns whether there was room.
     pub(super) fn subscribe(&self, id: u32, channel: u32) -> bool {
         let mut state = self.lock();
         let count: usize = state.wanted.values().map(Vec::len).sum();

@@ -22,15 +22,15 @@ use crate::{Announcements, SinkContext};
 
 /// The longest wait for records.
 const PATIENCE: Duration = Duration::from_millis(20);
-/// How long clients have to receive the last messages.
+/// The time allowed for clients to receive the last messages.
 const FAREWELL: Duration = Duration::from_millis(300);
 
 /// Serves all streams to Foxglove and Lichtblick ("Open connection", "Foxglove WebSocket", <ws://localhost:8765>).
 ///
-/// The messages are those of the bag, with their definitions. Each channel of a wave is also a topic of its own, with
-/// at most 60 numbers a second, as those viewers can't plot arrays. A text published from a viewer sets a marker with
-/// that text, if `[commands]` allows `foxglove = ["mark"]`. Only programs and pages of this computer, and the web app
-/// of Foxglove, can connect; from other computers use `ssh -L 8765:localhost:8765`.
+/// The messages are the same as in the bag, with their definitions. Each channel of a wave is also a separate topic,
+/// with at most 60 values per second, as those viewers can't plot arrays. A text published from a viewer sets a marker
+/// with that text, if `[commands]` allows `foxglove = ["mark"]`. Only programs and pages on this computer, and
+/// Foxglove's web app, can connect; from other computers use `ssh -L 8765:localhost:8765`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Foxglove {
@@ -94,7 +94,7 @@ impl Sink for Viewers {
         let listener = listener.map_err(|error| {
             failed(format!("listen on port {port}"), error, "give another `port`")
         })?;
-        announcements.add(format!("Foxglove and Lichtblick open ws://localhost:{port}"));
+        announcements.add(format!("open ws://localhost:{port} in Foxglove or Lichtblick"));
         let shared = Arc::new(Shared::new(&session, origins, inbox.outlet().cloned()));
         let outlet = inbox.outlet().cloned();
         let serving = server::run(listener, Arc::clone(&shared));

@@ -1,5 +1,5 @@
 //! The messages of Foxglove's WebSocket protocol, version 1 (<https://github.com/foxglove/ws-protocol>), as far as they
-//! are used here: texts are JSON with an `op`, binary frames begin with a byte that states their kind.
+//! are used here. Text messages are JSON with an `op`; binary frames begin with a byte that states their kind.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ const HEAD_BYTES: usize = 1 + 4 + 8;
 /// The kind of a frame with a message, in either direction.
 const MESSAGE: u8 = 1;
 
-/// What the server sends as text.
+/// A text message from the server.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "op", rename_all = "camelCase", rename_all_fields = "camelCase")]
 pub enum FromServer {
@@ -19,28 +19,28 @@ pub enum FromServer {
     ServerInfo {
         /// The name shown to the user.
         name: String,
-        /// What clients may do.
+        /// The capabilities that clients may use.
         capabilities: [&'static str; 1],
-        /// The encodings of the messages that they publish.
+        /// The encodings in which clients may publish messages.
         supported_encodings: [&'static str; 1],
         /// An id that is constant during the session.
         session_id: String,
     },
-    /// Channels that are new.
+    /// New channels.
     Advertise {
         /// The channels.
         channels: Vec<Channel>,
     },
-    /// Channels that are gone.
+    /// Channels that no longer exist.
     Unadvertise {
-        /// Their numbers.
+        /// The numbers of the channels.
         channel_ids: Vec<u32>,
     },
     /// A note to the user.
     Status {
-        /// 0 a note, 1 a warning, 2 an error.
+        /// The severity: 0 for a note, 1 for a warning, 2 for an error.
         level: u8,
-        /// Its text.
+        /// The text of the note.
         message: String,
     },
 }
@@ -49,44 +49,44 @@ pub enum FromServer {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Channel {
-    /// Its number.
+    /// The number of the channel.
     pub id: u32,
-    /// Its topic.
+    /// The topic of the channel.
     pub topic: String,
-    /// `cdr`.
+    /// The encoding of the messages: `cdr`.
     pub encoding: &'static str,
-    /// The type of its messages.
+    /// The type of the messages.
     pub schema_name: String,
     /// The definition of that type.
     pub schema: String,
-    /// `ros2msg`, as in the bag.
+    /// The encoding of the definition: `ros2msg`, as in the bag.
     pub schema_encoding: String,
 }
 
-/// What a client sends as text.
+/// A text message from a client.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "op", rename_all = "camelCase")]
 pub enum FromClient {
-    /// Channels that it wants.
+    /// Subscribes to channels.
     Subscribe {
         /// The subscriptions, each with the client's own number.
         subscriptions: Vec<Subscription>,
     },
-    /// Channels that it no longer wants.
+    /// Ends subscriptions.
     #[serde(rename_all = "camelCase")]
     Unsubscribe {
-        /// The client's numbers.
+        /// The client's numbers for the subscriptions.
         subscription_ids: Vec<u32>,
     },
-    /// Channels on which it publishes.
+    /// Announces channels on which the client publishes.
     Advertise {
         /// The channels.
         channels: Vec<ClientChannel>,
     },
-    /// Channels on which it no longer publishes.
+    /// Announces that the client no longer publishes on channels.
     #[serde(rename_all = "camelCase")]
     Unadvertise {
-        /// Their numbers.
+        /// The client's numbers for the channels.
         channel_ids: Vec<u32>,
     },
     /// Messages that are not used here: parameters, services, assets.
@@ -94,11 +94,11 @@ pub enum FromClient {
     Other,
 }
 
-/// A channel that a client wants.
+/// A client's subscription to a channel.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Subscription {
-    /// The client's number.
+    /// The client's number for the subscription.
     pub id: u32,
     /// The channel's number.
     pub channel_id: u32,
@@ -107,13 +107,13 @@ pub struct Subscription {
 /// A channel on which a client publishes.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ClientChannel {
-    /// The client's number.
+    /// The client's number for the channel.
     pub id: u32,
-    /// How it is encoded: `json`.
+    /// The encoding of the messages: `json`.
     pub encoding: String,
 }
 
-/// The frame of a message for a subscription, at a time [ns since the Unix epoch].
+/// Encodes a message for a subscription, at a time [ns since the Unix epoch], as a frame.
 pub fn frame(subscription: u32, time_nanos: i64, message: &[u8]) -> Vec<u8> {
     let mut frame = Vec::with_capacity(HEAD_BYTES + message.len());
     frame.push(MESSAGE);
@@ -123,7 +123,7 @@ pub fn frame(subscription: u32, time_nanos: i64, message: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// The client's channel and the message in a published frame; `None` for any other frame.
+/// Returns the client's channel and the message in a published frame; `None` for any other frame.
 pub fn published(frame: &[u8]) -> Option<(u32, &[u8])> {
     let (kind, rest) = frame.split_first()?;
     let (channel, message) = rest.split_first_chunk::<4>()?;

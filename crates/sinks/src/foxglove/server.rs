@@ -24,15 +24,15 @@ use tokio::time::timeout;
 use super::client::Client;
 use super::protocol::{Channel, FromClient, FromServer, SUBPROTOCOLS, published};
 
-/// The most clients at once.
+/// The maximum number of clients at once.
 const MOST_CLIENTS: usize = 16;
-/// The largest message of a client [bytes].
+/// The largest message from a client [bytes].
 const LARGEST_BYTES: usize = 1 << 20;
-/// The most channels on which a client publishes.
+/// The maximum number of channels on which a client may publish.
 const MOST_PUBLISHED: usize = 64;
-/// One message must be taken within this time.
+/// The time within which a client must read one message.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The web app of Foxglove.
+/// The origins of Foxglove's web app.
 const KNOWN_ORIGINS: [&str; 2] = ["https://app.foxglove.dev", "https://studio.foxglove.dev"];
 
 /// The state shared by the sink's thread and the connections.
@@ -58,9 +58,9 @@ impl Shared {
         }
     }
 
-    /// Advertises channels to present and future viewers.
+    /// Advertises channels to current and future viewers.
     pub(super) fn advertise(&self, channels: Vec<Channel>) {
-        // One who joins meanwhile waits, and gets them once.
+        // A client that joins now waits for the lock, so it gets each channel exactly once.
         let mut known = self.channels();
         known.extend(channels.iter().map(|channel| (channel.id, channel.clone())));
         self.text(&FromServer::Advertise { channels });
@@ -72,19 +72,20 @@ impl Shared {
         self.text(&FromServer::Unadvertise { channel_ids: ids.to_vec() });
     }
 
-    /// Sends a message to the clients that want it.
+    /// Sends a message to the clients that have subscribed to its channel.
     pub(super) fn send(&self, channel: u32, time_nanos: i64, message: &[u8]) {
         for client in &*self.clients() {
             client.message(channel, time_nanos, message);
         }
     }
 
-    /// Whether anybody wants a channel.
+    /// Whether any client has subscribed to a channel.
     pub(super) fn is_wanted(&self, channel: u32) -> bool {
         self.clients().iter().any(|client| client.wants(channel))
     }
 
-    /// Reports the messages skipped before they arrived here, and those that each client was too slow for.
+    /// Reports to each client the samples that were skipped before they reached this sink, and the messages for which
+    /// the client was too slow.
     pub(super) fn report_skipped(&self, before: u64) {
         let warning = |message: String| FromServer::Status { level: 1, message };
         for client in &*self.clients() {
@@ -111,7 +112,7 @@ impl Shared {
         self.clients().iter().for_each(|client| client.text(message));
     }
 
-    /// Adds a client, with all channels so far; returns whether there was room.
+    /// Adds a client, and sends it all current channels; returns whether there was room.
     fn join(&self, client: &Arc<Client>) -> bool {
         let known = self.channels();
         let mut clients = self.clients();
@@ -136,12 +137,12 @@ impl Shared {
     /// Sets a marker with the published text; returns the reason if it was refused.
     fn mark(&self, message: &[u8]) -> Result<(), String> {
         let json: serde_json::Value = serde_json::from_slice(message)
-            .map_err(|error| format!("failed to read what was published: {error}"))?;
+            .map_err(|error| format!("failed to read the published message: {error}"))?;
         let text = |key: &str| json.get(key).and_then(serde_json::Value::as_str);
         let Some(label) = text("label").or_else(|| text("data")).map(str::trim) else {
             return Err("a marker is an object with a text in `label` or `data`".to_owned());
         };
-        let outlet = self.outlet.as_ref().ok_or("no session runs")?;
+        let outlet = self.outlet.as_ref().ok_or("no session is running")?;
         let command: Command =
             format!("mark {label}").parse().map_err(|error| format!("failed to {error}"))?;
         let sender = Sender::through("foxglove", "");
@@ -156,14 +157,14 @@ impl Shared {
         self.clients.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether a request comes from a program of this computer, or from a page that may connect.
+    /// Whether a request comes from a program on this computer, or from a page that may connect.
     fn admits(&self, headers: &HeaderMap) -> bool {
         if !is_for_this_computer(headers) {
             return false;
         }
         let Some(origin) = headers.get(ORIGIN) else { return true };
         let Ok(origin) = origin.to_str() else { return false };
-        // The desktop apps are not of any site.
+        // The desktop apps do not belong to a site.
         let is_desktop = origin.starts_with("file://") || origin.starts_with("app://");
         let name = origin.split_once("://").map_or("", |(_, rest)| name_of(rest));
         let is_listed = self.origins.iter().any(|each| each.trim_end_matches('/') == origin);
@@ -183,7 +184,8 @@ async fn connect(
     upgrade: Result<WebSocketUpgrade, axum::extract::ws::rejection::WebSocketUpgradeRejection>,
 ) -> Response {
     if !shared.admits(&headers) {
-        let reason = "pages of other sites may not connect: list theirs below `origins`\n";
+        let reason =
+            "pages of other sites may not connect unless their origins are listed in `origins`\n";
         return (StatusCode::FORBIDDEN, reason).into_response();
     }
     let Ok(upgrade) = upgrade else {
@@ -208,12 +210,12 @@ async fn serve(socket: WebSocket, shared: Arc<Shared>) {
             () = receiving(&shared, &client, &mut receiver) => None,
         }
     } else {
-        Some("too many viewers are connected already: close one of them")
+        Some("too many viewers are already connected: close one of them")
     };
     shared.leave(&client);
     if let Some(reason) = reason {
         let close = CloseFrame { code: close_code::AWAY, reason: reason.into() };
-        // One who has gone away hears nothing.
+        // Errors are ignored, as the client may be gone.
         drop(timeout(PATIENCE, sender.send(Message::Close(Some(close)))).await);
     }
 }
@@ -227,7 +229,7 @@ async fn sending(
         match timeout(PATIENCE, sender.send(message)).await {
             Ok(Ok(())) => {}
             Ok(Err(_)) => return None,
-            Err(_) => return Some("it read nothing for 10 s"),
+            Err(_) => return Some("the viewer read nothing for 10 s"),
         }
     }
     Some("the session is over")
@@ -283,7 +285,10 @@ fn answer(
         FromClient::Advertise { channels } => {
             for channel in channels {
                 if channel.encoding != "json" || publishing.len() >= MOST_PUBLISHED {
-                    let reason = format!("channel {}: expected JSON, on few channels", channel.id);
+                    let reason = format!(
+                        "channel {}: expected JSON, on at most {MOST_PUBLISHED} channels",
+                        channel.id
+                    );
                     return Err(reason);
                 }
                 publishing.insert(channel.id);

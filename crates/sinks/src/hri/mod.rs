@@ -1,4 +1,4 @@
-//! What is seen of people, for programs that read ROS4HRI (REP-155).
+//! Publishes what models see of people, for programs that read ROS4HRI (REP-155).
 //!
 //! ```text
 //! /humans/persons/p001/robot1_front/yunet ──► hri_msgs ──► /humans/faces/p001/landmarks, …/roi
@@ -34,34 +34,35 @@ use self::tracked::Tracked;
 use self::view::View;
 use crate::SinkContext;
 
-/// The longest wait for input before it is looked who is out of view.
+/// The longest wait for input before checking who is out of view.
 const PATIENCE: Duration = Duration::from_millis(200);
-/// Where REP-155 has people.
+/// The namespace of people in REP-155.
 const NAMESPACE: &str = "/humans";
-/// How many messages are kept for those who are slow.
+/// The number of messages that are kept for slow subscribers.
 const DEPTH: u32 = 10;
 
 /// Publishes what models see of people as `hri_msgs` under the names of REP-155, for nodes with libhri or pyhri: points
 /// and regions of faces, expressions, action units, gaze, skeletons, and the lists of who is in view.
 ///
-/// Everyone on that ROS domain can read it: only what is listed is published. A face and a body have the id of their
-/// person: `/humans/faces/p001/landmarks`; those that a second camera sees, `p001_2`.
+/// Everyone on that ROS domain can read these topics, so only listed streams are published. A face or a body has the id
+/// of its person, as in `/humans/faces/p001/landmarks`; as seen by a second camera, it has the id `p001_2`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hri {
-    /// The topics of the streams, which begin with a token without a star: `["/humans/persons/p001/*/yunet"]`. Others
-    /// than those of people's faces, bodies, expressions, action units and gaze are left out.
+    /// The topics of the streams, each of which begins with a token without a star: `["/humans/persons/p001/*/yunet"]`.
+    /// Streams other than people's faces, bodies, expressions, action units and gaze are left out.
     pub streams: Vec<String>,
-    /// Width and height of the frames [px], for streams that do not say it: those of workers of your own.
+    /// The width and height of the frames [px], for streams that do not state them, such as those of your own workers.
     #[serde(default)]
     pub frame: Option<Frame>,
-    /// The largest angle between a gaze and the camera at which somebody looks at the robot that carries it [rad].
+    /// The largest angle between a gaze and the direction to the camera at which a person counts as looking at the
+    /// robot that carries the camera [rad].
     #[serde(default = "at_robot_within_rad")]
     pub at_robot_within_rad: f64,
     /// The namespace of the topics.
     #[serde(default = "namespace")]
     pub namespace: String,
-    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; without it that of the session.
+    /// The ROS domain, or another bus as `"KIND:ADDRESS"`; by default the session's bus.
     #[serde(default)]
     pub domain: Option<BusId>,
 }
@@ -80,16 +81,17 @@ impl Component<dyn Sink, SinkContext> for Hri {
     fn build(self, context: &SinkContext) -> Result<Box<dyn Sink>, SettingsError> {
         let wanted = self.wanted()?;
         if self.frame.is_some_and(|frame| !is_frame(&frame)) {
-            let error = SettingsError::new("a camera's frame has 1 to 65536 pixels a side");
+            let error = SettingsError::new("a camera's frame has 1 to 65536 pixels per side");
             return Err(error.at("frame").with_hint("give width and height, such as [640, 480]"));
         }
         if !(0.0..=std::f64::consts::PI).contains(&self.at_robot_within_rad) {
-            let error = SettingsError::new("an angle is from 0 to pi").at("at_robot_within_rad");
+            let error =
+                SettingsError::new("the angle must be from 0 to pi").at("at_robot_within_rad");
             return Err(error.with_hint("0.26 rad are 15 degrees"));
         }
         if Pattern::parse(&self.namespace).is_err() || self.namespace.contains('*') {
             let error = SettingsError::new(format!("`{}` is not a ROS name", self.namespace));
-            return Err(error.at("namespace").with_hint("give one such as \"/humans\""));
+            return Err(error.at("namespace").with_hint("give a name such as \"/humans\""));
         }
         let bus = context.ros.bus(self.domain.as_ref())?;
         let namespace = self.namespace.trim_end_matches('/').to_owned();
@@ -117,31 +119,32 @@ impl Hri {
             let at = format!("streams.{place}");
             let pattern =
                 Pattern::parse(text).map_err(|error| SettingsError::new(error).at(at.clone()))?;
-            // As for `publish`: what is about people is named, not met by chance.
+            // As for `publish`: streams about people must be named, not matched by chance.
             if pattern.is_rooted() {
                 return Ok(pattern);
             }
-            let message = format!("`{text}` begins with a star: streams about people are named");
+            let message =
+                format!("`{text}` begins with a star, but streams about people must be named");
             Err(SettingsError::new(message).at(at).with_hint(hint))
         };
         self.streams.iter().enumerate().map(pattern).collect()
     }
 }
 
-/// The streams that are published.
+/// The running sink.
 struct HriSink {
     wanted: Vec<Pattern>,
     frame: Option<Frame>,
     at_robot_within_rad: f64,
     clock: Clock,
     topics: Topics,
-    /// By stream, with its description; `None` where it has nothing of people.
+    /// The view of each stream, with its description; `None` if the stream shows nothing of people.
     views: BTreeMap<StreamId, (Arc<Stream>, Option<View>)>,
     ids: Ids,
     tracked: Tracked,
 }
 
-/// What is published, each topic from its first message on.
+/// The published topics, each of which is opened for its first message.
 struct Topics {
     bus: Arc<dyn Bus>,
     namespace: String,
@@ -167,12 +170,12 @@ impl Message {
     }
 }
 
-/// The ids of faces and bodies: that of their person, and more where several cameras see it.
+/// The ids of faces and bodies: the id of their person, followed by a number if further cameras see the person.
 #[derive(Debug, Default)]
 struct Ids(BTreeMap<String, Vec<String>>);
 
 impl Ids {
-    /// The id of a person as this camera sees it.
+    /// Returns the id of a person as seen by this camera.
     fn of(&mut self, person: &str, camera: &str) -> String {
         let cameras = self.0.entry(person.to_owned()).or_default();
         let known = cameras.iter().position(|each| each == camera);
@@ -197,7 +200,7 @@ impl Topics {
         if let Some(Err(error)) = published
             && !std::mem::replace(&mut self.has_refused, true)
         {
-            tracing::error!("failed to {error}; further refused messages are left out");
+            tracing::error!("failed to {error}; further failures are not reported");
         }
     }
 }

@@ -9,12 +9,12 @@ use teampulse_messages::standard::std_msgs::{Flag, Header, Text};
 use super::Message;
 use super::view::Part;
 
-/// A face or body of which nothing was found for this long is out of view [s].
+/// The time after which a face or body that was not found again is out of view [s].
 const LOST_SECS: f64 = 1.0;
-/// The lists are published again after this, for those who come later [s].
+/// The interval after which the lists are published again, for late subscribers [s].
 const AGAIN_SECS: f64 = 1.0;
 
-/// The faces and bodies in view, and whose they are.
+/// The faces and bodies in view, and the people to whom they belong.
 #[derive(Debug, Default)]
 pub(super) struct Tracked {
     seen: BTreeMap<(Part, String), Seen>,
@@ -29,24 +29,24 @@ struct Seen {
     at: Time,
 }
 
-/// What is in view at a time.
+/// The lists of what is in view at a time.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Lists {
     faces: Vec<String>,
     bodies: Vec<String>,
     persons: BTreeSet<String>,
-    /// The face and the body of each known person; empty without one.
+    /// The face and the body of each known person; empty if it is not in view.
     matched: BTreeMap<(String, Part), String>,
 }
 
 impl Tracked {
-    /// Something was found of a face or body of a person.
+    /// Notes that a face or body of a person was found.
     pub fn see(&mut self, part: Part, id: &str, person: &str, at: Time) {
         self.known.insert(person.to_owned());
         self.seen.insert((part, id.to_owned()), Seen { person: person.to_owned(), at });
     }
 
-    /// What has to be published now: lists that have changed or are due, and ids that have changed.
+    /// Returns what must be published now: lists that have changed or are due, and ids that have changed.
     pub fn look(&mut self, now: Time) -> Vec<Message> {
         self.seen.retain(|_, seen| now.secs_since(seen.at) <= LOST_SECS);
         if self.known.is_empty() {
@@ -78,7 +78,7 @@ impl Tracked {
         let matched = |(person, part): (&String, Part)| {
             let theirs =
                 self.seen.iter().filter(|((of, _), seen)| *of == part && seen.person == *person);
-            // Of several cameras, the one that saw the person last.
+            // If several cameras see the person, the one that saw the person last counts.
             let newest = theirs.max_by_key(|(_, seen)| seen.at);
             let id = newest.map(|((_, id), _)| id.clone()).unwrap_or_default();
             ((person.clone(), part), id)

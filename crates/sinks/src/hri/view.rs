@@ -1,4 +1,4 @@
-//! What a stream shows of a person, by the names of its channels, and the messages that it becomes.
+//! What a stream shows of a person, judged by the names of its channels, and the messages to which it is converted.
 
 use teampulse_core::stream::{Signal, Stream};
 use teampulse_core::time::Time;
@@ -12,7 +12,7 @@ use teampulse_messages::standard::std_msgs::Header;
 
 use super::Message;
 
-/// What models call points of a face, and what `hri_msgs` does.
+/// The names of face points in `hri_msgs`, each with a name that models use.
 const FACE_ALIASES: [(&str, &str); 6] = [
     ("right_pupil", "right_eye"),
     ("left_pupil", "left_eye"),
@@ -21,7 +21,7 @@ const FACE_ALIASES: [(&str, &str); 6] = [
     ("mouth_outer_right", "mouth_right"),
     ("mouth_outer_left", "mouth_left"),
 ];
-/// What models call expressions, and what `hri_msgs` does.
+/// The names of expressions that models use, each with the name in `hri_msgs`.
 const WORDS: [(&str, &str); 8] = [
     ("anger", "angry"),
     ("disgust", "disgusted"),
@@ -35,7 +35,7 @@ const WORDS: [(&str, &str); 8] = [
 const NECK: usize = 1;
 const SHOULDERS: [usize; 2] = [2, 5];
 
-/// What is seen of somebody.
+/// The part of a person that is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Part {
     /// A face.
@@ -45,7 +45,7 @@ pub(super) enum Part {
 }
 
 impl Part {
-    /// The topic below a person that says which one is theirs.
+    /// The topic below a person that states the id of this part.
     pub fn id_topic(self) -> &'static str {
         match self {
             Part::Face => "face_id",
@@ -61,35 +61,35 @@ impl Part {
     }
 }
 
-/// A stream of a person, as REP-155 has it.
+/// A stream about a person, in the terms of REP-155.
 #[derive(Debug)]
 pub(super) struct View {
-    /// What it shows.
+    /// The part of the person that the stream shows.
     pub part: Part,
     /// The id of the face or body.
     pub id: String,
     person: String,
     shows: Shows,
     frame: Option<Frame>,
-    /// Where the channels of the frame's size are.
+    /// The indices of the channels with the size of the frame.
     size: [Option<usize>; 2],
     has_reported: bool,
 }
 
-/// Where the numbers are among the channels.
+/// The kind of values, and the indices of their channels.
 #[derive(Debug)]
 enum Shows {
-    /// Points in the order of `hri_msgs`, and the region around all.
+    /// Points in the order of `hri_msgs`, and the region around all of them.
     Points { points: Vec<Option<Place>>, region: Option<[usize; 5]> },
-    /// Probabilities of words, valence and arousal.
+    /// The probability of each word, and valence and arousal.
     Expression { words: Vec<(usize, Option<&'static str>)>, dimensions: [Option<usize>; 2] },
-    /// Intensities and scores by code.
+    /// The intensity and score of each action unit, by code.
     Units(Vec<(usize, usize, Option<usize>)>),
-    /// Yaw and pitch, and the largest angle at which the robot is looked at [rad].
+    /// Yaw and pitch, and the largest angle at which the person looks at the robot [rad].
     Gaze { angles: [usize; 2], within_rad: f64 },
 }
 
-/// A point among the channels.
+/// The channels of a point.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     x: usize,
@@ -105,7 +105,7 @@ impl Place {
 }
 
 impl View {
-    /// What a stream shows; `None` where it is nothing of that.
+    /// Returns the view of a stream; `None` if it shows nothing of this kind.
     pub fn of(
         stream: &Stream,
         id: String,
@@ -122,8 +122,8 @@ impl View {
         Some(View { part, id, person, shows: shows?, frame, size, has_reported: false })
     }
 
-    /// The messages of the numbers of a picture; none where nothing was found. The error, which follows the stream's
-    /// name, is given once.
+    /// Returns the messages for the values of a picture; none if nothing was found. An error, whose text follows the
+    /// stream's name, is returned only once.
     pub fn messages(&mut self, at: Time, numbers: &[f64]) -> Result<Vec<Message>, &'static str> {
         let header = Header::at(at);
         let number = |place: usize| numbers.get(place).copied().unwrap_or(f64::NAN);
@@ -134,7 +134,9 @@ impl View {
                     if std::mem::replace(&mut self.has_reported, true) {
                         return Ok(Vec::new());
                     }
-                    return Err("is not published: it has no size of its frames; give `frame`");
+                    return Err(
+                        "is not published: it does not state the size of its frames; set `frame`",
+                    );
                 };
                 let scored = region.map(|region| number(region[4]));
                 let seen = placed(points, frame, scored, &number);
@@ -160,7 +162,7 @@ impl View {
             }
             Shows::Gaze { angles, within_rad } => {
                 let [yaw, pitch] = angles.map(number);
-                // The angle between two directions, one of which is straight on.
+                // The angle between the gaze and straight ahead.
                 let off_rad = (yaw.cos() * pitch.cos()).clamp(-1.0, 1.0).acos();
                 let sender = self.person.clone();
                 let gaze = Gaze { header, sender, receiver: String::new() };
@@ -171,7 +173,7 @@ impl View {
         Ok(found.into_iter().collect())
     }
 
-    /// The size of the frame: that of the numbers, or of the settings.
+    /// Returns the size of the frame, from the values or else from the settings.
     fn frame(&self, number: &impl Fn(usize) -> f64) -> Option<[f64; 2]> {
         let stated = match self.size {
             [Some(width), Some(height)] => [width, height].map(number),
@@ -217,7 +219,7 @@ fn expression(stream: &Stream) -> Shows {
     }
 }
 
-/// The units of channels such as `AU12`, `au12_r` or `AU12_intensity`; their scores are in `AU12_score`.
+/// Returns the action units in channels such as `AU12`, `au12_r` or `AU12_intensity`; their scores are in `AU12_score`.
 fn units(stream: &Stream) -> Option<Shows> {
     let place = |(place, name): (usize, &str)| {
         let (code, rest) = code(name)?;
@@ -229,7 +231,7 @@ fn units(stream: &Stream) -> Option<Shows> {
     (!units.is_empty()).then_some(Shows::Units(units))
 }
 
-/// The code of a unit in the name of a channel, and what follows it.
+/// Returns the code of an action unit in the name of a channel, and what follows the code.
 fn code(name: &str) -> Option<(usize, &str)> {
     let (head, rest) = name.split_at_checked(2)?;
     let digits = rest.len() - rest.trim_start_matches(|each: char| each.is_ascii_digit()).len();
@@ -242,7 +244,7 @@ fn gaze(stream: &Stream, within_rad: f64) -> Option<Shows> {
     Some(Shows::Gaze { angles: [angle("yaw")?, angle("pitch")?], within_rad })
 }
 
-/// The points of a picture; `None` where none was found. Those of a model without scores have that of their region.
+/// Returns the points of a picture; `None` if none was found. Points without a score get the score of their region.
 fn placed(
     points: &[Option<Place>],
     frame: [f64; 2],
@@ -289,7 +291,7 @@ fn landmarks(
     FacialLandmarks { header, landmarks, height: height as u32, width: width as u32 }
 }
 
-/// A body; without a point of the neck that is in the middle of the shoulders, as `hri_body_detect` has it.
+/// Converts a body. A missing neck is placed midway between the shoulders, as `hri_body_detect` does.
 fn skeleton(header: Header, points: &[NormalizedPointOfInterest2D]) -> Skeleton2D {
     let mut skeleton: [NormalizedPointOfInterest2D; BODY_POINTS] =
         std::array::from_fn(|place| points.get(place).copied().unwrap_or_default());
@@ -304,7 +306,8 @@ fn skeleton(header: Header, points: &[NormalizedPointOfInterest2D]) -> Skeleton2
     Skeleton2D { header, skeleton }
 }
 
-/// What a face expresses: the most probable word, if `hri_msgs` has it; `None` where nothing is known.
+/// Returns what a face expresses: the most probable word, if `hri_msgs` has it, with valence and arousal; `None` if
+/// none of them is known.
 fn expressed(
     header: Header,
     words: &[(usize, Option<&'static str>)],

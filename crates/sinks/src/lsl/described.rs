@@ -5,10 +5,10 @@ use std::fs;
 use teampulse_core::stream::{Shape, Signal, Stream};
 use teampulse_devices::lsl::{ChannelInfo, Format, OWN, StreamInfo};
 
-/// The most channels of an outlet.
+/// The maximum number of channels of an outlet.
 const MOST_CHANNELS: usize = 4096;
 
-/// The description of a stream; `None` if it has nothing that LSL can carry.
+/// Returns the description of a stream; `None` if it has nothing that LSL can carry.
 pub(super) fn info(stream: &Stream, numbers: Format, session: &str) -> Option<StreamInfo> {
     let is_text = stream.shape == Shape::Event;
     let has_numbers =
@@ -61,7 +61,7 @@ fn kind(stream: &Stream) -> &'static str {
     }
 }
 
-/// A line of a kernel file.
+/// Reads a line from a kernel file.
 fn of_kernel(name: &str) -> String {
     let line = fs::read_to_string(format!("/proc/sys/kernel/{name}")).unwrap_or_default();
     line.trim().to_owned()

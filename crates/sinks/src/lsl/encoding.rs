@@ -7,7 +7,7 @@ use teampulse_core::stream::{Shape, Stream};
 use teampulse_devices::lsl::{self, Format, SampleWriter, Values};
 use teampulse_messages::readout::Readout;
 
-/// Writes the samples of a stream.
+/// Encodes the samples of a stream.
 #[derive(Debug)]
 pub(super) struct Encoder {
     writer: SampleWriter,
@@ -17,7 +17,7 @@ pub(super) struct Encoder {
 }
 
 impl Encoder {
-    /// An encoder; `None` if the numbers of the stream's messages can't be read.
+    /// An encoder for a stream; `None` if the numbers of its messages can't be read.
     pub fn new(stream: &Stream, numbers: Format) -> Option<Encoder> {
         let is_event = stream.shape == Shape::Event;
         let (format, channels) =
@@ -29,8 +29,8 @@ impl Encoder {
         Some(Encoder { writer: SampleWriter::of(format, channels), channels, readout })
     }
 
-    /// The bytes of a sample; `None` if it is not offered to others. The session's clock is `ahead_nanos` ahead of the
-    /// monotonic one.
+    /// Encodes a sample; `None` if it is not offered to others. The session's clock is `ahead_nanos` ahead of the
+    /// monotonic clock.
     pub fn encode(&mut self, sample: &Sample, ahead_nanos: i64) -> Option<Bytes> {
         if sample.turn == Turn::Duplicate {
             return None;
@@ -58,7 +58,7 @@ impl Encoder {
     }
 }
 
-/// Seconds, exact to the nanosecond while the computer has been on for less than a month.
+/// Converts to seconds, exact to the nanosecond while the computer has been on for less than a month.
 fn secs(nanos: i64) -> f64 {
     nanos as f64 * 1e-9
 }

@@ -26,17 +26,17 @@ use self::outlet::Outlet;
 use self::responder::Directory;
 use crate::SinkContext;
 
-/// The longest wait for input before looking again.
+/// The longest wait for a batch of input.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How long inlets have to take the last samples when the session is over.
+/// The time allowed for inlets to take the last samples when the session is over.
 const FAREWELL: Duration = Duration::from_millis(300);
 
-/// Offers streams of the session on Lab Streaming Layer (LSL), for `LabRecorder`, `OpenViBE`, BCI2000 or programs of
-/// your own.
+/// Offers streams of the session on Lab Streaming Layer (LSL), for `LabRecorder`, `OpenViBE`, BCI2000 or your own
+/// programs.
 ///
-/// Everyone on the network can read them: only listed streams are offered, including those about people. Stamps are
-/// from this computer's monotonic clock, like those of other LSL programs on it; numbers are in the units of their
-/// channels. Markers, phases and reports are sent as texts.
+/// Everyone on the network can read these streams, so only listed streams are offered, including those about people.
+/// Stamps are from this computer's monotonic clock, like those of other LSL programs on it; numbers are in the units of
+/// their channels. Markers, phases and reports are sent as texts.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Lsl {
@@ -81,7 +81,7 @@ impl Component<dyn Sink, SinkContext> for Lsl {
     }
 }
 
-/// The streams that are offered.
+/// The running sink, with the streams that it offers.
 struct Outlets {
     wanted: Vec<Pattern>,
     format: Format,
@@ -154,7 +154,7 @@ impl Outlets {
     }
 }
 
-/// The means by which streams are offered.
+/// What is needed to offer streams.
 struct Network<'a> {
     runtime: &'a Runtime,
     directory: Directory,
@@ -181,7 +181,7 @@ impl Sink for Outlets {
     fn run(mut self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
         let failed = |what: &str, error: std::io::Error| SinkError::Failed {
             message: format!("{what}: {error}"),
-            hint: "is this computer on a network?".into(),
+            hint: "check that this computer is on a network".into(),
         };
         let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build();
         let runtime = runtime.map_err(|error| failed("start LSL", error))?;
@@ -190,10 +190,11 @@ impl Sink for Outlets {
             let _context = runtime.enter();
             responder::open()
         };
-        let responder = responder.map_err(|error| failed("listen for LSL's discovery", error))?;
+        let responder = responder.map_err(|error| failed("listen for LSL discovery", error))?;
         runtime.spawn(responder::respond(responder, directory.clone()));
         let network = Network { runtime: &runtime, directory, inbox: &inbox };
-        // It is declared with its first event, which nobody would receive who looks for it before.
+        // This stream is only declared with its first event, which a program would miss that looks for the stream
+        // before.
         let events = session_events();
         if self.is_wanted(&events) {
             self.serve(&events, &network);

@@ -20,13 +20,13 @@ use tokio::time::{sleep, timeout};
 
 use super::responder::{Directory, respond_services};
 
-/// The most batches that may wait for a slow inlet; beyond that the oldest are skipped.
+/// The maximum number of batches that wait for a slow inlet; beyond it, the oldest are skipped.
 const WAITING: usize = 4096;
-/// The most inlets of a stream.
+/// The maximum number of inlets of a stream.
 const MOST_INLETS: usize = 32;
 /// How long an inlet may take to send its request.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The most data gathered into one packet [bytes].
+/// The maximum amount of data gathered into one packet [bytes].
 const GATHERED_BYTES: usize = 64 << 10;
 
 /// A stream that is served until this is dropped.
@@ -38,7 +38,7 @@ pub(super) struct Outlet {
 }
 
 impl Outlet {
-    /// Opens its ports and announces it.
+    /// Opens the ports of the outlet, and announces it.
     pub async fn open(mut info: StreamInfo, directory: &Directory) -> io::Result<Outlet> {
         let (listener, services) = (listener().await?, services().await?);
         info.data_port = listener.local_addr()?.port();
@@ -53,12 +53,12 @@ impl Outlet {
         Ok(Outlet { info, samples, directory: directory.clone(), _tasks: tasks })
     }
 
-    /// Its description.
+    /// The description of the stream.
     pub fn info(&self) -> &StreamInfo {
         &self.info
     }
 
-    /// Sends samples to all inlets; without one they are discarded.
+    /// Sends samples to all inlets; if there are none, the samples are discarded.
     pub fn send(&self, samples: Bytes) {
         self.samples.send(samples).ok();
     }
@@ -93,7 +93,7 @@ async fn accept(listener: TcpListener, info: Arc<StreamInfo>, samples: Sender<By
     let mut inlets = JoinSet::new();
     loop {
         let Ok((link, peer)) = listener.accept().await else {
-            // As where no more files can be opened.
+            // This happens, for example, if no more files can be opened.
             sleep(Duration::from_millis(100)).await;
             continue;
         };
@@ -131,7 +131,7 @@ async fn serve(mut link: TcpStream, info: &StreamInfo, samples: &Sender<Bytes>) 
             link.write_all(not_found().as_bytes()).await
         }
         Request::Feed(feed) => {
-            // Before the reply, so that nothing that follows it is missed.
+            // Subscribes before the reply, so that nothing that follows it is missed.
             let waiting = samples.subscribe();
             link.write_all(&head(info, &feed)).await?;
             // An inlet without room for samples only wants to know the format.
@@ -173,7 +173,7 @@ async fn stream(
     loop {
         let first = tokio::select! {
             first = samples.recv() => first,
-            // An inlet says nothing more until it leaves.
+            // An inlet sends nothing more until it leaves.
             read = incoming.read(&mut ignored) => match read? {
                 0 => return Ok(()),
                 _ => continue,

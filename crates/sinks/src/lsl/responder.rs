@@ -72,7 +72,7 @@ pub(super) async fn respond_services(socket: UdpSocket, info: Arc<StreamInfo>) {
         if let Some(ProbeRequest { wave, sent_secs }) = ProbeRequest::parse(datagram) {
             let replied_secs = monotonic().as_secs_f64();
             let reply = ProbeReply { wave, sent_secs, received_secs, replied_secs };
-            // Who asked asks again.
+            // If this fails, the peer asks again.
             socket.send_to(reply.encode().as_bytes(), peer).await.ok();
         } else if let Some(asked) = Discovery::parse(datagram) {
             reply(&socket, &asked, peer.ip(), std::slice::from_ref(&info)).await;
@@ -83,7 +83,7 @@ pub(super) async fn respond_services(socket: UdpSocket, info: Arc<StreamInfo>) {
 async fn reply(socket: &UdpSocket, asked: &Discovery, peer: IpAddr, infos: &[Arc<StreamInfo>]) {
     let Some(query) = Query::parse(&asked.query) else { return };
     for info in infos.iter().filter(|info| query.matches(info)) {
-        // Who asked asks again.
+        // If this fails, the peer asks again.
         socket.send_to(asked.reply(info).as_bytes(), SocketAddr::new(peer, asked.port)).await.ok();
     }
 }
@@ -92,7 +92,7 @@ async fn receive<'a>(socket: &UdpSocket, buffer: &'a mut [u8]) -> (&'a [u8], Soc
     loop {
         match socket.recv_from(buffer).await {
             Ok((count, peer)) => return (buffer.get(..count).unwrap_or_default(), peer),
-            // Of a datagram that was sent to a closed port.
+            // The error of a datagram that was sent to a closed port.
             Err(_) => sleep(Duration::from_millis(1)).await,
         }
     }

@@ -32,7 +32,7 @@ use watched::{Watched, full_line};
 /// How many of the newest lines of the log are kept.
 const LOG: usize = 2000;
 
-/// The most columns that a name takes.
+/// The maximum width of a name [columns].
 const NAME_COLUMNS: usize = 16;
 
 /// The latest state of every person, robot and stream.
@@ -42,7 +42,7 @@ pub struct Board {
     known: Streams,
     streams: BTreeMap<Name, Watched>,
     phases: Phases,
-    /// Subjects with phases of their own, to which the session's do not apply.
+    /// The subjects with separate phases, to which the session's phases do not apply.
     own_phases: BTreeSet<Subject>,
     team: Team,
     people: BTreeMap<Name, Person>,
@@ -51,10 +51,10 @@ pub struct Board {
     faults: Faults,
     log: VecDeque<String>,
     began: Option<Time>,
-    /// How long it was watched, by this machine's clock [s].
+    /// How long the session has been watched, by this machine's clock [s].
     watched_secs: f64,
     now: Time,
-    /// Whether markers arrived, which have no stream of their own.
+    /// Whether markers arrived, which have no separate stream.
     has_markers: bool,
 }
 
@@ -94,7 +94,7 @@ impl Board {
         }
     }
 
-    /// Marks all present faults as seen.
+    /// Marks all current faults as seen.
     pub fn see_faults(&mut self) {
         self.faults.see();
     }
@@ -123,7 +123,7 @@ impl Board {
         lines
     }
 
-    /// Takes a phase; reports for which person the session's phases no longer apply.
+    /// Takes a phase; returns a line if the session's phases no longer apply to its person or robot.
     fn take_phase(&mut self, stream: &Stream, sample: &Sample, event: &Event) -> Option<String> {
         self.phases.join(sample.stream, stream);
         self.phases.push(sample);
@@ -134,7 +134,7 @@ impl Board {
         let has_two = is_own && !self.phases.of(&Subject::session()).is_empty();
         (has_two && self.own_phases.insert(subject)).then(|| {
             let id = &stream.id;
-            format!("{id} has phases of its own: those of the session don't apply to {id}")
+            format!("{id} has separate phases: the session's phases don't apply to {id}")
         })
     }
 
@@ -157,8 +157,8 @@ impl Board {
         (self.now, self.elapsed_secs())
     }
 
-    /// The current phase, that of the participant if there is one, and how long it will last; then that of the session,
-    /// if it differs, and the one that follows it.
+    /// The current phase and how long it lasts: the phase of the only person, or else of the session. The session's
+    /// phase is added if it differs, and then the next phase.
     pub(super) fn phase(&self, next: Option<&str>) -> StyledLine {
         let mut people = self.people.keys();
         let (subject, who) = match (people.next(), people.next()) {
@@ -243,7 +243,7 @@ impl Board {
         lines
     }
 
-    /// The health of the streams of each subject, and of those about nobody.
+    /// The health of the streams of each subject, and of the streams about nobody.
     fn health(&self) -> BTreeMap<Option<Name>, Health> {
         let mut health: BTreeMap<Option<Name>, Health> = BTreeMap::new();
         for status in self.statuses() {
@@ -272,13 +272,14 @@ impl Board {
         self.known.find(status.topic()).map(|(_, stream)| stream)
     }
 
-    /// Whether it is a stream of events: silence is normal for those.
+    /// Whether a status is about a stream of events, for which silence is normal.
     fn is_happening(&self, status: &StreamStatus) -> bool {
         let is_one = |stream: Arc<Stream>| matches!(stream.signal, Signal::Event | Signal::Input);
         self.stream(status).is_some_and(is_one)
     }
 
-    /// The person or robot of a stream, if on the board, and its name within that namespace; otherwise its full name.
+    /// The person or robot of a stream, if on the board, and the stream's name within that namespace; otherwise the
+    /// stream's full name.
     fn owner<'a>(&self, status: &'a StreamStatus) -> (Option<Name>, &'a str) {
         let subject = self.stream(status).map(|stream| stream.subject());
         let owned = subject.and_then(|subject| {
@@ -298,7 +299,7 @@ impl Board {
         let total = |count: fn(&StreamStatus) -> u64| self.statuses().map(count).sum::<u64>();
         let unknown = self.statuses().filter(|each| each.lost_source.is_none()).count();
         let mut lines = vec![format!(
-            "{:.0} s, {}, {}; lost on the way {}{}, in our queue {}; late {}, twice {}",
+            "{:.0} s, {}, {}; lost on the way {}{}, in our queue {}; late {}, duplicate {}",
             self.elapsed_secs(),
             counted(self.streams.len(), "stream", "streams"),
             counted(total(|each| each.received), "message", "messages"),
@@ -329,7 +330,7 @@ impl Board {
         self.streams.is_empty() && !self.has_markers
     }
 
-    /// Sets how long it has been watched, by this machine's clock [s].
+    /// Sets how long the session has been watched, by this machine's clock [s].
     pub(super) fn watch(&mut self, secs: f64) {
         self.watched_secs = secs;
     }
@@ -356,8 +357,8 @@ pub(super) fn clock_time(time: Time) -> String {
     time.to_string()[11..19].to_owned()
 }
 
-/// Whether an event is a fault of the session itself: one among its own events, or an alert of the study that watches
-/// nothing.
+/// Whether an event is a fault of the session itself: a fault among the session's own events, or about an alert of the
+/// study that watches nothing.
 fn is_of_session(stream: &Stream, event: &Event) -> bool {
     let is_of_alerts = || holds_alerts(stream) && Alert::read(&event.label).is_none();
     event.kind == EventKind::Fault && (stream.name == session_events().name || is_of_alerts())

@@ -8,7 +8,7 @@ use teampulse_core::stream::{About, Stream, Window};
 /// The estimates shown, in order.
 const SHOWN: [&str; 2] = ["workload", "arousal"];
 
-/// The newest estimates about a person by window length [ms]; those of the shortest are shown.
+/// The newest estimates about a person, by window length [ms]; those of the shortest window are shown.
 #[derive(Debug, Default)]
 pub(super) struct Estimates(BTreeMap<u64, String>);
 
@@ -18,7 +18,7 @@ pub(super) fn unblinds(stream: &Stream) -> bool {
     stream.about == About::Person && stream.family == "estimates"
 }
 
-/// Whether it contains estimates over windows.
+/// Whether a stream holds estimates about a person over windows.
 pub(super) fn is_estimate(stream: &Stream) -> bool {
     let is_live = stream.window.is_some_and(|window| window != Window::Phases);
     stream.about == About::Person && stream.family == "estimates" && is_live

@@ -33,7 +33,7 @@ pub(super) fn event_text(stream: &Stream, event: &Event) -> Option<String> {
     })
 }
 
-/// Whether an event is a step of a person's task, such as a key press, of which there is one each second.
+/// Whether an event is a step of a person's task, such as a key press, which may occur every second.
 fn is_of_task(stream: &Stream, kind: EventKind) -> bool {
     stream.about == About::Person && kind == EventKind::Marker
 }
@@ -41,7 +41,7 @@ fn is_of_task(stream: &Stream, kind: EventKind) -> bool {
 fn sentence(stream: &Stream, event: &Event) -> String {
     let Event { kind, label, value, .. } = event;
     if let Some(Accepted { sender, command }) = Accepted::read(event) {
-        return format!("command of {sender}: {command}");
+        return format!("command from {sender}: {command}");
     }
     match kind {
         EventKind::Fault if is_silence(stream, *value) => format!("fault: {label} for {value} s"),
@@ -64,7 +64,7 @@ fn is_of_body(kind: EventKind) -> bool {
     matches!(kind, Beat | Blink | Breath | Burst | Response)
 }
 
-/// Whether the value of a fault is how long a robot has been silent.
+/// Whether the value of a fault is how long a robot has been silent [s].
 fn is_silence(stream: &Stream, value: f64) -> bool {
     stream.family == "deployment" && value.is_finite()
 }

@@ -2,10 +2,10 @@
 
 use teampulse_core::time::Time;
 
-/// The most kinds of faults kept separately.
+/// The maximum number of different faults that are kept.
 const MOST: usize = 100;
 
-/// The faults of the session, each once.
+/// The faults of the session, each listed once.
 #[derive(Debug, Default)]
 pub(super) struct Faults(Vec<Fault>);
 
@@ -47,7 +47,7 @@ impl Faults {
         unseen
     }
 
-    /// All of them.
+    /// All faults.
     pub fn all(&self) -> &[Fault] {
         &self.0
     }

@@ -10,7 +10,7 @@ pub(super) fn clock(secs: f64) -> String {
     }
 }
 
-/// A duration in words: seconds with a decimal below ten, minutes from two on.
+/// A duration in words: in seconds, with a decimal below ten, or in minutes from two minutes on.
 pub(super) fn for_so_long(secs: f64) -> String {
     match secs {
         secs if secs < 9.95 => format!("{secs:.1} s"),
@@ -19,7 +19,7 @@ pub(super) fn for_so_long(secs: f64) -> String {
     }
 }
 
-/// A duration in minutes, from ten hours on in hours.
+/// A duration in minutes, or in hours from ten hours on.
 pub(super) fn minutes(secs: f64) -> String {
     let minutes = secs / 60.0;
     if minutes < 600.0 { format!("{minutes:.0} min") } else { format!("{:.0} h", minutes / 60.0) }

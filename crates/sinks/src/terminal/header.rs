@@ -18,9 +18,9 @@ pub enum Kept {
     Bag(Growth),
 }
 
-/// A recording writes at least once a second; without growth for this long it has stalled [s].
+/// The time without growth after which a recording has stalled, as it writes at least once per second [s].
 const STILL_SECS: f64 = 3.0;
-/// The remaining recording time below which it is shown [s].
+/// The remaining recording time is shown if it is below this [s].
 const SHORT_SECS: f64 = 12.0 * 3600.0;
 /// The remaining recording time below which somebody must act [s].
 const URGENT_SECS: f64 = 600.0;
@@ -32,7 +32,7 @@ pub(super) struct Recording {
     on_disk: OnDisk,
     began: Option<Time>,
     grown: Time,
-    /// When a bag began after the session [host time].
+    /// When the current bag began, if that was after the start of the session [host time].
     later: Option<Time>,
     now: Time,
 }
@@ -65,7 +65,7 @@ impl Recording {
         &self.on_disk.stage
     }
 
-    /// The line of the recording: its state, its size, and the room left.
+    /// The line of the recording: its state, its size, and the free space.
     pub fn line(&self, elapsed_secs: f64) -> StyledLine {
         let elapsed = clock(elapsed_secs);
         let still_secs = self.now.secs_since(self.grown);
@@ -84,7 +84,7 @@ impl Recording {
                 if *kept_secs > 0.0 { line.with(Style::Plain, &kept) } else { line }
             }
             (_, Stage::NotBegun) => StyledLine::of(Style::Strong, "○ REC")
-                .with(Style::Plain, &format!(" {elapsed}  begins")),
+                .with(Style::Plain, &format!(" {elapsed}  starting")),
             (_, Stage::Open) if still_secs >= STILL_SECS => {
                 StyledLine::of(Style::Alarm, "◌ NOT GROWING")
                     .with(Style::Plain, &format!("  {elapsed}  "))
@@ -101,7 +101,7 @@ impl Recording {
         }
     }
 
-    /// Appends the room on the disk, and the remaining recording time if it is short.
+    /// Appends the free space on the disk, and the remaining recording time if it is short.
     fn with_room(&self, line: StyledLine) -> StyledLine {
         let Some(free_bytes) = self.on_disk.free_bytes else { return line };
         let recorded_secs = self.began.map_or(0.0, |began| self.now.secs_since(began));
@@ -137,7 +137,7 @@ mod tests {
         let growth = Growth::default();
         let mut recording = recording(&growth);
         recording.look(at(0));
-        assert_eq!(recording.line(0.0).text(), "○ REC 0:00  begins");
+        assert_eq!(recording.line(0.0).text(), "○ REC 0:00  starting");
         growth.begin(Path::new("bag"));
         growth.synced(1_200_000, 212_000_000_000);
         recording.look(at(1));

@@ -7,11 +7,11 @@ use super::screen::Size;
 use super::styled_line::{Style, StyledLine};
 use super::view::View;
 
-/// The rows from which on there is room for separators.
+/// The number of rows from which on separators are drawn.
 const ROOMY_ROWS: usize = 20;
-/// The columns from which on the log is next to the team.
+/// The number of columns from which on the log is beside the team.
 const WIDE_COLUMNS: usize = 130;
-/// The minimum width of the team then, and the width that every row of a person has room in [columns].
+/// The minimum width of the team beside the log, and the width at which every row of a person fits [columns].
 const TEAM_COLUMNS: (usize, usize) = (86, 100);
 
 /// What a screen shows.

@@ -48,12 +48,12 @@ const GATHER: Duration = Duration::from_millis(50);
 /// The interval between redraws [s].
 const REDRAW_SECS: f64 = 1.0;
 
-/// Shows the state of the team on standard error: on a full screen; without a terminal, as a line whenever a state
-/// changes. Every session has it.
+/// Shows the state of the team on standard error: on a full screen or, without a terminal, as a line whenever a state
+/// changes. Every session has this sink.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Terminal {
-    /// Prints lines even where a screen could be drawn.
+    /// Prints lines even if a screen could be drawn.
     pub plain: bool,
 }
 
@@ -78,7 +78,7 @@ pub struct TerminalContext {
     pub view: View,
     /// Whether colours are used.
     pub colours: Colours,
-    /// Whether lines are printed even where a screen could be drawn.
+    /// Whether lines are printed even if a screen could be drawn.
     pub plain: bool,
     /// Notes on the study, shown from the start.
     pub notes: Vec<String>,
@@ -89,7 +89,7 @@ pub struct TerminalContext {
 /// Returns the name of the next phase.
 pub type NextPhase = Arc<dyn Fn() -> Option<String> + Send + Sync>;
 
-/// Whether estimates about people, and their changes from baseline, are shown.
+/// Whether estimates about people are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Estimates {
     /// Hidden: an experimenter remains blind.

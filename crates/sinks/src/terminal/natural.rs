@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-/// Compares two names, with the numbers in them by value.
+/// Compares two names, in which numbers are compared by value.
 pub(super) fn natural(a: &str, b: &str) -> Ordering {
     let (mut left, mut right) = (a, b);
     while let (Some(x), Some(y)) = (left.chars().next(), right.chars().next()) {
@@ -23,7 +23,7 @@ pub(super) fn natural(a: &str, b: &str) -> Ordering {
     left.len().cmp(&right.len()).then_with(|| a.cmp(b))
 }
 
-/// The number at the start of a text, without leading zeros, and the rest.
+/// Splits a text into the number at its start, without leading zeros, and the rest.
 fn number(text: &str) -> (&str, &str) {
     let end = text.find(|each: char| !each.is_ascii_digit()).unwrap_or(text.len());
     (text[..end].trim_start_matches('0'), &text[end..])

@@ -27,9 +27,9 @@ const FIGURES: &[Figure] = &[
 
 /// The quality below which a figure is marked as poor.
 const POOR: f32 = 0.5;
-/// The coverage below which it is shown.
+/// The coverage of a window below which the coverage is shown.
 const WHOLE: f32 = 0.95;
-/// The column of a figure's input.
+/// The column at which a figure's input is shown.
 const INPUT_COLUMN: usize = 60;
 /// The age above which a figure is no longer current [s].
 const OLD_SECS: f64 = 10.0;
@@ -54,11 +54,11 @@ pub(super) struct Person(BTreeMap<(usize, String), Signal>);
 /// The state of one signal.
 #[derive(Debug, Default)]
 struct Signal {
-    /// The name of its input within the person.
+    /// The name of the signal's input within the person.
     input: String,
     /// The newest value of each window.
     windows: BTreeMap<Window, WindowValue>,
-    /// The last value.
+    /// The last value, and its time.
     last: Option<(f64, Time)>,
 }
 
@@ -76,7 +76,7 @@ struct WindowValue {
 pub(super) type Silent<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
 impl Person {
-    /// Takes the values of a feature that are shown; never those estimated of a person's state, which would
+    /// Takes the values of a feature that are shown. Estimates of a person's state are never shown here, as they would
     /// bias an experimenter.
     pub fn take(&mut self, stream: &Stream, values: &FeatureValues, at: Time) {
         let Some((place, input, window)) = shown(stream) else { return };
@@ -103,7 +103,7 @@ impl Person {
     pub fn lines(&self, now: Time, silent: Silent<'_>, detail: Detail) -> Vec<StyledLine> {
         let mut lines: Vec<(&str, bool, StyledLine)> = Vec::new();
         for ((place, input), signal) in &self.0 {
-            // The first window that has a value; otherwise the reason of the first.
+            // The first window that has a value, or else the reason of the first window.
             let known = signal.windows.values().find(|reported| reported.value.is_ok());
             let Some(reported) = known.or_else(|| signal.windows.values().next()) else { continue };
             let figure = &FIGURES[*place];

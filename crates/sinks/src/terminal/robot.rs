@@ -17,7 +17,7 @@ const FIGURES: &[(&str, Write, usize)] = &[
     ("level", diagnosis, 10),
 ];
 
-/// The channels of whether and how long it has been online.
+/// The channels that state whether, and for how long, a robot has been online.
 const ONLINE: &str = "online";
 const DEPLOYED: &str = "deployed_secs";
 
@@ -42,13 +42,13 @@ impl Figures {
         }
     }
 
-    /// Whether it was online and no longer is.
+    /// Whether the robot was online and no longer is.
     pub fn is_offline(&self) -> bool {
         self.last(ONLINE).is_some_and(|(online, _)| online == 0.0)
     }
 
-    /// The robot's line, aligned with those of other robots. While it is offline only the duration of its
-    /// deployment is shown: the rest is no longer known.
+    /// The robot's line, aligned with the lines of other robots. While the robot is offline, only the duration of its
+    /// deployment is shown, as the rest is no longer known.
     pub fn line(&self, id: &str, id_columns: usize, now: Time) -> StyledLine {
         let state = match self.last(ONLINE) {
             Some((online, _)) if online > 0.0 => StyledLine::of(Style::Plain, "online "),
@@ -75,8 +75,8 @@ impl Figures {
         line
     }
 
-    /// The newest value of a channel and its time: the worst level, otherwise the first window that has a
-    /// value.
+    /// The newest value of a channel and its time: for the level the worst value, for other channels the value of the
+    /// first window that has one.
     fn last(&self, channel: &str) -> Option<(f64, Time)> {
         let values = self.0.get(channel)?.values().copied();
         let mut known = values.filter(|(value, _)| value.is_finite());

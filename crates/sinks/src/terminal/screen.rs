@@ -18,19 +18,18 @@ pub(super) struct Size {
 /// Output from elsewhere in the process while the screen is taken over; `None` otherwise.
 static ASIDE: Mutex<Option<Vec<u8>>> = Mutex::new(None);
 
-/// The most such output that is kept [bytes].
+/// The maximum size of such output that is kept [bytes].
 const MOST_ASIDE: usize = 1 << 20;
 
 fn aside_of_screen() -> MutexGuard<'static, Option<Vec<u8>>> {
     ASIDE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Standard error for warnings: while the screen is taken over they go to its log, as they would be drawn
-/// over.
+/// Standard error for warnings. While the screen is taken over, warnings go to its log, as it would be drawn over them.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WarningOutput;
 
-/// Such output without control characters: it may quote text from robots and files.
+/// Removes control characters from output that may quote text from robots and files.
 fn harmless(bytes: &[u8]) -> Vec<u8> {
     let text = String::from_utf8_lossy(bytes);
     let lines: Vec<_> = text.split('\n').map(on_one_line).collect();
@@ -105,7 +104,7 @@ pub fn leave_screen() {
     }
 }
 
-/// Whether standard error is a terminal that this job may draw on; not in the background, as when started
+/// Whether standard error is a terminal on which this job may draw, which it may not in the background, as when started
 /// with `&`.
 pub(super) fn is_ours() -> bool {
     let stderr = io::stderr();
@@ -130,7 +129,7 @@ fn send(text: &str) {
     }
 }
 
-/// The sequence that clears a row and moves the cursor there.
+/// The sequence that moves the cursor to a row and clears it.
 fn format_row(row: usize) -> String {
     format!("\x1b[{row};1H\x1b[2K")
 }

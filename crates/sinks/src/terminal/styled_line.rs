@@ -8,7 +8,7 @@ pub(super) enum Style {
     /// The terminal's default.
     #[default]
     Plain,
-    /// For what readers look for first.
+    /// For what a reader looks for first.
     Strong,
     /// For old or minor information.
     Grey,
@@ -21,7 +21,7 @@ pub(super) enum Style {
 }
 
 impl Style {
-    /// The sequence that starts it; without colours bold, reversed or none.
+    /// The sequence that starts the style; without colours, it is bold, reversed or empty.
     fn begin(self, colours: Colours) -> &'static str {
         match (self, colours) {
             (Style::Plain, _) | (Style::Grey | Style::Warning, Colours::None) => "",
@@ -79,7 +79,7 @@ impl StyledLine {
         }
     }
 
-    /// Pads the line to a column, with two spaces if it is longer already.
+    /// Pads the line to a column, or with two spaces if it is already longer.
     #[must_use]
     pub fn up_to(self, column: usize) -> StyledLine {
         let blanks = column.saturating_sub(self.width()).max(if self.0.is_empty() { 0 } else { 2 });
@@ -110,7 +110,7 @@ impl StyledLine {
         self.0.iter().map(|(_, text)| text.width()).sum()
     }
 
-    /// Cuts the line to a width, with an ellipsis.
+    /// Cuts the line to a width, with an ellipsis if it is longer.
     #[must_use]
     pub fn cut(self, columns: usize) -> StyledLine {
         if self.width() <= columns {

@@ -14,7 +14,7 @@ const ACKNOWLEDGE: &str = " acknowledge ";
 /// The newest state of the team.
 #[derive(Debug, Default)]
 pub(super) struct Team {
-    /// The state by channel.
+    /// The state of the team, by channel.
     state: BTreeMap<String, f64>,
     /// The open alerts of each robot and person.
     needs: BTreeMap<String, Vec<Open>>,
@@ -26,9 +26,9 @@ struct Open {
     why: Why,
     tier: Option<Tier>,
     since: Time,
-    /// Whether its number still arrives.
+    /// Whether the value still arrives.
     is_known: bool,
-    /// Who has acknowledged it.
+    /// The person who has acknowledged the alert.
     seen_by: Option<String>,
 }
 
@@ -45,16 +45,16 @@ impl Open {
 pub(super) struct Need<'a> {
     /// The robot or person.
     pub who: &'a str,
-    /// How urgent it is, if the study states it.
+    /// The urgency, if the study states it.
     pub tier: Option<Tier>,
-    /// Why, in words.
+    /// The reasons, in words.
     pub why: String,
-    /// The time from which this holds.
+    /// The time since when attention has been needed.
     pub since: Time,
 }
 
 impl Need<'_> {
-    /// What is said of the robot or person.
+    /// The words for the need of the robot or person.
     pub fn words(&self) -> &'static str {
         if self.tier == Some(Tier::Note) { "is worth a look" } else { "needs someone" }
     }
@@ -101,7 +101,7 @@ impl Team {
         }
     }
 
-    /// Who needs attention, with all reasons of the same urgency.
+    /// Returns who needs attention, with all reasons of the same urgency.
     pub fn needs(&self) -> impl Iterator<Item = Need<'_>> {
         self.needs.iter().flat_map(|(who, needs)| {
             let tiers: BTreeSet<Option<Tier>> = needs.iter().map(|open| open.tier).collect();
@@ -114,7 +114,7 @@ impl Team {
         })
     }
 
-    /// The attendance, given the number of robots seen; `None` while unknown.
+    /// The attendance, given the number of robots seen; `None` while it is unknown.
     pub fn line(&self, robots: usize) -> Option<String> {
         let people = counted(self.known("people")? as usize, "person", "people");
         let online = self.known("robots_online").map(|online| online as usize);

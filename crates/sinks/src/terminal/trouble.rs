@@ -9,13 +9,13 @@ use super::styled_line::{Style, StyledLine};
 /// A trouble that somebody should look at.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Trouble {
-    /// Its urgency.
+    /// How urgent the trouble is.
     pub urgency: Urgency,
-    /// Its subject: `robot2`.
+    /// The subject of the trouble: `robot2`.
     pub subject: String,
-    /// Its description.
+    /// The description of the trouble.
     pub what: String,
-    /// Its start, if shown.
+    /// The start of the trouble, if it is shown.
     pub since: Option<Time>,
 }
 
@@ -28,7 +28,7 @@ pub(super) enum Urgency {
     NeedNow,
     /// A robot or a person needs someone.
     Need,
-    /// One needs someone, but not at once.
+    /// A robot or a person needs someone soon, but not at once.
     NeedSoon,
     /// A stream has been silent for a long time.
     Dead,
@@ -54,7 +54,7 @@ impl Urgency {
         }
     }
 
-    /// A distinct sign for each, with a colour that repeats it.
+    /// A distinct sign for each urgency, with a colour that repeats it.
     fn sign(self) -> (&'static str, Style) {
         match self {
             Urgency::Fault => ("■", Style::Alarm),
@@ -89,7 +89,7 @@ impl Trouble {
         Trouble { urgency, subject: subject.to_owned(), what, since: None }
     }
 
-    /// Its line, with the subject padded to a width.
+    /// The line of the trouble, with the subject padded to a width.
     pub fn line(&self, subject_columns: usize, now: Time) -> StyledLine {
         let (sign, style) = self.urgency.sign();
         let line = StyledLine::of(style, sign).with(Style::Plain, " ");

@@ -41,7 +41,7 @@ pub enum Scroll {
 const STANDS_SECS: f64 = 10.0;
 
 impl View {
-    /// Scrolls.
+    /// Scrolls the team or the log.
     pub fn scroll(&self, scroll: Scroll) {
         let mut looks = self.lock();
         let page = looks.log_rows.max(2) - 1;
@@ -92,14 +92,14 @@ impl View {
         looks.question.as_ref().map(|(question, _)| question.clone())
     }
 
-    /// The first visible line of the team, given its number of lines and the rows.
+    /// The first visible line of the team, given its number of lines and the number of rows.
     pub(super) fn team_from(&self, lines: usize, rows: usize) -> usize {
         let mut looks = self.lock();
         looks.team_from = looks.team_from.min(lines.saturating_sub(rows));
         looks.team_from
     }
 
-    /// The number of lines of the log below the visible part, given its number of lines and the rows.
+    /// The number of lines of the log below the visible part, given its number of lines and the number of rows.
     pub(super) fn log_back(&self, lines: usize, rows: usize) -> usize {
         let mut looks = self.lock();
         looks.log_rows = rows;

@@ -24,9 +24,9 @@ use crate::text::harmless;
 pub(super) const NAME: &str = "events.tsv";
 /// The name of the file that describes its columns.
 pub(super) const SIDECAR: &str = "events.json";
-/// The type of a marker or a note that is not anybody's.
+/// The type of a marker that nobody set, or a note that nobody wrote.
 pub(super) const NOTICE: &str = "notice";
-/// Its columns; the first three are those of BIDS, as is the last.
+/// The columns; BIDS defines the first three and the last.
 pub(super) const COLUMNS: [(&str, Column); 10] = [
     ("onset", Column::united("Onset, since the start of the session.", "s")),
     ("duration", Column::united("Duration; 0 for an instant.", "s")),
@@ -35,21 +35,21 @@ pub(super) const COLUMNS: [(&str, Column); 10] = [
     (
         "label",
         Column::of(
-            "The name of the phase, the text of the mark, the report, the fault. A label that begins like a formula (= + - @) is preceded by an apostrophe, so that no spreadsheet evaluates it.",
+            "The name of the phase, or the text of the marker, report or fault. A label that begins like a formula (= + - @) is preceded by an apostrophe, so that no spreadsheet evaluates it.",
         ),
     ),
     ("subject", Column::of("The subject: a person's pseudonym, a robot, the team or the session.")),
-    ("stream", Column::of("The stream of the bag that contains it.")),
+    ("stream", Column::of("The stream in the bag that contains the event.")),
     (
         "phase",
         Column::of(
-            "The current phase of the subject. A self-report in the first 10 s after the end of a phase is about that one, for people rate what they have just done.",
+            "The current phase of the subject. A self-report in the first 10 s after the end of a phase is about that phase, as people rate what they have just done.",
         ),
     ),
     ("time", Column::of("Onset, as a time of day in UTC (ISO 8601).")),
-    ("channel", Column::of("The channel in which it was found, where a signal has several.")),
+    ("channel", Column::of("The channel in which the event was found, if a signal has several.")),
 ];
-/// Two phases with the same name whose starts and ends differ by less count as the same [s].
+/// Two phases with the same name count as the same if their starts and ends differ by less than this [s].
 const SAME_SECS: f64 = 1.0;
 /// How long an event waits for earlier ones, so that rows are in order of onset [ns].
 const WAIT_NS: i64 = 10_000_000_000;
@@ -63,7 +63,7 @@ pub(super) struct Events {
     /// Waiting rows, by onset and then by arrival.
     waiting: BTreeMap<(Time, u64), Row>,
     taken: u64,
-    /// The number of lines written, and which of them are phases.
+    /// The number of lines written, and the phases among them.
     lines: usize,
     phases: BTreeMap<usize, Row>,
     /// The newest onset written, and whether an earlier one arrived after it.
@@ -153,14 +153,14 @@ impl Row {
         )
     }
 
-    /// Its type; for a phase its usual name.
+    /// The label of the event; for a phase its usual name.
     fn name(&self) -> &str {
         let Event { kind, label, .. } = self.event.as_ref();
         let of_phase = (*kind == EventKind::Phase).then(|| name_of(label)).flatten();
         of_phase.unwrap_or(label)
     }
 
-    /// Whether it is a person's phase that equals the session's.
+    /// Whether this is a phase of a person or a robot that equals the session's.
     fn repeats_the_session(&self, timeline: &Timeline) -> bool {
         let (of_session, subject) = (Subject::session(), self.stream.subject());
         let is_near = |a: Time, b: Time| a.secs_since(b).abs() < SAME_SECS;
@@ -174,7 +174,7 @@ impl Row {
             })
     }
 
-    /// Its duration; for a phase as far as known, missing if its end is.
+    /// The duration of the event; for a phase as far as it is known, missing if its end is.
     fn duration(&self, timeline: &Timeline) -> String {
         let Event { kind, duration_secs, .. } = self.event.as_ref();
         if ended_secs(&self.stream, &self.event).is_some() {
@@ -190,33 +190,34 @@ impl Row {
     }
 }
 
-/// The duration of a state whose end an event reports [s]. The row of the event stands for that time: a row over the
-/// time before would have the opposite label.
+/// The duration of a state whose end an event reports [s]. It is the value of the row and not its duration, as a row
+/// that covered the state would need the opposite label.
 fn ended_secs(stream: &Stream, event: &Event) -> Option<f64> {
     Some(event.duration_secs).filter(|secs| is_notice(stream, event) && *secs > 0.0)
 }
 
-/// Whether nobody set a marker or wrote a note: it is a notice about a conclusion, or a note of the session itself.
+/// Whether nobody set this marker or wrote this note: it is a notice about a conclusion, or a note of the session
+/// itself.
 fn is_notice(stream: &Stream, event: &Event) -> bool {
     let is_concluded = stream.origin == Origin::Derived && stream.about != About::Session;
     event.kind == EventKind::Marker && is_concluded || Noting::of(event).is_some()
 }
 
-/// Whether an event has a row. Beats are in the interval files; reports on clocks every second, and on whether losses
-/// can be counted, are omitted.
+/// Whether an event has a row. Beats are in the interval files. Reports on clocks, which come every second, and reports
+/// on whether losses can be counted, are omitted.
 fn is_listed(stream: &Stream, event: &Event) -> bool {
     let is_counted = event.value.is_finite() && event.value > 0.0;
     let is_news = is_counted || Loss::of_stream(stream).is_none();
     let is_own = !UNTOLD.contains(&stream.name.as_str()) && !repeats_a_robot(stream, event);
-    // A phase without a name only ends the one before, whose length shows that.
+    // A phase without a name only ends the previous one, whose length shows that.
     let is_end = event.kind == EventKind::Phase && name_of(&event.label).is_none();
-    // A marker that was set by command has a row of its own.
+    // A marker that was set by command has a separate row.
     let is_mark = matches!(Accepted::read(event), Some(Accepted { command: Command::Mark(_), .. }));
     event.kind != EventKind::Beat && is_own && is_news && !is_end && !is_mark
 }
 
-/// Whether an alert repeats the robot's own events: that it is offline, a sensor is stuck, or its diagnostics
-/// report an error. That somebody answered is reported only here.
+/// Whether an alert repeats the robot's own events: that it is offline, a sensor is stuck, or its diagnostics report an
+/// error. An answer to an alert is not repeated elsewhere.
 fn repeats_a_robot(stream: &Stream, event: &Event) -> bool {
     let alert = Some(&event.label).filter(|_| holds_alerts(stream));
     alert
@@ -224,7 +225,7 @@ fn repeats_a_robot(stream: &Stream, event: &Event) -> bool {
         .is_some_and(|alert| alert.stage != Stage::Answered && !matches!(alert.why, Why::Limit(_)))
 }
 
-/// The onset in a row [s]; the header sorts before all.
+/// Reads the onset of a row [s]; the header sorts before all rows.
 fn onset_secs(row: &str) -> f64 {
     let onset = row.split('\t').next().and_then(|onset| onset.parse().ok());
     onset.unwrap_or(f64::NEG_INFINITY)
@@ -239,7 +240,7 @@ fn number(value: f64) -> String {
     if value.is_finite() { (value + 0.0).to_string() } else { absent() }
 }
 
-/// A text as a cell.
+/// Formats a text as a cell.
 fn word(text: &str) -> String {
     let text = on_one_line(text);
     if text.trim().is_empty() { absent() } else { harmless(&text).into_owned() }

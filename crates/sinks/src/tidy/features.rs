@@ -18,7 +18,7 @@ use crate::csv::{cell, number};
 pub(super) const NAME: &str = "features.csv";
 /// The name of the file that describes its columns.
 pub(super) const SIDECAR: &str = "features.json";
-/// Its columns.
+/// The columns of the file.
 pub(super) const COLUMNS: [(&str, Column); 11] = [
     ("start_secs", Column::united("Start of the window, since the start of the session.", "s")),
     ("window_secs", Column::united("Length of the window.", "s")),
@@ -26,33 +26,30 @@ pub(super) const COLUMNS: [(&str, Column); 11] = [
     (
         "phase",
         Column::of(
-            "The phase in which the window lies, which it exceeds by half a second at most; empty between phases.",
+            "The phase that contains the window, to within half a second; empty between phases.",
         ),
     ),
-    ("source", Column::of("The device and signal that it was computed from, within the subject.")),
+    ("source", Column::of("The subject's device and signal from which the value was computed.")),
     ("measure", Column::of("The name of the value; for heart, breath and skin as in NeuroKit2.")),
-    ("value", Column::of("The value, in its unit; empty exactly where there is a reason.")),
-    ("unit", Column::of("The unit of the value and of its sigma; 1 for none.")),
+    ("value", Column::of("The value, in its unit; empty if and only if there is a reason.")),
+    ("unit", Column::of("The unit of the value and of its sigma; 1 if it has none.")),
     (
         "sigma",
         Column::of(
-            "The standard uncertainty of the value, for a difference from a baseline that of the baseline alone; empty \
-             where it can't be stated.",
+            "The standard uncertainty of the value; for a difference from a baseline, the uncertainty of the baseline \
+             alone; empty if it can't be stated.",
         ),
     ),
     ("reason", Column::of("Why there is no value.")),
-    (
-        "span",
-        Column::of("`phase` where the window is a whole phase; empty where it is a part of one."),
-    ),
+    ("span", Column::of("`phase` if the window is a whole phase; empty if it is a part of one.")),
 ];
-/// Windows end each second by the clock of their device: with this tolerance [ns], as many fit into a phase as it is
-/// long.
+/// The tolerance with which a window fits into a phase [ns]. Windows end each second by the clock of their device; with
+/// this tolerance, as many of them fit into a phase as it is long.
 const TOLERANCE_NS: i64 = 500_000_000;
 
-/// A row for each value of a window, and for the window's coverage and quality: for windows that do not overlap, each
-/// within one phase or between two, and for every window that is a phase. For the statistics of raw signals there are
-/// only phases; their windows are in the bag. Times are seconds of the session.
+/// A row for each value of a window, and for the window's coverage and quality. These are windows that do not overlap,
+/// each within one phase or between two, and every window that is a whole phase. For the statistics of raw signals
+/// there are only phases; their windows are in the bag. Times are seconds of the session.
 #[derive(Debug)]
 pub(super) struct Features {
     file: TextFile,
@@ -60,11 +57,11 @@ pub(super) struct Features {
     last_windows: BTreeMap<StreamId, LastWindow>,
 }
 
-/// The last window written of a stream.
+/// The last window of a stream that was written.
 #[derive(Clone, Copy, Debug)]
 struct LastWindow {
     end: Time,
-    /// The start of its section.
+    /// The start of the section that contains the window.
     section: Time,
 }
 
@@ -136,7 +133,7 @@ impl Features {
         let of_window = format!("{begin_secs:.3},{window_secs},{subject},{phase},{source}");
         let span = if is_of_phases(stream) { "phase" } else { "" };
         if has_coverage(stream) {
-            // The quality of a link is a value of its own.
+            // The quality of a link is a separate value.
             let is_own = |name: &str| stream.channels.iter().any(|channel| channel.name == name);
             let shares = [(COVERAGE, coverage), (QUALITY, quality)].into_iter();
             for (measure, share) in shares.filter(|(measure, _)| !is_own(measure)) {
@@ -164,17 +161,17 @@ impl Window {
         Window { begin: Time::from_nanos(end.nanos().saturating_sub(length_ns)), end }
     }
 
-    /// Whether it begins at a time or later, within the tolerance.
+    /// Whether the window begins at a time or later, within the tolerance.
     pub(super) fn is_after(self, moment: Time) -> bool {
         moment.nanos_since(self.begin) <= TOLERANCE_NS
     }
 
-    /// Whether it lies in a section, within the tolerance.
+    /// Whether the window is within a section, given the tolerance.
     pub(super) fn lies_in(self, section: Section<'_>) -> bool {
         self.is_after(section.begin) && section.end.is_none_or(|end| self.is_before(end))
     }
 
-    /// Whether it ends at a time or earlier, within the tolerance.
+    /// Whether the window ends at a time or earlier, within the tolerance.
     fn is_before(self, moment: Time) -> bool {
         self.end.nanos_since(moment) <= TOLERANCE_NS
     }
@@ -185,7 +182,7 @@ impl Window {
     }
 }
 
-/// Whether a phase was too short for any value, or too short to be intended.
+/// Whether a phase is too short to be intended and has no value.
 pub(super) fn says_nothing(values: &FeatureValues) -> bool {
     values.window_secs < SHORTEST_SECS && values.reasons.iter().all(|reason| *reason != Reason::Ok)
 }

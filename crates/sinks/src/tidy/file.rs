@@ -19,12 +19,12 @@ pub(super) struct TextFile {
     file: BufWriter<File>,
 }
 
-/// Writes a whole file, replacing an existing one; an incomplete one is removed.
+/// Writes a whole file, replacing an existing one; an incomplete file is removed.
 pub(super) fn write(path: &Path, text: impl AsRef<[u8]>) -> Result<(), Unwritten> {
     whole(path, || private::write(path, text).map_err(Unwritten::at(path)))
 }
 
-/// Writes a file, and removes it if incomplete, as half a table looks like a complete one.
+/// Writes a file, and removes it if it is incomplete, as half a table looks like a complete one.
 pub(super) fn whole<T>(
     path: &Path,
     write: impl FnOnce() -> Result<T, Unwritten>,
@@ -69,7 +69,7 @@ impl TextFile {
         writeln!(self.file, "{line}").map_err(Unwritten::at(&self.path))
     }
 
-    /// Replaces or removes lines of a flushed file by number, and sorts all by a number in each.
+    /// Replaces or removes lines of a flushed file by number, and sorts all lines by a number in each.
     pub(super) fn revise(
         self,
         others: &BTreeMap<usize, Option<String>>,

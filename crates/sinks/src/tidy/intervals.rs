@@ -38,23 +38,23 @@ pub(super) const COLUMNS: [(&str, Column); 4] = [
     (
         "corrected",
         Column::of(
-            "1 where the features do not use this interval unchanged: a beat at one of its ends is ectopic, \
-             extra, or missed between, or it is too long or too short, as Lipponen and Tarvainen (2019, \
-             doi:10.1080/03091902.2019.1640306) find over the whole recording, or it lies outside of 300 to \
-             2000 ms; else 0. No interval spans missing data.",
+            "1 if the features do not use this interval unchanged, else 0. They do not if, by the method of Lipponen and \
+             Tarvainen (2019, doi:10.1080/03091902.2019.1640306) over the whole recording, a beat at one of its ends \
+             is ectopic or extra, a beat was missed in it, or it is too long or too short; or if it is outside 300 to \
+             2000 ms. No interval spans missing data.",
         ),
     ),
 ];
-/// The preferred signal of a device with several.
+/// The signals in order of preference, for a device with several.
 const BEST_FIRST: [Signal; 3] = [Signal::Ecg, Signal::Interval, Signal::Ppg];
 
-/// Intervals as detected and not corrected, two files for each device of a person, and for each further signal of the
-/// same kind that it has: in `intervals.txt` the time of the
-/// beat that ends the interval and the interval [s, s], one per line, as read by Kubios HRV; and at the end in
-/// `intervals.csv` with phase and correction. Where data are missing there is no interval, so none is implausibly long.
+/// The intervals as detected and not corrected. There are two files for each device of a person, and for each further
+/// signal of the same kind on that device: `intervals.txt` has the time of the beat that ends the interval and the
+/// interval [s, s], one per line, as read by Kubios HRV; `intervals.csv`, which is written at the end, has the phase
+/// and the correction. No interval spans missing data, so none is implausibly long.
 ///
-/// The files have their final names at all times, so that they are the same after a crash as after a replay: a file
-/// that is the only one has the plain name.
+/// The files have their final names at all times, so that they are the same after a crash as after a replay: if there
+/// is only one file, it has the plain name.
 #[derive(Debug)]
 pub(super) struct Intervals {
     folder: PathBuf,
@@ -70,10 +70,10 @@ struct OfSignal {
     subject: Subject,
     person: String,
     device: String,
-    /// The name of its stream.
+    /// The name of the signal's stream.
     input: String,
     signal: Signal,
-    /// The number of intervals, and of beats without one before them.
+    /// The number of intervals, and of beats without an interval before them.
     count: u64,
     gaps: u64,
 }
@@ -81,9 +81,9 @@ struct OfSignal {
 /// The intervals of one device.
 #[derive(Debug)]
 struct OfDevice {
-    /// The stream of its beats.
+    /// The stream of the beats.
     of: StreamId,
-    /// The name of the stream in which they are detected.
+    /// The name of the stream in which the beats are detected.
     input: String,
     signal: Signal,
     file: TextFile,
@@ -91,7 +91,7 @@ struct OfDevice {
     beats: Vec<(Time, f64)>,
 }
 
-/// The files of a device's intervals: their name without `.txt` and `.csv`.
+/// The files of a device's intervals; `name` is their name without `.txt` and `.csv`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Kept {
     pub(super) name: String,
@@ -102,7 +102,7 @@ pub(super) struct Kept {
     pub(super) count: u64,
     /// The number of beats without an interval before them because data were missing, including the first.
     pub(super) gaps: u64,
-    /// The number of intervals that features correct.
+    /// The number of intervals that are marked as corrected.
     pub(super) corrected: usize,
 }
 
@@ -165,8 +165,8 @@ impl Intervals {
         file.file.push(format_args!("{at_secs:.6}\t{:.6}", event.value / 1e3))
     }
 
-    /// The file for the intervals of a stream: that of its device, unless it holds those of a better signal.
-    /// A better signal restarts the file.
+    /// Returns the file for the intervals of a stream: the file of its device, unless that holds the intervals of a
+    /// better signal. A better signal restarts the file.
     fn file_of(
         &mut self,
         device: &(String, String),
@@ -194,7 +194,7 @@ impl Intervals {
         Ok((known.of == id).then_some(known))
     }
 
-    /// Names the first device's file after the device, once there is a second.
+    /// Names the first device's file after the device when a second device is added.
     fn name_all(&mut self) -> Result<(), Unwritten> {
         if self.files.len() != 1 {
             return Ok(());
@@ -213,7 +213,7 @@ impl Intervals {
         self.files.values_mut().try_for_each(|each| each.file.flush())
     }
 
-    /// The files kept, by person and device.
+    /// Writes the tables; returns the files by person and device.
     pub(super) fn finish(mut self, timeline: &Timeline) -> Result<Vec<Kept>, Unwritten> {
         self.flush()?;
         let mut kept = Vec::new();
@@ -231,7 +231,7 @@ impl Intervals {
 }
 
 impl OfSignal {
-    /// `None` for beats not detected in a person's signal in this session.
+    /// The signal in which a beat was detected; `None` unless it is a person's signal in this session.
     fn of(record: &Record, streams: &Streams) -> Option<OfSignal> {
         let stream = &record.stream;
         let (_, input) = stream.inputs.first().and_then(|input| streams.find(input))?;
@@ -251,8 +251,8 @@ impl OfSignal {
         })
     }
 
-    /// The person and the device of its file: with the name of its stream where that of the device holds another signal
-    /// of the same kind.
+    /// Returns the person and the device in the name of the file. The name of the stream is appended if the device's
+    /// file holds another signal of the same kind.
     fn file_among(&self, files: &BTreeMap<(String, String), OfDevice>) -> (String, String) {
         let name = self.input.rsplit('/').next().unwrap_or_default();
         let own = (self.person.clone(), format!("{}_{}", self.device, plain(name)));
@@ -274,7 +274,7 @@ impl OfSignal {
     }
 }
 
-/// A word from a bag as part of a file name.
+/// Converts a word from a bag to a part of a file name.
 fn plain(word: &str) -> String {
     let plain = |each: char| if each.is_alphanumeric() || each == '-' { each } else { '_' };
     word.chars().map(plain).collect()

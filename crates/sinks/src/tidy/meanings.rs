@@ -10,11 +10,11 @@ use teampulse_signal::statistics::Comparison;
 /// A measure and its meaning.
 type Meaning = (&'static str, &'static str);
 
-/// The tables of all our own measures, by name without channel.
+/// The tables of teampulse's own measures, by name without the channel.
 const TABLES: [&[Meaning]; 4] =
     [heart::SIGNALS, heart::VARIABILITY, body::MEANINGS, team::MEANINGS];
 
-/// The meaning of a measure, in a sentence; for a measure of another program, from its stream.
+/// Returns the meaning of a measure in a sentence; measures of other programs share a general sentence.
 pub(super) fn meaning_of(name: &str) -> String {
     let (base, channel) = Value::parts(name);
     let meaning = known(base).unwrap_or_else(|| {
@@ -27,7 +27,7 @@ pub(super) fn meaning_of(name: &str) -> String {
     }
 }
 
-/// The same; `None` for a measure of another program.
+/// Returns the meaning of a measure; `None` for a measure of another program.
 fn known(base: &str) -> Option<String> {
     if let Some(meaning) = listed(base) {
         return Some(meaning.to_owned());

@@ -32,16 +32,16 @@ pub(super) struct Measure {
     method: Methods,
 }
 
-/// Its units: one, except for measures of any signal.
+/// The units of a measure: one, except for measures that apply to any signal.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Units(BTreeSet<String>);
 
-/// Its methods, each with the sources it applies to.
+/// The methods of a measure, each with the sources to which it applies.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Methods(BTreeMap<String, BTreeSet<String>>);
 
 impl Measures {
-    /// Takes in the description of a stream of features.
+    /// Takes the description of a stream of features.
     pub(super) fn take(&mut self, record: &Record) {
         let (id, stream) = (record.sample.stream, &record.stream);
         let is_known = |known: &Arc<Stream>| Arc::ptr_eq(known, stream) || **known == **stream;
@@ -89,7 +89,7 @@ impl Serialize for Units {
     }
 }
 
-/// A single method as a text; several by source.
+/// Serializes a single method as a text, and several methods as a map by source.
 impl Serialize for Methods {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if let (1, Some((method, _))) = (self.0.len(), self.0.first_key_value()) {
@@ -103,8 +103,8 @@ impl Serialize for Methods {
     }
 }
 
-/// The input of a feature within its subject: `polar_h10/ecg`; for several inputs its own name without the
-/// window.
+/// Returns the input of a feature within its subject: `polar_h10/ecg`; for several inputs, the feature's own name
+/// without the window.
 pub(super) fn source_of(stream: &Stream) -> String {
     let name = stream.input().unwrap_or(stream.windowless_name());
     stream.subject().within(name).trim_start_matches('/').to_owned()
@@ -120,12 +120,12 @@ pub(super) fn is_of_statistics(stream: &Stream) -> bool {
     stream.family == "statistics"
 }
 
-/// Whether the coverage and quality of a stream's windows are those of one signal.
+/// Whether the coverage and quality of a stream's windows describe a single signal.
 pub(super) fn has_coverage(stream: &Stream) -> bool {
     stream.about == About::Person && stream.inputs.len() == 1 && !is_of_statistics(stream)
 }
 
-/// The method of each value of a stream: its own recipe where the method lists them (`name: recipe; name:
+/// Returns the method of each value of a stream: the value's recipe if the method lists them (`name: recipe; name:
 /// recipe`), otherwise the whole text.
 pub(super) fn methods(stream: &Stream) -> Vec<&str> {
     let method = stream.method.as_str();

@@ -35,9 +35,9 @@ pub use self::summary::{LOST_OR_WRONG, NOTHING_NOTICED};
 use self::timeline::Timeline;
 use crate::{Ended, Part, SinkContext};
 
-/// The longest wait for input before looking again.
+/// The longest wait for a batch of input.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How long readings gather before they are written.
+/// How long records gather before they are written.
 const GATHER: Duration = Duration::from_millis(100);
 /// The interval between flushes [s], which bounds the loss in a crash.
 const FLUSH_EVERY_SECS: f64 = 1.0;
@@ -51,12 +51,12 @@ const LOOK: Duration = Duration::from_millis(5);
 /// with the same as read by Kubios HRV; a `.json` beside each table that describes its columns and measures; and
 /// `summary.md`, a page on what was usable.
 ///
-/// A study with a bag has them by default; `tidy = false` in the bag's settings leaves them out.
+/// A study with a bag has them by default; `tidy = false` in the bag's settings disables them.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tidy {
-    /// In `features.csv` a stream has the rows of at most one window in this many seconds [s]; longer windows have
-    /// theirs whenever one is over.
+    /// In `features.csv`, a stream has rows for at most one window per this many seconds [s]; longer windows have rows
+    /// whenever one is over.
     pub every_secs: f64,
 }
 
@@ -92,7 +92,7 @@ struct Files {
     part: Part,
 }
 
-/// What to do where the files could not be written into this folder.
+/// Returns a hint for files that could not be written into this folder.
 fn hint_for(folder: &Path) -> String {
     let folder_name = folder.display();
     if !folder.exists() {
@@ -120,7 +120,7 @@ impl Sink for Files {
     fn run(self: Box<Self>, inbox: Inbox) -> Result<(), SinkError> {
         let Files { settings, folder, session, bag_ended, damage, is_imported, part } = *self;
         if bag_ended.is_later() {
-            // Its tidy files are written when it is complete.
+            // The tidy files of such a bag are written when it is complete.
             return Ok(());
         }
         wait_for(&folder)?;
@@ -158,13 +158,13 @@ impl Sink for Files {
     }
 }
 
-/// Whether the files contain a stream.
+/// Whether the files use a stream.
 fn is_listed(stream: &Stream) -> bool {
     use Shape::{Description, Event, Feature, Status};
     matches!(stream.shape, Event | Feature | Status | Description)
 }
 
-/// Waits until the bag has created its folder; an existing one does not count.
+/// Waits until the folder of the bag exists.
 fn wait_for(folder: &Path) -> Result<(), SinkError> {
     for _ in 0..FOLDER_WITHIN.as_millis() / LOOK.as_millis() {
         if folder.is_dir() {

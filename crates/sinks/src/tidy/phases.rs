@@ -26,24 +26,24 @@ use crate::csv::{cell, number};
 pub(super) const NAME: &str = "phases.csv";
 /// The name of the file that describes its columns.
 pub(super) const SIDECAR: &str = "phases.json";
-/// The columns of every table; those of measures follow.
+/// The columns of every table; the columns of measures follow.
 pub(super) const COLUMNS: [(&str, Column); 5] = [
     ("subject", Column::of("The subject: a person's pseudonym, or a robot.")),
     ("phase", Column::of("The name of the phase.")),
     (
         "occurrence",
-        Column::of("The number of the phase among those of this name for the subject, from 1."),
+        Column::of("The number of the phase among the subject's phases with this name, from 1."),
     ),
     ("start_secs", Column::united("Start of the phase, since the start of the session.", "s")),
     (
         "duration_secs",
         Column::united(
-            "Duration; the values of a phase longer than 600 s are those of its last 600 s.",
+            "Duration; the values of a phase longer than 600 s are computed from its last 600 s.",
             "s",
         ),
     ),
 ];
-/// The statistics of robots' raw signals in the table; the others are in `features.csv`.
+/// The statistics of robots' raw signals that are in the table; the others are in `features.csv`.
 const STATISTICS: [&str; 2] = ["mean", "sd"];
 
 /// One row per phase of a subject, one column per measure.
@@ -56,7 +56,7 @@ pub(super) struct PhaseTable {
     rows: Rows,
 }
 
-/// A column without its final name.
+/// A column that does not have its final name yet.
 #[derive(Debug)]
 struct Known {
     measure: String,
@@ -66,13 +66,13 @@ struct Known {
 }
 
 impl PhaseTable {
-    /// The table, to be written into this folder.
+    /// An empty table, to be written into this folder.
     pub(super) fn new(folder: &Path) -> PhaseTable {
         let (places, streams) = (BTreeMap::new(), BTreeMap::new());
         PhaseTable { columns: Vec::new(), places, streams, rows: Rows::new(folder) }
     }
 
-    /// Takes in the values of a phase, if they belong in the table.
+    /// Takes the values of a phase, if they belong in the table.
     pub(super) fn take(&mut self, record: &Record, values: &FeatureValues, timeline: &Timeline) {
         let stream = &record.stream;
         if !is_of_phases(stream) || says_nothing(values) {
@@ -162,7 +162,7 @@ impl PhaseTable {
         for of in rows {
             let (subject, begin) = of;
             let phases = timeline.phases_of(subject);
-            // Somebody's own phase comes after the session's that it replaces.
+            // A subject's own phase follows the session's phase that it replaces.
             let Some(phase) = phases.iter().rfind(|phase| phase.begin == *begin) else { continue };
             let occurrence = occurrences.entry((subject, &phase.label)).or_default();
             *occurrence += 1;
@@ -187,8 +187,8 @@ impl PhaseTable {
         file.flush()
     }
 
-    /// The name of each column: its measure, followed by its source if a subject has several; `None` for
-    /// one without values.
+    /// Returns the name of each column: its measure, followed by its source if a subject has several; `None` for a
+    /// column without values.
     fn names(&self) -> Vec<Option<String>> {
         let mut sources: BTreeMap<(&Subject, &str), BTreeSet<&str>> = BTreeMap::new();
         let mut has_value: BTreeSet<usize> = BTreeSet::new();
@@ -231,7 +231,8 @@ impl PhaseTable {
     }
 }
 
-/// Whether the table includes a value of a stream: features of people's raw signals, mean and SD of robots'.
+/// Whether the table includes a value of a stream: all values except statistics, and the mean and SD of robots' raw
+/// signals.
 fn is_listed(stream: &Stream, name: &str) -> bool {
     let (measure, _) = Value::parts(name);
     !is_of_statistics(stream) || stream.about == About::Robot && STATISTICS.contains(&measure)

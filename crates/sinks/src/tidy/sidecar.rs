@@ -101,15 +101,15 @@ pub(super) fn put(
 }
 
 /// The meaning of a notice.
-const NOTICE: &str = "a conclusion of teampulse about a robot, a person, a sensor or the team that is not a fault: it is back, an alert is over, answered or unknown, how a number is interpreted; or a note of the session itself: a command had no effect, what was kept is in a bag; the label states which; value, where something is over: how long it had lasted at this onset [s]";
+const NOTICE: &str = "a conclusion of teampulse about a robot, a person, a sensor or the team that is not a fault (it is back, an alert is over, answered or unknown, how a number is interpreted), or a note of the session itself (a command had no effect, what was kept is in a bag); the label states which; value, if something is over: how long it had lasted at this onset [s]";
 
 /// The meaning of an event kind and its value.
 fn meaning(kind: EventKind) -> &'static str {
     match kind {
         EventKind::Phase => "a phase of the study began; the label is its name",
         EventKind::Marker => {
-            "a person or a program set a mark: a key, a stimulus, a press; the label is its text; \
-             value: the number sent with it, for a press the reaction time [s]"
+            "a person or a program set a marker: a key, a stimulus, a press; the label is its text; \
+             value: the number sent with it; for a press, the reaction time [s]"
         }
         EventKind::Report => {
             "a self-report of a person; value, for isa: the workload from 1 (idle) to 5 (too much)"
@@ -126,8 +126,8 @@ fn meaning(kind: EventKind) -> &'static str {
         }
         EventKind::Command => "a command to the session; the label is its sender and the command",
         EventKind::Fault => {
-            "a fault, or an alert; the label states which; value, of an alert of the study: the number that was beyond \
-             its limit, in the unit of the label"
+            "a fault, or an alert; the label states which; value, for an alert of the study: the number that was beyond \
+             its limit, in the unit given in the label"
         }
         EventKind::Clock => "a clock stepped or restarted [s], or the session ended",
     }
@@ -143,9 +143,11 @@ fn why(reason: Reason) -> &'static str {
         Reason::Missing => "no sensor here provides this quantity",
         Reason::Undefined => "the formula is undefined for these data",
         Reason::NoBaseline => "no phase named baseline has ended, or nothing was measured in it",
-        Reason::Nothing => "what is measured has not happened in the window, as speech, or is over",
+        Reason::Nothing => {
+            "what is measured, such as speech, has not happened in the window, or is over"
+        }
         Reason::BriefBaseline => {
-            "too little of the baseline is known: a difference needs nearly two windows, z five"
+            "too little of the baseline is known: a difference needs nearly two windows, a z-score five"
         }
     }
 }

@@ -37,7 +37,7 @@ use super::timeline::{Timeline, is_self_report};
 
 /// The name of the file.
 pub(super) const NAME: &str = "summary.md";
-/// The share of data from which a window has a value, unless it is too short [0..1].
+/// The coverage from which a window has a value, unless it is too short [0..1].
 const ENOUGH: f32 = 0.5;
 
 /// The content of the page, collected during the session.
@@ -45,11 +45,11 @@ const ENOUGH: f32 = 0.5;
 pub(super) struct Summary {
     /// The streams with a health status, by subject and name.
     watched: BTreeMap<(Subject, String), StreamSummary>,
-    /// The feature whose windows judge each raw stream, by stream name.
+    /// The feature whose windows judge each raw stream, by the name of the raw stream.
     judges: BTreeMap<String, Arc<Stream>>,
-    /// The faults, with when and how often.
+    /// The faults, with their times and counts.
     faults: FaultCounts,
-    /// The alerts, with how often and how long.
+    /// The alerts, with their counts and durations.
     alerts: AlertCounts,
     counts: Counts,
     /// What the underlying recording has lost to damage.
@@ -61,13 +61,13 @@ pub(super) struct Summary {
 struct Counts {
     /// Markers among the session's own events.
     markers: u64,
-    /// Those of wearables, files and other programs.
+    /// Markers of wearables, files and other programs.
     other_markers: u64,
     /// Reports with a number, or of the Instantaneous Self-Assessment.
     reports: u64,
-    /// What people wrote without one.
+    /// Reports in words, without a number.
     notes: u64,
-    /// The numbers of unused reports: about an unknown person, not a number, or outside their scale.
+    /// The numbers of unused reports: about an unknown person, not a number, or off their scale.
     about_nobody: u64,
     no_number: u64,
     off_scale: u64,
@@ -109,8 +109,8 @@ impl Summary {
         write(&path, page.to_string())
     }
 
-    /// A raw stream is judged by its first feature; by statistics, which know nothing about the signal, only
-    /// for lack of another.
+    /// Chooses the feature that judges a raw stream: the first one that is computed from it. Statistics, which know
+    /// nothing about the signal, judge a stream only if it has no other feature.
     fn describe(&mut self, stream: &Arc<Stream>) {
         if let (Shape::Feature, Some(input)) = (&stream.shape, stream.input())
             && !is_of_phases(stream)
@@ -152,7 +152,7 @@ impl Summary {
         });
         let Some(stream) = judged.and_then(|input| raw(streams, input)) else { return };
         let window = Window::of(record.sample.measured, values);
-        // Windows of what is reported when it changes are mostly empty.
+        // Windows of a stream that is reported on change are mostly empty.
         let is_judged = window.is_after(timeline.began()) && !stream.is_reported_on_change();
         if !is_judged || is_too_short(values) {
             return;
@@ -205,7 +205,7 @@ impl Counts {
     }
 }
 
-/// Whether a report that should be about a person is about an unknown one.
+/// Whether a report that should be about a person is about an unknown person.
 fn is_about_nobody(stream: &Stream, report: &Event, timeline: &Timeline) -> bool {
     Isa::read(report).is_some() && timeline.whom(stream, report).about == About::Session
 }
@@ -215,7 +215,7 @@ fn is_too_short(values: &FeatureValues) -> bool {
     values.coverage >= ENOUGH && values.reasons.iter().all(|reason| *reason == Reason::Short)
 }
 
-/// Whether a fault is counted elsewhere, repeats others, or is an alert: that someone was needed.
+/// Whether a fault is counted elsewhere, repeats other faults, or is an alert that someone was needed.
 fn is_reported_elsewhere(stream: &Stream, fault: &Event) -> bool {
     let name = stream.name.as_str();
     let is_alert = holds_alerts(stream) && Alert::read(&fault.label).is_some();

@@ -384,12 +384,12 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     |--------------|----------:|-------:|---------:|------:|-----:|-------:|
     | /robot1/odom |      20.0 |  75 %* |   100 %* | 50 %* |    3 |    1.0 |
 
-    rate: the median of the seconds in which samples arrived. usable: the share of each phase that has data good
-    enough for values, or else of the windows that lie in it, on average, and of the session that of its phases if
-    they cover it, or else of all windows; with a *, where there are none, the share of time in which a stream
-    arrived as it should; - where a silence would mean nothing, such as for a key or the battery of a wearable.
-    lost: on the way here and in our own queue; ? = unknown. ± : how far a time may be off (95 %); - = not known:
-    neither a model of its clock nor the computer that stamps such a stream says it.
+    rate: the median over the seconds in which samples arrived. usable: the share of each phase with data good enough
+    for values, or else the mean share over the windows in the phase; for the session, the mean over its phases if they
+    cover it, or else over all windows. * = without windows: the share of time in which the stream arrived as it
+    should. - = a silence would mean nothing, as for a key or the battery of a wearable. lost: on the way here and in
+    our own queue; ? = unknown. ± : how far a time may be off (95 %); - = unknown, as neither a model of its clock nor
+    the computer that stamps such a stream states it.
 
     ## What was lost or wrong
 

@@ -19,36 +19,36 @@ pub(super) const SHORTEST_SECS: f64 = 1.0;
 const CUT_OFF: &str =
     "The session was cut off: its end was not recorded; phases end with the last record.";
 
-/// A self-report refers to a phase that ended at most this long ago [ns], not to the next one: as for the feature
-/// `estimates`.
+/// A self-report refers to a phase that ended less than this long ago [ns] rather than to the next one, as for the
+/// feature `estimates`.
 const JUST_ENDED_NS: i64 = 10_000_000_000;
 
 /// The start of a session, and the phases of everyone in it.
 #[derive(Debug)]
 pub(super) struct Timeline {
-    /// Whether the end of the session is recorded, unless it was cut off.
+    /// Whether the recording contains the end of the session, unless it was cut off.
     pub(super) has_end: bool,
-    /// Whether the session was running already when the recording began.
+    /// Whether the session was already running when the recording began.
     pub(super) has_joined: bool,
     began: Option<Time>,
     now: Time,
     phases: Phases,
     /// The ids of the people with streams or reports.
     people: BTreeSet<String>,
-    /// The streams so far, and the people and robots whose they are.
+    /// The streams so far, and the people and robots to which they belong.
     streams: BTreeSet<StreamId>,
     subjects: BTreeSet<Subject>,
     cut_off: Option<String>,
 }
 
-/// A stretch of a subject's time within one phase, or between two.
+/// A stretch of a subject's time within one phase, or between two phases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Section<'a> {
-    /// The phase that it is; `None` between phases.
+    /// The phase; `None` between phases.
     pub(super) phase: Option<&'a str>,
-    /// Its start.
+    /// The start of the section.
     pub(super) begin: Time,
-    /// Its end, as far as known.
+    /// The end of the section, as far as it is known.
     pub(super) end: Option<Time>,
 }
 
@@ -72,7 +72,7 @@ impl Default for Timeline {
 }
 
 impl Timeline {
-    /// Takes in the next record. A session begins with its first record.
+    /// Takes the next record. A session begins with its first record.
     pub(super) fn take(&mut self, record: &Record) {
         let sample = &record.sample;
         self.began.get_or_insert(sample.log_time);
@@ -145,13 +145,13 @@ impl Timeline {
         positive_zero(at.secs_since(self.began()), 1e-3)
     }
 
-    /// The same as text, in tenths of a second.
+    /// The time since the session's start as text, to a tenth of a second.
     pub(super) fn tenths(&self, at: Time) -> String {
         format!("{:.1}", positive_zero(self.secs(at), 0.1))
     }
 
-    /// The subject of an event: for a self-report among the session's events the person it names, or the only
-    /// person present; for an alert the robot or the person that it names.
+    /// Returns the subject of an event: for a self-report among the session's events, the person that it names or the
+    /// only person present; for an alert, the robot or the person that it names.
     pub(super) fn whom(&self, stream: &Stream, event: &Event) -> Subject {
         if let Some(alert) = Alert::read(&event.label).filter(|_| holds_alerts(stream)) {
             let named = self.subjects.iter().find(|subject| subject.id == alert.who);
@@ -173,8 +173,8 @@ impl Timeline {
         self.phases.of(subject)
     }
 
-    /// The length of the phase with this name announced at this time [s]; `None` if no such phase began, or it has not
-    /// ended.
+    /// Returns the length of the phase with this name that was announced at this time [s]; `None` if no such phase
+    /// began, or if it has not ended.
     pub(super) fn length_secs(
         &self,
         subject: &Subject,
@@ -184,13 +184,13 @@ impl Timeline {
         let phases = self.phases.of(subject);
         let since = &phases[phases.partition_point(|phase| phase.begin < announced)..];
         let begin = since.first()?.begin;
-        // Somebody's own phase comes after the session's that it replaces.
+        // A subject's own phase follows the session's phase that it replaces.
         let replacing = since.iter().take_while(|phase| phase.begin == begin).last()?;
         let end = replacing.end.filter(|_| replacing.label == label)?;
         Some(end.secs_since(announced))
     }
 
-    /// The phase of an event: the current one, but for a self-report the one that it refers to.
+    /// The phase of an event: the current one or, for a self-report, the phase to which it refers.
     pub(super) fn phase_of(&self, subject: &Subject, event: &Event, at: Time) -> Option<&str> {
         let just_ended = self.just_ended(subject, at).filter(|_| is_self_report(event));
         just_ended.or_else(|| self.section(subject, at).phase)
@@ -232,7 +232,7 @@ pub(super) fn is_self_report(event: &Event) -> bool {
     event.kind == EventKind::Report && (!event.value.is_nan() || Isa::read(event).is_some())
 }
 
-/// The subject in a word: the id, `team` or `session`.
+/// The subject in one word: the id, `team` or `session`.
 pub(super) fn word_of(subject: &Subject) -> &str {
     match subject.about {
         _ if !subject.id.is_empty() => &subject.id,
@@ -243,7 +243,7 @@ pub(super) fn word_of(subject: &Subject) -> &str {
     }
 }
 
-/// A time that is not written as `-0` in steps of this size.
+/// Replaces a time that would be written as `-0` in steps of this size.
 fn positive_zero(secs: f64, step: f64) -> f64 {
     if secs < 0.0 && secs >= -step / 2.0 { 0.0 } else { secs }
 }

@@ -84,7 +84,7 @@ impl Inlets {
         let opened = Resolver::open(self.query.clone(), self.settings.peers.clone());
         let mut resolver = opened.map_err(|error| SourceError::Gone {
             message: format!("search for LSL streams: {error}"),
-            hint: "is this computer on a network?".into(),
+            hint: "check that this computer is on a network".into(),
         })?;
         let mut running: JoinSet<Ended> = JoinSet::new();
         let mut read = BTreeSet::new();

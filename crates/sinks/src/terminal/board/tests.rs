@@ -241,8 +241,8 @@ fn the_phase_is_that_of_the_participant_with_what_is_left_of_it() {
     let mut board = board([of_session(0, "baseline", 60.0), heart(12, 70.0)]);
     assert_eq!(board.phase(None).text(), "p001  baseline, 0:48 left");
     let log = board.take(&happens(20, own, (EventKind::Phase, "2-back"), f64::NAN));
-    let override_said = "00:00:20 p001 has phases of its own: \
-                         those of the session don't apply to p001";
+    let override_said = "00:00:20 p001 has separate phases: \
+                         the session's phases don't apply to p001";
     assert_eq!(log, ["00:00:20 p001: phase: 2-back", override_said]);
     board.take(&heart(32, 70.0));
     let both = "p001  2-back for 0:12   session: baseline, 0:28 left   next rest";

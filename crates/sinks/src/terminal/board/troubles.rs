@@ -11,9 +11,9 @@ use crate::terminal::robot::Figures;
 use crate::terminal::styled_line::StyledLine;
 use crate::terminal::trouble::{Trouble, Urgency};
 
-/// The time after which it is reported that nothing has appeared [s].
+/// The time after which it is reported that no stream has appeared [s].
 const NOTHING_SECS: f64 = 10.0;
-/// From this many on, streams of one subject with the same trouble share a line; fewer have one each.
+/// From this number on, streams of one subject with the same trouble share a line; fewer streams have one line each.
 const SHARE_A_LINE: usize = 3;
 
 impl Board {

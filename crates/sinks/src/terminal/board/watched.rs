@@ -2,7 +2,7 @@
 
 use teampulse_core::status::{State, StreamStatus};
 
-/// The number of statuses until a stream's rate has settled: its window is full by then.
+/// The number of statuses after which a stream's rate has settled, as its window is full.
 const SETTLED: u32 = 3;
 /// The number of statuses after which a stream is reported as never seen.
 const AWAITED: u32 = 10;
@@ -11,7 +11,7 @@ const AWAITED: u32 = 10;
 #[derive(Debug)]
 pub(super) struct Watched {
     pub(super) status: StreamStatus,
-    /// Its statuses since it was first seen, and before.
+    /// The number of statuses since the stream was first seen and, below, before that.
     statuses: u32,
     awaited: u32,
     /// The state that was shown last.

@@ -8,7 +8,7 @@ use teampulse_core::stream::{Origin, Signal};
 use super::{Board, Style, StyledLine};
 use crate::terminal::natural::Name;
 
-/// The most names shown.
+/// The maximum number of names shown.
 const NAMES: usize = 3;
 
 impl Board {

@@ -6,7 +6,7 @@ use teampulse_core::time::Time;
 use teampulse_signal::intervals::{Beats, Correction, PLAUSIBLE_MS};
 
 /// Whether the interval before each beat is corrected by features; false if there is none. A beat without an interval
-/// begins a new stretch.
+/// starts a new stretch.
 pub(super) fn corrected(beats: &[(Time, f64)]) -> Vec<bool> {
     let goes_on = |_: &(Time, f64), next: &(Time, f64)| !next.1.is_nan();
     beats.chunk_by(goes_on).flat_map(in_stretch).collect()

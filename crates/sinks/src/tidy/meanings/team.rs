@@ -2,7 +2,7 @@
 
 use super::Meaning;
 
-/// Their measures.
+/// The measures of states, estimates and statistics.
 pub(super) const MEANINGS: &[Meaning] = &[
     ("heart_rate", "Mean heart rate."),
     ("ln_rmssd", "Natural logarithm of RMSSD."),
@@ -13,7 +13,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
     ("reaction_time", "Mean time from a stimulus to the answer."),
     ("workload", "Estimate of workload from 0 to 1, from the body and from reports."),
     ("workload_physiology", "Estimate of workload from 0 to 1, from the body alone."),
-    ("workload_report", "Workload from 0 to 1 as it was reported."),
+    ("workload_report", "Workload from 0 to 1 as reported."),
     ("arousal", "Estimate of arousal from 0 to 1."),
     ("deployed_secs", "Time that a robot has been in use."),
     ("online", "Whether a robot is online: 1 or 0."),

@@ -9,9 +9,9 @@ use teampulse_bag::Spill;
 use teampulse_core::stream::Subject;
 use teampulse_core::time::Time;
 
-/// The rows held in memory: those of phases that are running or have just ended.
+/// The number of rows held in memory, for phases that are running or have just ended.
 const IN_MEMORY: usize = 32;
-/// The size of a value on disk [bytes]: its column and itself.
+/// The size of a value on disk, with its column index [bytes].
 const VALUE_BYTES: usize = 12;
 
 /// The values of a phase by column index.
@@ -21,7 +21,7 @@ pub(super) type Row = BTreeMap<usize, f64>;
 #[derive(Debug)]
 pub(super) struct Rows {
     recent: BTreeMap<(Subject, Time), Row>,
-    /// The ranges on disk of each row's parts.
+    /// The ranges on disk of the parts of each row.
     kept: BTreeMap<(Subject, Time), Vec<Range<u64>>>,
     spill: Spill,
     /// The columns in which each subject has a value.
@@ -35,7 +35,7 @@ impl Rows {
         Rows { recent, kept, spill: Spill::new(folder), used }
     }
 
-    /// Adds values to a row, replacing those in the same column.
+    /// Adds values to a row, replacing values in the same column.
     pub(super) fn extend(
         &mut self,
         (subject, begin): (Subject, Time),

@@ -10,15 +10,15 @@ use teampulse_core::time::Time;
 
 use crate::tidy::events;
 
-/// The most alerts kept separately; the others are only counted.
+/// The maximum number of alerts kept separately; further alerts are only counted.
 const MOST: usize = 1000;
 
-/// The alerts about limits so far, by robot or person and limit. Others repeat faults of a robot, and those on
+/// The alerts about limits so far, by robot or person and limit. Other alerts repeat faults of a robot, and alerts on
 /// estimates are left out, as on the screen.
 #[derive(Debug, Default)]
 pub(super) struct AlertCounts {
     kept: BTreeMap<(String, String), AlertCount>,
-    /// How often one beyond those kept was raised.
+    /// How often further alerts were raised.
     others: u64,
 }
 
@@ -27,12 +27,12 @@ pub(super) struct AlertCounts {
 struct AlertCount {
     times: u64,
     secs: f64,
-    /// When it was raised, unless it is over.
+    /// When the alert was raised, unless it is over.
     since: Option<Time>,
 }
 
 impl AlertCounts {
-    /// Takes in an event, if it is of an alert.
+    /// Takes an event, if it is an alert.
     pub(super) fn take(&mut self, stream: &Stream, event: &Event, at: Time) {
         let is_shown = holds_alerts(stream) && stream.family == FAMILY;
         let Some(Alert { who, why: Why::Limit(limit), stage, .. }) =
@@ -47,7 +47,7 @@ impl AlertCounts {
         }
         let count = self.kept.entry(key).or_default();
         match stage {
-            // It is raised again when its number returns.
+            // An alert is raised again when its value returns.
             Stage::Raised if count.since.is_none() => {
                 count.times += 1;
                 count.since = Some(at);
@@ -60,7 +60,7 @@ impl AlertCounts {
         }
     }
 
-    /// A line for each, given the time until which those that are not over lasted.
+    /// Returns a line for each alert; an alert that is not over counts until `now`.
     pub(super) fn lines(&self, now: Time) -> Vec<String> {
         let kept = self.kept.iter().map(|((who, limit), count)| {
             let open_secs = count.since.map_or(0.0, |since| now.secs_since(since).max(0.0));

@@ -4,19 +4,19 @@ use std::collections::BTreeMap;
 
 use teampulse_core::time::Time;
 
-/// The most kinds of faults kept separately; the others are only counted.
+/// The maximum number of kinds of faults kept separately; further kinds are only counted.
 const MOST: usize = 1000;
 
 /// The faults so far, by label.
 #[derive(Debug, Default)]
 pub(super) struct FaultCounts {
     kinds: BTreeMap<String, (Time, u64)>,
-    /// How many were of further kinds.
+    /// The number of faults of further kinds.
     others: u64,
 }
 
 impl FaultCounts {
-    /// Takes in a fault.
+    /// Takes a fault.
     pub(super) fn take(&mut self, label: &str, at: Time) {
         if self.kinds.len() < MOST || self.kinds.contains_key(label) {
             self.kinds.entry(label.to_owned()).or_insert((at, 0)).1 += 1;
@@ -25,7 +25,7 @@ impl FaultCounts {
         }
     }
 
-    /// The kinds kept, each with its first time and its number, in the order of these times.
+    /// The kinds of faults kept, each with its first time and its count, in order of first time.
     pub(super) fn kinds(&self) -> Vec<(&str, Time, u64)> {
         let all = self.kinds.iter();
         let mut kinds: Vec<_> =

@@ -19,21 +19,21 @@ use crate::tidy::intervals::Kept;
 use crate::tidy::timeline::{SHORTEST_SECS, Timeline};
 use crate::tidy::{events, features, phases};
 
-/// The most reasons listed per stream, by duration.
+/// The maximum number of reasons listed per stream, the longest first.
 const REASONS: usize = 4;
-/// The most faults listed; the others are only counted.
+/// The maximum number of faults listed; further faults are only counted.
 const FAULTS: usize = 20;
 
 /// The heading of what was lost or wrong.
 pub const LOST_OR_WRONG: &str = "## What was lost or wrong";
-/// Its only line where nothing was.
+/// The only line below that heading if nothing was lost or wrong.
 pub const NOTHING_NOTICED: &str = "Nothing was noticed.";
-/// Where there is nothing to be used.
+/// The line for a session in which no stream was received.
 const NO_STREAM: &str = "- No stream of a person or a robot was received.";
 /// The remark on a bag that began in a running session.
-const JOINED: &str = "- The session was running already when this bag began: times are since then, and a phase that had \
-                      begun before, such as the baseline, counts from there. The bag's own streams compare with the \
-                      whole of it.";
+const JOINED: &str = "- The session was already running when this bag began: times count from there, and so does a phase \
+                      that had begun before, such as the baseline. The streams in the bag compare with the whole \
+                      phase.";
 
 /// A summary with its context.
 pub(super) struct Page<'a> {
@@ -79,7 +79,7 @@ impl Page<'_> {
         )
     }
 
-    /// The number of self-reports not used, with reasons.
+    /// The number of self-reports that were not used, with reasons.
     fn unused(&self) -> String {
         let counts = &self.summary.counts;
         let (least, most) = (SCALE.start(), SCALE.end());
@@ -152,12 +152,12 @@ impl Page<'_> {
         }
         writeln!(
             f,
-            "rate: the median of the seconds in which samples arrived. usable: the share of each phase that has data \
-             good\nenough for values, or else of the windows that lie in it, on average, and of the session that of its \
-             phases if\nthey cover it, or else of all windows; with a *, where there are none, the share of time in which \
-             a stream\narrived as it should; - where a silence would mean nothing, such as for a key or the battery of a \
-             wearable.\nlost: on the way here and in our own queue; ? = unknown. ± : how far a time may be off (95 %); \
-             - = not known:\nneither a model of its clock nor the computer that stamps such a stream says it.\n"
+            "rate: the median over the seconds in which samples arrived. usable: the share of each phase with data good \
+             enough\nfor values, or else the mean share over the windows in the phase; for the session, the mean over its \
+             phases if they\ncover it, or else over all windows. * = without windows: the share of time in which the \
+             stream arrived as it\nshould. - = a silence would mean nothing, as for a key or the battery of a wearable. \
+             lost: on the way here and in\nour own queue; ? = unknown. ± : how far a time may be off (95 %); - = unknown, \
+             as neither a model of its clock nor\nthe computer that stamps such a stream states it.\n"
         )
     }
 
@@ -264,11 +264,11 @@ impl Page<'_> {
         writeln!(
             f,
             "- Everything, every sample and the windows of each second: in the bag, which is this \
-             folder.\n  `teampulse info` lists its contents, `teampulse export` exports it as tables, `teampulse recover`\n  writes these files again if this page is deleted. It is {bag}."
+             folder.\n  `teampulse info` lists its contents, `teampulse export` exports it as tables, `teampulse recover`\n  writes these files again if this page is deleted. The bag is {bag}."
         )
     }
 
-    /// Everyone with streams, people first.
+    /// All subjects with streams, people first.
     fn subjects(&self) -> Vec<&Subject> {
         let mut subjects: Vec<&Subject> = self.summary.watched.keys().map(|(of, _)| of).collect();
         subjects.dedup();
@@ -276,7 +276,7 @@ impl Page<'_> {
     }
 }
 
-/// Whether a phase is long enough to be listed: the session's begins slightly before a person's own.
+/// Whether a phase is long enough to be listed: a phase of the session begins slightly before a person's own.
 fn lasts(phase: &Phase) -> bool {
     phase.end.is_none_or(|end| end.secs_since(phase.begin) >= SHORTEST_SECS)
 }
@@ -291,7 +291,7 @@ fn said(complaint: &Complaint, all: &[&Complaint]) -> String {
     if all.len() > 1 { format!("{secs} s {state}{reason}") } else { format!("{state}{reason}") }
 }
 
-/// A time to the second, without the zone, which follows it.
+/// Formats a time to the second, without the time zone, which follows it.
 fn second(time: Time) -> String {
     time.to_string()[..19].replace('T', " ")
 }

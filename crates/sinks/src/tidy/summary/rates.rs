@@ -2,31 +2,31 @@
 
 use std::collections::BTreeMap;
 
-/// Rates within this share of each other count as the same.
+/// Rates that differ by less than this share count as the same.
 const ALIKE: f64 = 0.02;
 
-/// The rates of a stream second by second, of which only similar ones are kept apart.
+/// The rates of a stream, second by second, in groups of similar rates.
 #[derive(Debug, Default)]
 pub(super) struct Rates(BTreeMap<i64, Similar>);
 
-/// Similar rates.
+/// A group of similar rates.
 #[derive(Debug, Default)]
 struct Similar {
     secs: u32,
-    /// Their sum [Hz].
+    /// The sum of the rates [Hz].
     sum_hz: f64,
 }
 
 impl Rates {
-    /// Takes in the rate of a second [Hz], above 0.
+    /// Takes the rate in one second [Hz], above 0.
     pub(super) fn take(&mut self, rate_hz: f64) {
         let similar = self.0.entry((rate_hz.ln() / ALIKE) as i64).or_default();
         similar.secs += 1;
         similar.sum_hz += rate_hz;
     }
 
-    /// The median rate [Hz], to within the share that counts as the same: what arrives at once after a standstill does
-    /// not count.
+    /// The median rate [Hz], to within the share that counts as the same. Samples that arrive at once after a
+    /// standstill do not affect it.
     pub(super) fn usual_hz(&self) -> Option<f64> {
         let half = self.0.values().map(|similar| similar.secs).sum::<u32>() / 2;
         let mut before = 0;

@@ -6,29 +6,29 @@ use teampulse_core::status::{State, StreamStatus};
 
 use super::rates::Rates;
 
-/// The share of the session that phases have to cover to represent it.
+/// The share of the session that phases must cover to represent it.
 const COVERED: f64 = 0.95;
-/// The most reasons kept separately for one stream.
+/// The maximum number of reasons kept separately for one stream.
 const MOST_REASONS: usize = 16;
 
 /// The summary of one stream over a session.
 #[derive(Debug, Default)]
 pub(super) struct StreamSummary {
-    /// Its last status.
+    /// The last status of the stream.
     pub(super) last: Option<StreamStatus>,
-    /// Its rates in the seconds in which samples arrived.
+    /// The rates in the seconds in which samples arrived.
     rates: Rates,
-    /// Whether it has been without a sample for a second.
+    /// Whether a state before the first sample has already been ignored.
     was_awaited: bool,
-    /// The seconds in which it was fine.
+    /// The shares of seconds in which the stream was fine.
     fine: Shares,
-    /// The usable shares of its windows; in a phase, of those within it.
+    /// The usable shares of windows; for a phase, of the windows within it.
     windows: Shares,
     /// The usable shares of whole phases, weighted by length.
     phases: Shares,
-    /// The number of seconds in which it was not fine.
+    /// The number of seconds in which the stream was not fine.
     pub(super) not_fine_secs: u32,
-    /// The complaints of those seconds, by state and text without numbers.
+    /// The complaints of those seconds, by state and by text without its numbers.
     complaints: BTreeMap<(State, String), Complaint>,
 }
 
@@ -36,13 +36,13 @@ pub(super) struct StreamSummary {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Complaint {
     pub(super) state: State,
-    /// The text of its last second.
+    /// The text in the last second of the complaint.
     pub(super) reason: String,
-    /// Its duration [s].
+    /// The duration of the complaint [s].
     pub(super) secs: u32,
 }
 
-/// Shares in all, and within each phase.
+/// Mean shares in all, and within each phase.
 #[derive(Debug, Default)]
 pub(super) struct Shares {
     all: Share,
@@ -61,7 +61,7 @@ struct Share {
 pub(super) struct Usable {
     /// The share [0..1].
     pub(super) share: f64,
-    /// Whether it is judged by its state alone, for lack of features.
+    /// Whether the stream is judged by its state alone, for lack of features.
     pub(super) is_by_state: bool,
 }
 
@@ -78,7 +78,7 @@ impl StreamSummary {
         }
     }
 
-    /// Takes the state of a second, within a phase or not, of a stream whose silence would be a fault.
+    /// Takes the state in a second, of a stream whose silence would be a fault, with the current phase if there is one.
     pub(super) fn take_state(&mut self, state: State, phase: Option<&str>) {
         // A stream is declared a moment before its first sample.
         if state == State::Never && !std::mem::replace(&mut self.was_awaited, true) {
@@ -99,29 +99,29 @@ impl StreamSummary {
         (complaint.reason, complaint.secs) = (reason, complaint.secs + 1);
     }
 
-    /// Its complaints, the longest first.
+    /// The complaints, the longest first.
     pub(super) fn complaints(&self) -> Vec<&Complaint> {
         let mut complaints: Vec<&Complaint> = self.complaints.values().collect();
         complaints.sort_by_key(|complaint| std::cmp::Reverse(complaint.secs));
         complaints
     }
 
-    /// Takes a window, within a phase or not, and its usable share [0..1].
+    /// Takes the usable share of a window [0..1], with the phase that contains it if there is one.
     pub(super) fn take_window(&mut self, worth: f64, phase: Option<&str>) {
         self.windows.take(worth, 1.0, phase);
     }
 
-    /// Takes a phase as a whole, with its length.
+    /// Takes the usable share of a whole phase, with its length.
     pub(super) fn take_phase(&mut self, worth: f64, length_secs: f64, phase: &str) {
         self.phases.take(worth, length_secs, Some(phase));
     }
 
-    /// Its usual rate while samples arrived [Hz].
+    /// The usual rate of the stream while samples arrived [Hz].
     pub(super) fn rate_hz(&self) -> Option<f64> {
         self.rates.usual_hz()
     }
 
-    /// Its usable share: from whole phases if they cover the session, else from windows.
+    /// The usable share of the session: from whole phases if they cover the session, otherwise from windows.
     pub(super) fn usable(&self) -> Option<Usable> {
         let (phases, windows) = (&self.phases, &self.windows);
         let is_covered = phases.all.of >= COVERED * self.fine.all.of;
@@ -129,12 +129,13 @@ impl StreamSummary {
         self.first(computed, Shares::mean)
     }
 
-    /// Its usable share within a phase: from the whole of it, otherwise from windows; `None` without values in it.
+    /// The usable share of a phase: from the phase as a whole, otherwise from the windows in it; `None` without values
+    /// in it.
     pub(super) fn usable_in(&self, phase: &str) -> Option<Usable> {
         self.first([&self.phases, &self.windows], |shares| shares.mean_in(phase))
     }
 
-    /// The first of these shares that is known, otherwise that of its state.
+    /// The first of these shares that is known, or else the share by the stream's state.
     fn first(
         &self,
         computed: [&Shares; 2],

@@ -3,16 +3,16 @@
 use teampulse_core::data::{FeatureValues, Reason};
 use teampulse_core::stream::{Signal, Stream};
 
-/// The share of values rejected for poor data at which a window becomes unusable.
+/// From this share of values rejected for poor data on, a window is unusable.
 const MOST_POOR: f64 = 0.5;
-/// ECG values that give the share of existing data without a signal.
+/// ECG values that state the share of existing data without a signal.
 const DEAD: [&str; 2] = ["ECG_Flat", "ECG_Saturated"];
 
-/// The share of a window with data good enough for values [0..1].
+/// The share of a window in which data is good enough for values [0..1].
 ///
-/// Missing data count once, as coverage. For existing data the quality is either the share that is sound
-/// (skin conductance, temperature, movement, robots), or a grade of all of them (hearts, breathing): then
-/// they are usable unless values are rejected. The coverage of EEG already excludes artefacts.
+/// Missing data counts once, as coverage. For the existing data, the quality is either the share that is sound (skin
+/// conductance, temperature, movement, robots), or a grade for all of it (hearts, breathing); then the data is usable
+/// unless values are rejected. The coverage of EEG already excludes artefacts.
 pub(super) fn usable_share(stream: &Stream, values: &FeatureValues) -> f64 {
     let (coverage, quality) = (f64::from(values.coverage), f64::from(values.quality));
     let poor = poor_share(values);
@@ -27,7 +27,7 @@ pub(super) fn usable_share(stream: &Stream, values: &FeatureValues) -> f64 {
         }
 }
 
-/// The share of values rejected for poor data among those not missing for another reason.
+/// The share of values rejected for poor data, among those not missing for another reason.
 fn poor_share(values: &FeatureValues) -> f64 {
     let count = |reason: Reason| values.reasons.iter().filter(|each| **each == reason).count();
     let (poor, fine) = (count(Reason::Quality), count(Reason::Ok));
