@@ -5,7 +5,7 @@ import { GUTTER } from "./strip";
 export interface Tag {
   t: number;
   label: string;
-  /** Its duration [s]. */
+  /** The duration of an annotated span [s]. */
   duration?: number | null;
 }
 
@@ -60,7 +60,7 @@ export function drawTags(canvas: HTMLCanvasElement, tags: readonly Tag[], from: 
   }
 }
 
-/** Draws the time of day below the strips, and that of the cursor. */
+/** Draws the time of day below the strips, and the time at the cursor. */
 export function drawAxis(canvas: HTMLCanvasElement, from: number, to: number, cursor: number | undefined, selection: readonly [number, number] | undefined, words: (t: number, decimals: number) => string): void {
   const prepare = prepared(canvas);
   if (!prepare) return;

@@ -26,7 +26,7 @@ export function ink(): Ink {
   return known.ink;
 }
 
-/** A canvas of its element's size, with its content kept; `undefined` while it has no size. One on a panel is opaque, which is cheaper. */
+/** Fits a canvas to its element's size and keeps its content; `undefined` while it has no size. A canvas on a panel is opaque, which is cheaper. */
 export function fitted(canvas: HTMLCanvasElement, ground?: string): { x: CanvasRenderingContext2D; w: number; h: number; scale: number } | undefined {
   const [w, h] = [canvas.clientWidth, canvas.clientHeight];
   const x = canvas.getContext("2d", { alpha: ground === undefined });
@@ -43,7 +43,7 @@ export function fitted(canvas: HTMLCanvasElement, ground?: string): { x: CanvasR
   return { x, w, h, scale };
 }
 
-/** A cleared canvas of its element's size; `undefined` while it has no size. */
+/** Fits a canvas to its element's size and clears it; `undefined` while it has no size. */
 export function prepared(canvas: HTMLCanvasElement): { x: CanvasRenderingContext2D; w: number; h: number } | undefined {
   const sized = fitted(canvas);
   sized?.x.clearRect(0, 0, sized.w, sized.h);

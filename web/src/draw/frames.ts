@@ -8,11 +8,11 @@ let last = 0;
  * together use a bounded share of a processor: each at least 12 times. */
 const [SHORTEST_MS, LONGEST_MS] = [33, 80];
 const MS_FOR_EACH = 3.3;
-/** Samples that come at a steady pace may each wait for nearly a whole step: where they wait for more than this share of it,
- * the next drawing is one frame later, until they come just before it. */
+/** Samples that arrive at a steady pace may each wait for nearly a whole step. If they wait for more than this share of it,
+ * the next drawing is one frame later, until samples arrive just before it. */
 const LONG = 0.6;
 const [FRAME_MS, JUDGED_MS] = [1000 / 60, 1000];
-/** With reduced motion strips step. */
+/** The interval between drawings with reduced motion [ms]. */
 const REDUCED_MS = 200;
 
 const reduced = matchMedia("(prefers-reduced-motion: reduce)");
@@ -54,7 +54,7 @@ export function arrived(): void {
   waiting.count += 1;
 }
 
-/** By how much the next drawing is delayed [ms], computed once a second. */
+/** The delay of the next drawing [ms], computed once a second. */
 function shift(now: number): number {
   waited.sum += waiting.count * now - waiting.sum;
   waited.count += waiting.count;

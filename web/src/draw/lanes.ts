@@ -57,7 +57,7 @@ export function drawLanes(canvas: HTMLCanvasElement, lanes: readonly Lane[], now
   axis(x, at, now, total, w, h - height / 2);
 }
 
-/** The place of a time on a timeline of this width [px]; what happened before its start is at its start, not on the names. */
+/** The position of a time on a timeline of this width [px]; a time before the start is placed at the start, not on the names. */
 export function placeOf(t: number, total: number, width: number): number {
   return NAMES + (Math.max(0, t) / total) * (width - NAMES);
 }

@@ -8,14 +8,14 @@ export type Paint = (x: CanvasRenderingContext2D, strip: Strip, at: (t: number) 
 
 /** The position of the moving part of a strip on the screen's pixels. */
 export interface Frame {
-  /** Its width and height [px of the screen]. */
+  /** The width and height of the moving part [px of the screen]. */
   width: number;
   height: number;
   /** The time span of a column of pixels [s]. */
   secs: number;
   /** The column after the last one shown, counted from the session's start. */
   end: number;
-  /** A key of everything else that it depends on: when it changes, all is redrawn. */
+  /** A key of everything else that the strip depends on: when it changes, everything is redrawn. */
   key: string;
   y: (v: number) => number;
 }

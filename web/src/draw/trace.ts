@@ -77,7 +77,7 @@ function columns(x: CanvasRenderingContext2D, strip: Strip, first: number, last:
       bottom = Math.max(bottom, level);
     } else {
       fill();
-      // Where there are temporarily fewer points than pixels, the line continues.
+      // If there are temporarily fewer points than pixels, the line continues.
       for (let c = column + 1; c < place && !Number.isNaN(held); c += 1) {
         x.fillRect(c, held + ((level - held) * (c - column)) / (place - column) - half, 1, 2 * half);
       }

@@ -13,13 +13,13 @@ export interface Done {
   verb: string;
   /** The marker's label, the note, … */
   text: string;
-  /** When it happened [s]. */
+  /** The time of the action [s]. */
   at: number | undefined;
   sentMs: number;
   state: "sent" | "recorded" | "on disk" | "unrecorded" | "refused" | "unanswered";
-  /** The uncertainty of its time in the bag [ms]. */
+  /** The uncertainty of the action's time in the bag [ms]. */
   offMs: number | undefined;
-  /** Why it was refused, and the remedy. */
+  /** Why the action was refused, and the remedy. */
   reason: string;
 }
 

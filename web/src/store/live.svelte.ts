@@ -11,37 +11,37 @@ import { stored } from "./stored";
 import { readWave } from "./wave";
 import { Wants } from "./wants";
 
-/** How often what is shown is composed anew [ms]: numbers that change more often can't be read. Waves are drawn by themselves. */
+/** The interval at which the content of the page is recomputed [ms]: numbers that change more often can't be read. Waves are drawn separately. */
 const TICK_MS = 500;
-/** How often the session's clock is probed: at first, and later [ms]. */
+/** The interval between probes of the session's clock: at first, and later [ms]. */
 const PROBE_MS = [200, 200, 200, 200, 200, 2000];
 
-/** How long a requested position counts that the server has not answered [ms]. */
+/** How long a requested position is used before the server has answered [ms]. */
 const UNANSWERED_MS = 1000;
 
-/** The session as this page has it: the model, its clock, its connection. */
+/** The session as known to this page: its model, its clock and its connection. */
 export class Live {
   readonly model = new Model();
   readonly clock = new SessionClock();
   readonly wants = new Wants((streams) => this.send({ type: "want", streams }));
   readonly pictures = new Pictures((streams) => this.send({ type: "shown", streams }));
   readonly actions = new Actions(this);
-  /** Becomes more whenever what is shown may have changed. */
+  /** Increases whenever what is shown may have changed. */
   tick = $state(0);
   /** Whether there is a connection. */
   connected = $state(false);
-  /** Since when there is none, by the browser's clock [ms]. */
+  /** When the connection was lost, by the browser's clock [ms]. */
   lostMs = $state<number | undefined>(undefined);
-  /** The session's time when the connection was lost last, and when it came back [s]. */
+  /** The session's time when the connection was last lost, and when it was restored [s]. */
   back = $state<{ from: number; to: number } | undefined>(undefined);
   private readonly connection: Connection;
-  /** Becomes more with each jump in a recording. */
+  /** Increases with each jump in a recording. */
   moves = $state(0);
-  /** When the position in a recording was heard last, by the browser's clock [ms]. */
+  /** When the position in a recording was last received, by the browser's clock [ms]. */
   private playbackMs = 0;
-  /** The position that was requested last, until the recording is there [s], and when by the browser's clock [ms]. */
+  /** The last requested position, until the recording reaches it [s], and when it was requested, by the browser's clock [ms]. */
   private requested: { t: number; atMs: number } | undefined;
-  /** How the past of each drawn channel was asked for. */
+  /** Requests the past of each drawn channel again. */
   private readonly pasts = new Map<string, () => void>();
   private readonly histories = new Map<string, (reply: HistoryReply) => void>();
   private references = 0;
@@ -75,7 +75,7 @@ export class Live {
     this.connection.open();
   }
 
-  /** The session's time now [s]; that of the loss while there is no connection. */
+  /** The session's current time [s]; the time of the loss while there is no connection. */
   now(): number {
     const at = this.connected ? performance.now() : (this.lostMs ?? performance.now());
     const { playback } = this.model;
@@ -91,17 +91,17 @@ export class Live {
     return this.model.hello?.mode === "replay";
   }
 
-  /** The position in a recording, and how it moves on. */
+  /** The position in a recording, and the state of the playback. */
   get playback(): Playback | undefined {
     return this.model.playback;
   }
 
-  /** Whether this viewer may move it. */
+  /** Whether this viewer may control the playback. */
   get mayPlay(): boolean {
     return this.model.hello?.viewer.right === "control";
   }
 
-  /** Moves the position in a recording, or changes how it moves on. */
+  /** Moves the position in a recording, or changes the playback. */
   play({ t = null, rate = null, paused = null }: { t?: number | null; rate?: number | null; paused?: boolean | null }): void {
     if (t !== null) {
       const inside = Math.min(this.playback?.length ?? t, Math.max(0, t));
@@ -110,7 +110,7 @@ export class Live {
     this.send({ type: "play", reference: this.reference(), t, rate, paused });
   }
 
-  /** Moves the position by some seconds; quick steps add up, also before the server has answered the first. */
+  /** Moves the position by some seconds; quick steps add up, even before the server has answered the first. */
   step(secs: number): void {
     const { requested } = this;
     const isUnderWay = requested !== undefined && performance.now() - requested.atMs < UNANSWERED_MS;
@@ -121,25 +121,25 @@ export class Live {
     return this.connection.send(message);
   }
 
-  /** A word that comes back with the answer. */
+  /** A new reference, which the server returns with its answer. */
   reference(): string {
     this.references += 1;
     return `${this.references}`;
   }
 
-  /** Asks what a stream is, in words. */
+  /** Requests the description of a stream. */
   describe(stream: number): void {
     this.send({ type: "describe", reference: this.reference(), stream });
   }
 
-  /** Asks for what is stored of a stream. */
+  /** Requests the stored data of a stream. */
   history(stream: number, from: number, to: number, points: number, take: (reply: HistoryReply) => void): void {
     const reference = this.reference();
     this.histories.set(reference, take);
     if (!this.send({ type: "history", reference, stream, from, to, points })) this.histories.delete(reference);
   }
 
-  /** The points of a channel, filled with what is stored of the last seconds; as bands where that is coarse. */
+  /** The points of a channel, filled with stored data of the last seconds; as bands where that data is coarse. */
   track(stream: number, channel: number, secs: number, points: number, coarsestSecs = Number.POSITIVE_INFINITY): Track {
     const track = this.model.track(stream, channel);
     this.pasts.set(`${stream}:${channel}`, () => this.track(stream, channel, secs, points, coarsestSecs));

@@ -7,7 +7,7 @@ const TOGETHER_MS = 15;
 /** A picture from a binary frame. */
 export interface Picture {
   stream: number;
-  /** When it was taken [s]. */
+  /** When the picture was taken [s]. */
   t: number;
   /** JPEG, PNG or WebP; or a frame of H.264. */
   bytes: Uint8Array<ArrayBuffer>;

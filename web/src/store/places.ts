@@ -28,7 +28,7 @@ export function follow(all: readonly Robot[]): void {
   }
 }
 
-/** Another moment of a recording is shown. */
+/** Forgets all positions, as another moment of a recording is shown. */
 function forget(): void {
   trails.clear();
   spots.clear();

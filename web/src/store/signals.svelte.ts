@@ -3,7 +3,7 @@ import { live } from "./live.svelte";
 
 /** The available window lengths [s]. */
 export const WINDOWS = [5, 10, 30, 60, 120, 300] as const;
-/** The most lines at once. */
+/** The maximum number of lines at once. */
 export const MOST_LINES = 48;
 
 /** The content of the Signals page; the layout is kept in this browser. */
@@ -16,7 +16,7 @@ class Signals {
   selection = $state<[number, number] | undefined>(undefined);
   /** Increases when the scales should be fitted. */
   fit = $state(0);
-  /** Whether the cameras are shown, too. */
+  /** Whether the cameras are also shown. */
   video = $state(localStorage.getItem("video") !== "off");
 
   /** The chosen lines, or the default ones. */

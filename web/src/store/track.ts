@@ -11,7 +11,7 @@ export class Track {
   private t: Float64Array;
   private v: Float32Array;
   private end = 0;
-  /** The data before its first point. */
+  /** The stored data before the first point. */
   coarse: Coarse | undefined;
   /** Increases whenever data before the newest point change. */
   revision = 0;
@@ -37,7 +37,7 @@ export class Track {
     return this.t.subarray(this.start, this.end);
   }
 
-  /** Their values; NaN is a gap. */
+  /** The values of the points; NaN is a gap. */
   get values(): Float32Array {
     return this.v.subarray(this.start, this.end);
   }
@@ -94,7 +94,7 @@ export class Track {
     return low;
   }
 
-  /** The value at a time: that of the last point before it, unless it is older than `most` [s]. */
+  /** The value at a time: the value of the last point before it, unless that point is older than `most` [s]. */
   at(time: number, most: number): number | undefined {
     const index = this.indexAt(time + 1e-9) - 1;
     const when = this.times[index];

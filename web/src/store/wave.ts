@@ -8,7 +8,7 @@ export interface Wave {
   start: number;
   /** The sampling period [s]. */
   period: number;
-  /** Sample by sample, each with its channels. */
+  /** The values sample by sample, each with all channels. */
   samples: Float32Array;
 }
 

@@ -8,25 +8,25 @@ const OVER_SECS = 60;
 
 /** A problem that needs attention. */
 export interface Alert {
-  /** Its label in the bag, by which it is acknowledged. */
+  /** The alert's label in the bag, by which it is acknowledged. */
   key: string;
   subject: string;
   /** The cause as in the bag: `offline`, `poor link`. */
   cause: string;
   urgency: "act" | "soon" | "note";
   stage: "open" | "acknowledged" | "answered" | "over";
-  /** Whether it is unknown if it persists, as there is no value. */
+  /** Whether it is unknown if the problem persists, as no value arrives. */
   unknown: boolean;
   /** The first sentence: what happened. */
   what: string;
   /** Why. */
   why: string;
   remedy: string;
-  /** In a word or two, on a tile. */
+  /** The problem in a word or two, for a tile. */
   short: string;
   since: number;
   waitsSecs: number;
-  /** Who acknowledged it, and when [s]. */
+  /** Who acknowledged the alert, and when [s]. */
   seen: { who: string; t: number } | undefined;
 }
 
@@ -74,7 +74,7 @@ function acknowledged(alert: Alert, seen: Alert["seen"]): Alert {
   return counts && alert.stage === "open" ? { ...alert, stage: "acknowledged", seen } : alert;
 }
 
-/** The course of an alert, from when it was raised to its newest event. */
+/** The course of an alert, from the event that raised it to its newest event. */
 export interface Course {
   raised: Event;
   newest: Event;

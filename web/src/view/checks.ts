@@ -4,7 +4,7 @@ import { people } from "./people";
 import { recordingWords } from "./recording";
 import { robots } from "./robots";
 
-/** One line of go or no-go. */
+/** One line of the go or no-go checks. */
 export interface Check {
   glyph: "act" | "soon" | "ok" | "late" | "never";
   what: string;
@@ -57,7 +57,7 @@ function ofRobots(model: Model, now: number): Check[] {
 
 const COMPUTERS = new Set(["host", "remote", "two_way"]);
 
-/** The clocks of computers; those of sensors are assessed with the sensors. */
+/** The clocks of computers; the clocks of sensors are assessed with the sensors. */
 function clocks(model: Model): Check {
   const ofComputers = [...model.health.values()].filter((each) => COMPUTERS.has(each.clock));
   const known = ofComputers.flatMap((each) => (each.uncertainty_secs === null ? [] : [each.uncertainty_secs]));

@@ -16,7 +16,7 @@ export function inWords(done: Done): string {
   }
 }
 
-/** Whether it is not, or may not be, in the bag. */
+/** Whether an action is not, or may not be, in the bag. */
 export function isLost(done: Done | undefined): boolean {
   return done?.state === "refused" || done?.state === "unanswered" || done?.state === "unrecorded";
 }

@@ -5,11 +5,11 @@ export interface Figure {
   /** The family of the feature that computes it, and the channel. */
   family: string;
   channel: string;
-  /** Its everyday name. */
+  /** The everyday name of the value. */
   word: string;
   unit: string;
   write: (value: number) => string;
-  /** The measure of the feature `state` that compares it with the baseline; empty if there is none. */
+  /** The measure of the feature `state` that compares the value with the baseline; empty if there is none. */
   measure: string;
   decimals: number;
   /** An additional count, with its unit. */
@@ -18,7 +18,7 @@ export interface Figure {
 
 const rate = (value: number) => decimal(value);
 
-/** THE table of the values of a person, in the order shown; of rows with the same word, the first one with a value. */
+/** THE table of the values of a person, in the order shown; of the rows with the same word, the first one with a value is shown. */
 export const FIGURES: readonly Figure[] = [
   { family: "heart", channel: "ECG_Rate_Mean", word: "Heart", unit: "/min", write: rate, measure: "heart_rate", decimals: 0 },
   { family: "intervals", channel: "HRV_MeanHR", word: "Heart", unit: "/min", write: rate, measure: "heart_rate", decimals: 0 },

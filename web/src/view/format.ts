@@ -34,10 +34,10 @@ function placesOf(sd: number): number {
   return sd > 0 ? Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(sd)))) : 2;
 }
 
-/** The offset of a clock: `1.2 ms`, or `its own` if it has its own origin. */
+/** The offset of a clock: `1.2 ms`, or `own origin` if it counts from another origin. */
 export function ahead(secs: number | null | undefined): string {
   if (typeof secs !== "number") return "?";
-  return Math.abs(secs) > 86_400 ? "its own" : `${decimal(1000 * secs, 1)} ms`;
+  return Math.abs(secs) > 86_400 ? "own origin" : `${decimal(1000 * secs, 1)} ms`;
 }
 
 /** A duration as `14:32` or `1:02:03`. */

@@ -10,9 +10,9 @@ export interface Row {
   state: State;
   why: string;
   remedy: string;
-  /** Whether it needs attention: event streams may be silent. */
+  /** Whether the stream needs attention; event streams may be silent. */
   isBad: boolean;
-  /** Its rate as a share of the declared one; `undefined` if none is declared. */
+  /** The rate as a share of the declared rate; `undefined` if none is declared. */
   share: number | undefined;
 }
 
@@ -24,14 +24,14 @@ export interface Group {
   rows: Row[];
   counts: [State, number][];
   bad: number;
-  /** The name of a stream within it. */
+  /** The name of a stream within the group. */
   within: (stream: Stream) => string;
 }
 
 const STATES: readonly State[] = ["ok", "late", "degraded", "stale", "dead", "never"];
 const ABOUT = ["person", "robot", "team", "session"];
 
-/** The raw streams, those of people first, each group in the order of names. */
+/** The raw streams in groups, people first, each group sorted by name. */
 export function healthGroups(model: Model): Group[] {
   const groups = new Map<string, Row[]>();
   for (const stream of model.streams.values()) {

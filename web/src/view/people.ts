@@ -6,7 +6,7 @@ import { isHappening, reasonWords, remedy, sensorName, stateOf, why, type State 
 
 /** The age above which a value is not current [s]. */
 const OLD_SECS = 10;
-/** Below this quality a value is marked as degraded. */
+/** The quality below which a value is marked as degraded. */
 const POOR = 0.5;
 
 /** A sensor, as a light. */
@@ -18,7 +18,7 @@ export interface Light {
   remedy: string;
 }
 
-/** The comparison of a value with its own baseline. */
+/** The comparison of a value with the person's own baseline. */
 export interface Compared {
   difference: number;
   z: number | undefined;
@@ -40,7 +40,7 @@ export interface Stat {
   usable: number | undefined;
   beside: number | undefined;
   compared: Compared | undefined;
-  /** Why it cannot be compared; empty if it is, or never will be. */
+  /** Why the value cannot be compared; empty if it is compared, or never will be. */
   comparedWhy: string;
 }
 

@@ -39,7 +39,7 @@ export function present(all: readonly Phase[]): { now: Phase | undefined; next: 
   return { now: all[index], next: all.find((each) => each.state === "next"), place: index };
 }
 
-/** The number of the current phase among those of the study, as `2 of 3`; of a name that comes again, of its next turn. */
+/** The number of the current phase in the plan of the study, as `2 of 3`; if a name occurs more than once, its occurrences are counted. */
 export function placeInPlan(all: readonly Phase[], plan: readonly { name: string }[]): string | undefined {
   const index = all.findIndex((each) => each.state === "now");
   const name = all[index]?.name;

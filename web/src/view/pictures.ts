@@ -25,7 +25,7 @@ export function unshown(model: Model, stream: Stream, hasDecoder = decodesVideo(
   return model.unshown.get(stream.id) ?? "";
 }
 
-/** Last parts of topic names that state how pictures are sent, not which camera it is. */
+/** The last parts of topic names that state how pictures are sent, not which camera sends them. */
 const TRANSPORTS = new Set(["compressed", "image_raw", "image", "h264", "ffmpeg", "video"]);
 
 /** The display name of a camera: `robot1 · camera`. */

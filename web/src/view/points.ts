@@ -5,7 +5,7 @@ import type { Stream } from "../wire";
 /** A landmark in a picture. */
 export interface Point {
   name: string;
-  /** In pixels of the camera's frame, the centre of the first being 0, 0. */
+  /** The position in pixels of the camera's frame; the centre of the first pixel is 0, 0. */
   x: number;
   y: number;
 }

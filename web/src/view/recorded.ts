@@ -3,7 +3,7 @@ import type { Model } from "../store/model";
 import { present } from "./phases";
 import { timeline, type Happened } from "./timeline";
 
-/** The most people and robots with their own lane. */
+/** The maximum number of people and robots with their own lane. */
 const MOST_LANES = 8;
 
 /** The events of a recording, as shown by its scrubber. */
@@ -17,7 +17,7 @@ export interface Recorded {
   markers: number[];
 }
 
-/** The events of the whole recording; until it has been read, those known up to the position. */
+/** The events of the whole recording or, until it has been read, the events known up to the position. */
 export function recorded(model: Model, now: number, isTall: boolean): Recorded {
   const whole: Happened = model.timeline ? { streams: model.streams, byName: model.byName, hello: model.hello, events: model.timeline.events } : model;
   const length = model.playback?.length ?? now;

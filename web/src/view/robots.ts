@@ -89,7 +89,7 @@ function oldest(alerts: Alert[]): number {
   return Math.max(0, ...alerts.map((each) => each.waitsSecs));
 }
 
-/** The newest value of a channel of a family, of the shortest window that has one. */
+/** The newest value of a channel of a family, from the shortest window that has one. */
 function feature(model: Model, own: Stream[], family: string, name: string, now: number): Known | undefined {
   for (const stream of own.filter((each) => each.family === family && each.shape === "feature")) {
     const channel = stream.channels.findIndex((each) => each.name === name);
@@ -116,7 +116,7 @@ export function isFresh(known: Known | undefined): known is Known {
   return known !== undefined && known.ageSecs <= OLD_SECS;
 }
 
-/** The quality of a link, in a word and in bars out of four. */
+/** The quality of a link, as a word and as a number of bars out of four. */
 export function linkWords(robot: Robot): { bars: 0 | 1 | 2 | 3 | 4; word: string } {
   if (!isFresh(robot.linkDbm) || robot.state === "offline") return { bars: 0, word: "no link" };
   const dbm = robot.linkDbm.value;

@@ -41,7 +41,7 @@ export function signalOf(stream: Stream, channel: string): string {
   return stream.channels.length > 1 ? `${sensor} ${channel.split(".").slice(-2).join(".")}` : sensor;
 }
 
-/** These rows in runs of one person, robot or session, in their order. */
+/** Splits rows into runs of the same person, robot or session, in their order. */
 export function bySubject<T extends { stream: Stream }>(rows: readonly T[]): { title: string; rows: T[] }[] {
   const runs: { title: string; rows: T[] }[] = [];
   for (const row of rows) {
@@ -88,7 +88,7 @@ export interface Summary {
   covered: number;
 }
 
-/** Summarises a span; `undefined` without any value in it. */
+/** Summarises a span; `undefined` if it has no values. */
 export function summary(track: Track, from: number, to: number): Summary | undefined {
   const [first, last] = [track.indexAt(from), track.indexAt(to)];
   const values = track.values.slice(first, last).filter(Number.isFinite);

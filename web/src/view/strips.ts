@@ -7,7 +7,7 @@ import { sensorName, STATE_WORDS, stateOf } from "./words";
 /** Signals whose level drifts: their scale grows with them. */
 const DRIFTING = new Set(["eda", "temperature", "battery", "link", "odometry", "input"]);
 
-/** The scale of a strip, from its first seconds of data. It is kept until it is fitted again; that of a level only grows. */
+/** The scale of a strip, from its first seconds of data. It is kept until it is fitted again; the scale of a drifting level only grows. */
 export function scaleOf(stream: Stream): (track: Track, from: number, to: number) => [number, number] {
   const grows = stream.derived || DRIFTING.has(stream.signal);
   let fixed: [number, number] | undefined;
@@ -57,7 +57,7 @@ export function bodyTicks(model: Model, stream: Stream, from: number, to: number
 
 let ofSession: { model: Model; version: number; whole: Timeline | undefined; events: Event[]; spans: Event[] } | undefined;
 
-/** Phases, markers and annotated spans of the session, searched for once per new event, as strips need them in every frame. */
+/** The phases, markers and annotated spans of the session, collected once per new event, as strips need them in every frame. */
 function marksOf(model: Model): { events: Event[]; spans: Event[] } {
   const [version, whole] = [model.eventsVersion, model.timeline];
   if (ofSession?.model === model && ofSession.version === version && ofSession.whole === whole) return ofSession;

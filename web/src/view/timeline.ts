@@ -19,7 +19,7 @@ export function timeline(model: Happened, now: number, end = now): { lanes: Lane
     { name: "phases", phases: all },
     { name: "markers", ticks: marks, spans: spansOf(model).map(({ t, duration }) => ({ from: t, to: t + (duration ?? 0), kind: "span" })) },
     { name: "alerts", spans: alertSpans(model, end) },
-    { name: "says", dots: times(["report"]) },
+    { name: "reports", dots: times(["report"]) },
     { name: "commands", ticks: steps },
     { name: "robots", colour: "robot", spans: robotSpans(model, end) },
   ];
@@ -34,7 +34,7 @@ function alertSpans(model: Happened, now: number): LaneSpan[] {
   });
 }
 
-/** The times when all robots were present, and when one was missing. */
+/** The session as a span with gaps in which a robot was offline. */
 function robotSpans(model: Happened, now: number): LaneSpan[] {
   const gaps: LaneSpan[] = [];
   const open = new Map<string, number>();

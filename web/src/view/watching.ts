@@ -20,7 +20,7 @@ export function watching(model: Model): Watching {
   return { cameras: of("image"), microphones: of("audio") };
 }
 
-/** The devices that are on, in words: only the first ones are named if there are many. */
+/** The devices that are on, in words; if there are many, only the first ones are named. */
 export function words({ cameras, microphones }: Watching): string {
   const of = (device: string, names: string[]) => (names.length > 0 ? [`${device} on: ${few(names)}`] : []);
   return [...of("camera", cameras), ...of("microphone", microphones)].join(" · ");
