@@ -75,7 +75,7 @@ def test_devices_that_cannot_be_opened_are_no_go_and_missing_in_the_summary(stag
     study = stage.study(TEAM + ABSENT)
     answer = stage.ask("check", study, "--out", stage.folder)
     assert answer.returncode == 5, answer.stdout
-    wanted = ["ttl: failed to open /dev/absent", "camera: failed to", "/absent/audio: no sound is published there"]
+    wanted = ["ttl: failed to open /dev/absent", "camera: failed to", "/absent/audio: no audio is published on this topic"]
     for words in wanted:
         assert f"missing  {words}" in answer.stdout, answer.stdout
     answer = stage.ask("run", study, "--duration", 12, "--out", stage.folder / "out")
@@ -101,7 +101,7 @@ def test_a_recording_begins_in_the_fallback_where_nothing_can_be_recorded(stage,
     no_folder.write_text("")
     fallback.mkdir()
     study = stage.study(TEAM.replace('type = "bag"', f'type = "bag"\nfallback = "{fallback}"'), "two.toml")
-    note = f"is a file, not a folder to write into: the recording begins in {fallback}"
+    note = f"is a file, not a folder to write into: the recording starts in {fallback}"
     answer = stage.ask("check", study, "--out", no_folder)
     assert answer.returncode == 0 and note in answer.stdout, answer.stdout
     session = stage.ask("run", study, "--out", no_folder, "--duration", 2)

@@ -146,7 +146,7 @@ def test_a_key_is_a_command_with_its_sender_and_time(stage):
         (b"\x0e", b"phase: baseline"),
         (b"a", b"marker: a"),
         (b"l", b"marker: robot lost"),
-        (b"s", b"command of keys: split"),
+        (b"s", b"command from keys: split"),
         (b"b", b"`do nback start 2`"),
         (b"q", b"end the recording?"),
     ):

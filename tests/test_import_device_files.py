@@ -441,7 +441,7 @@ def test_a_file_that_is_given_twice_counts_once(stage):
     e4_zip(stage.folder / "e4.zip", beats())
     answer = stage.ask("import", "e4.zip", "e4.zip", "--out", stage.folder / "imported")
     assert answer.returncode == 0, answer.stderr
-    assert f"left out {SECS * 4} samples of eda with times that other samples have already" in answer.stderr
+    assert f"left out {SECS * 4} samples of eda with times that other samples already have" in answer.stderr
     bag = Path(answer.stdout.splitlines()[-1])
     values = [value for wave in bags.messages(bag, "/empatica_e4/eda") for value in wave.content.samples]
     assert len(values) == SECS * 4

@@ -1,4 +1,4 @@
-//! What a study requires and a whole session lacked.
+//! What a study requires but did not appear during the whole session.
 
 use std::io;
 use std::path::Path;
@@ -15,15 +15,16 @@ use crate::required::Requirements;
 use crate::supplies::{PATIENCE, Unsupplied};
 use crate::tidied::SUMMARY;
 
-/// The sources of markers: these are among the session's own events, and come only when something happens.
+/// The kinds of sources that supply markers: markers are recorded as the session's own events, and only when something
+/// happens.
 const MARKERS: [&str; 2] = ["marker_lines", "ttl"];
 
 /// The devices, robots and people that never sent anything.
 pub struct Absent(Vec<Unmet>);
 
 impl Absent {
-    /// Those of a session with these streams that lasted this long, in which the devices of some sources could not be
-    /// opened, and others supplied nothing; none of a session that was too short for devices to appear.
+    /// Finds what was absent from a session with these streams, given the sources whose devices could not be opened or
+    /// that supplied nothing. Returns nothing if the session was too short for devices to appear.
     pub fn of(
         required: &Requirements,
         streams: &Streams,
@@ -45,24 +46,24 @@ impl Absent {
         if absent.is_empty() && raw.is_empty() && markers < required.kinds.len() {
             let but = if markers == 0 { "" } else { ", apart from those of markers" };
             let what = format!("every source of the study{but}");
-            absent.push(Unmet { what, fix: "`teampulse check` says what is wrong.".into() });
+            absent.push(Unmet { what, fix: "Run `teampulse check` to see what is wrong.".into() });
         }
         Absent(absent)
     }
 
-    /// Whether there are none.
+    /// Whether nothing was absent.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Prints them, each with a remedy.
+    /// Prints everything absent, each with a remedy.
     pub fn show(&self) {
         for Unmet { what, fix } in &self.0 {
             Failure::new(format!("missing during the whole session: {what}")).hint(fix).show();
         }
     }
 
-    /// Adds them to the summary in a bag's folder, if it has one.
+    /// Adds everything absent to the summary in a bag's folder, if there is one.
     pub fn write(&self, folder: &Path) -> Result<(), Failure> {
         let summary = folder.join(SUMMARY);
         if self.is_empty() || !summary.exists() {
@@ -75,14 +76,14 @@ impl Absent {
 
     fn add_to(&self, summary: &Path) -> io::Result<()> {
         let page = std::fs::read_to_string(summary)?;
-        // Beside it first: on a full disk the page is kept as it is.
+        // Written beside the page first: on a full disk the old page is kept.
         let new = summary.with_extension("md.new");
         private::write(&new, self.added_to(&page))
             .and_then(|()| std::fs::rename(&new, summary))
             .inspect_err(|_| drop(std::fs::remove_file(&new)))
     }
 
-    /// The page with them at the start of what was wrong.
+    /// Returns the page with everything absent at the start of the section on what was lost or wrong.
     fn added_to(&self, page: &str) -> String {
         let missing =
             |Unmet { what, .. }: &Unmet| format!("- Missing during the whole session: {what}\n");
@@ -96,7 +97,7 @@ impl Absent {
     }
 }
 
-/// Whether it comes from a source: features and the session's own events are there without one.
+/// Whether a stream comes from a source: features and the session's own events exist without one.
 fn is_received(stream: &Stream) -> bool {
     stream.origin == Origin::Raw && stream.name != SESSION_EVENTS
 }

@@ -13,10 +13,10 @@ use teampulse_sinks::{SINKS, SinkContext};
 use teampulse_sources::{SOURCES, SourceContext};
 use teampulse_workers::{WORKERS, WorkerContext};
 
-/// The tables of a program: those of `teampulse`, or of a program with additional components.
+/// The tables of a program's components: those of `teampulse`, or of a program with additional components.
 #[derive(Clone, Copy)]
 pub struct Components {
-    /// The sources, by the name that a study uses.
+    /// The sources, by the names that a study uses.
     pub sources: &'static [Entry<dyn Source, SourceContext>],
     /// The features.
     pub features: &'static [Entry<dyn Feature, FeatureContext>],
@@ -42,7 +42,7 @@ impl Components {
         *OF_THIS_PROGRAM.get_or_init(Components::default)
     }
 
-    /// The names of the kinds of sources, sinks and workers in a study.
+    /// The names of all kinds of sources, sinks and workers that a study can use.
     pub(crate) fn kinds(&self) -> Vec<&'static str> {
         let sources = self.sources.iter().map(|entry| entry.kind);
         let sinks = self.sinks.iter().map(|entry| entry.kind);

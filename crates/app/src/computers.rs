@@ -13,13 +13,13 @@ use teampulse_timefilter::clock::ClockKind;
 /// An offset above this is reported as a warning [s].
 const WARNED_SECS: f64 = 0.050;
 
-/// One line for each computer that stamps any of these streams.
+/// Formats one line for each computer that stamps any of these streams.
 pub fn lines(buses: &Buses, heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String> {
     let stamping = stamping(buses);
     let mut clocks = BTreeMap::<&str, &StreamStatus>::new();
     for (stream, status) in heard {
         let Some(computer) = stamping.get(&stream.name) else { continue };
-        // In simulated time the clocks of computers are not used.
+        // In simulated time, the clocks of computers are not used.
         if status.clock != ClockKind::Host as u8 {
             let known = clocks.entry(computer).or_insert(status);
             if is_probed(status) || known.offset_secs.is_nan() {
@@ -30,7 +30,7 @@ pub fn lines(buses: &Buses, heard: &[(Arc<Stream>, StreamStatus)]) -> Vec<String
     clocks.into_iter().map(|(computer, status)| line(computer, status)).collect()
 }
 
-/// The computer that publishes each topic; the first one where several do.
+/// Returns the computer that publishes each topic; the first one if several do.
 fn stamping(buses: &Buses) -> BTreeMap<String, String> {
     let mut stamping = BTreeMap::new();
     for bus in buses.joined() {
@@ -52,7 +52,7 @@ fn line(computer: &str, status: &StreamStatus) -> String {
     let kind = if is_probed(status) { ClockKind::TwoWay } else { ClockKind::Remote };
     if status.offset_secs.is_nan() {
         return format!(
-            "clock    ?     {computer}  unknown: its stamps are used uncorrected; run teampulse there to measure it"
+            "clock    ?     {computer}  unknown: its stamps are not corrected; run teampulse there to measure the clock"
         );
     }
     if is_simulated(status.offset_secs, kind) {
@@ -68,8 +68,8 @@ fn line(computer: &str, status: &StreamStatus) -> String {
     format!("clock    {word} {computer}  {sign}{offset} ± {uncertainty} {how}{remedy}")
 }
 
-/// The report on a computer whose clock is off, with the remedy. Its stamps alone cannot separate a clock
-/// that is behind from messages that are sent late.
+/// Describes how to correct the clock of a computer. Stamps alone can't distinguish a clock that is behind from
+/// messages that are sent late.
 fn remedy(status: &StreamStatus) -> String {
     if is_probed(status) {
         return ": its stamps are corrected; synchronise its clock (chrony)".into();
@@ -77,15 +77,15 @@ fn remedy(status: &StreamStatus) -> String {
     let away = sized(status.offset_secs.abs());
     if status.offset_secs > 0.0 {
         return format!(
-            ": its stamps lie {away} after their arrival, so its clock is ahead; they are corrected; synchronise it (chrony)"
+            ": its stamps lie {away} after their arrival, so its clock is ahead; the stamps are corrected; synchronise the clock (chrony)"
         );
     }
     format!(
-        ": its stamps lie {away} before their arrival: a slow stream, or a clock that is behind; run teampulse there to measure it, or synchronise it"
+        ": its stamps lie {away} before their arrival: the stream is slow, or the clock is behind; run teampulse there to measure the clock, or synchronise it"
     )
 }
 
-/// A time without its sign: in milliseconds below one second, otherwise in seconds.
+/// Formats the magnitude of a time: in milliseconds below one second, otherwise in seconds.
 fn sized(secs: f64) -> String {
     match secs {
         _ if secs.is_nan() => "unknown".into(),

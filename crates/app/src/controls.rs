@@ -12,19 +12,19 @@ use teampulse_sources::session::{Key, Keys, ScheduleHandle, marker};
 use crate::study::KeyCommands;
 
 /// The question before a key ends a recording.
-const END: &str = "end the recording?  y ends it, any other key continues";
+const END: &str = "end the recording?  y: yes, any other key: no";
 
 /// The question before a key stops a recording.
-const STOP: &str = "stop the recording? the session goes on  y stops it, any other key continues";
+const STOP: &str = "stop the recording (the session continues)?  y: yes, any other key: no";
 
-/// The message when nothing can be started or kept.
+/// The message when there is no paused recording to start or to save.
 const NOT_PAUSED: &str =
-    "nothing is paused: Ctrl-P pauses a recording, Ctrl-K saves what came before it";
+    "nothing is paused: Ctrl-P pauses a recording, Ctrl-K starts one and keeps the time before it";
 
-/// The message when no phase can begin.
+/// The message when there is no next phase.
 const NO_PHASE: &str = "no phase follows: the study has no more [[phases]]";
 
-/// The actions of the keys.
+/// Maps keys to their actions.
 pub struct Controls {
     view: View,
     phases: ScheduleHandle,
@@ -36,7 +36,7 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// Controls that scroll a view and switch phases.
+    /// Creates controls that scroll a view and switch phases.
     pub fn new(view: View, phases: ScheduleHandle, growth: Growth) -> Controls {
         let (clock, keys) = (Clock::host(), KeyCommands::default());
         Controls { view, phases, growth, clock, keys, asked: None }
@@ -47,7 +47,7 @@ impl Controls {
         Controls { keys, ..self }
     }
 
-    /// Starts reading the keys; `None` where there is no terminal to read from.
+    /// Starts reading the keys; `None` if there is no terminal to read from.
     pub fn open(mut self) -> Option<Keys> {
         Keys::open(move |key| self.press(key))
     }
@@ -91,7 +91,7 @@ impl Controls {
         None
     }
 
-    /// Asks for the key that confirms a command.
+    /// Asks a question, and remembers the command that `y` confirms.
     fn ask(&mut self, question: &str, command: Command, now: Time) {
         self.asked = Some(command);
         self.view.ask(question, now);
@@ -100,7 +100,7 @@ impl Controls {
         }
     }
 
-    /// Performs the action of a key that is the same whether anything is recorded or not.
+    /// Performs the action of a key that does not depend on whether anything is recorded.
     fn press_other(&mut self, key: Key, now: Time) -> Option<Command> {
         match key {
             Key::Control('n') if self.phases.next().is_none() => self.view.ask(NO_PHASE, now),

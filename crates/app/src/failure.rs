@@ -1,4 +1,4 @@
-//! Failures as shown to the user: the cause, and a hint.
+//! Failures as shown to the user: the cause and a hint.
 
 use std::fmt;
 
@@ -19,24 +19,24 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// A failure whose message is a sentence about what failed.
+    /// Creates a failure from a sentence that says what failed.
     pub fn new(message: impl Into<String>) -> Failure {
         Failure { exit: Exit::Failed, message: message.into(), hint: String::new(), study: None }
     }
 
-    /// "failed to …" for an error that completes this sentence.
+    /// Creates the failure "failed to …" from an error that completes this sentence.
     pub fn to(error: impl fmt::Display) -> Failure {
         Failure::new(format!("failed to {error}"))
     }
 
-    /// The same failure with a hint; an empty hint is not shown.
+    /// Adds a hint; an empty hint is not shown.
     #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Failure {
         self.hint = hint.into();
         self
     }
 
-    /// The same failure with another exit code.
+    /// Sets another exit code.
     #[must_use]
     pub fn exit(mut self, exit: Exit) -> Failure {
         self.exit = exit;
@@ -54,7 +54,7 @@ impl Failure {
         self.study.map(|study| *study)
     }
 
-    /// Shows it on standard error.
+    /// Shows the failure on standard error.
     pub fn show(self) {
         match self.study {
             Some(study) => draw(format!("{:?}", miette::Report::new(*study))),

@@ -10,18 +10,19 @@ use teampulse_sinks::tables_beside;
 
 use crate::failure::Failure;
 
-/// A folder that was created for one recording, so that a recording that begins in the same second gets
-/// another one. It is removed again if it stays empty.
+/// A folder that was created for one recording, so that another recording that starts in the same second gets a
+/// different one. It is removed again if it stays empty.
 #[derive(Debug)]
 pub struct Claimed(PathBuf);
 
 impl Claimed {
-    /// Creates the folder of a session's bag: `OUT/<name>_<UTC>`, with a number appended where that name is
-    /// taken.
+    /// Creates the folder of a session's bag: `OUT/<name>_<UTC>`, with a number appended if that name is taken.
     pub fn new(out: &Path, session: &str) -> Result<Claimed, Failure> {
         if out.join("metadata.yaml").exists() {
-            let message =
-                format!("{} is a recording: no other is created inside it", out.display());
+            let message = format!(
+                "{} is a recording: no other recording is created inside it",
+                out.display()
+            );
             return Err(Failure::new(message).hint("choose another folder with --out"));
         }
         private::create_folders(out).map_err(unmade(out))?;
@@ -43,7 +44,7 @@ impl Claimed {
 
 impl Drop for Claimed {
     fn drop(&mut self) {
-        // Fails, as it should, where the folder is not empty.
+        // Fails, as intended, if the folder is not empty.
         drop(fs::remove_dir(&self.0));
     }
 }
@@ -56,7 +57,7 @@ fn unmade(folder: &Path) -> impl FnOnce(std::io::Error) -> Failure {
     }
 }
 
-/// The name that the folder of a session's bag would get now; nothing is created.
+/// Returns the name that the folder of a session's bag would get now; creates nothing.
 pub fn bag_folder(out: &Path, session: &str) -> PathBuf {
     let mut free = names(out, session).filter(|folder| folder.symlink_metadata().is_err());
     free.next().expect("there are more numbers than folders")
@@ -72,7 +73,7 @@ fn names(out: &Path, session: &str) -> impl Iterator<Item = PathBuf> {
         let name = format!("{session}_{utc}Z");
         move |number| out.join(format!("{name}_{number}"))
     });
-    // Tables without a bag occupy its name, too.
+    // Exported tables of another bag would be overwritten.
     let is_free = |folder: &PathBuf| tables_beside(folder).symlink_metadata().is_err();
     std::iter::once(first).chain(numbered).filter(is_free)
 }
@@ -93,7 +94,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("metadata.yaml"), "").unwrap();
         let (message, _) = Claimed::new(folder.path(), "session").unwrap_err().words();
-        assert!(message.ends_with("is a recording: no other is created inside it"), "{message}");
+        assert!(
+            message.ends_with("is a recording: no other recording is created inside it"),
+            "{message}"
+        );
     }
 
     #[test]

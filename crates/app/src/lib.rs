@@ -47,7 +47,7 @@ pub fn main() -> ExitCode {
     main_with(Components::default())
 }
 
-/// The same for a program with components of its own.
+/// Runs the command of a program that has additional components.
 pub fn main_with(components: Components) -> ExitCode {
     components.use_in_this_program();
     let matches = taking_negative_numbers(Arguments::command()).get_matches();
@@ -86,7 +86,7 @@ pub fn main_with(components: Components) -> ExitCode {
     }
 }
 
-/// The same command, in which a negative number after an option is its value and not another option.
+/// Lets a negative number after an option be its value rather than another option.
 fn taking_negative_numbers(command: clap::Command) -> clap::Command {
     let taking = |option: clap::Arg| {
         let takes_values = !option.is_positional() && option.get_action().takes_values();
@@ -95,7 +95,7 @@ fn taking_negative_numbers(command: clap::Command) -> clap::Command {
     command.mut_args(taking).mut_subcommands(taking_negative_numbers)
 }
 
-/// Sends warnings and errors of the libraries to standard error, unless `RUST_LOG` says otherwise.
+/// Sends warnings and errors of the libraries to standard error, unless `RUST_LOG` sets another filter.
 #[expect(clippy::disallowed_methods, reason = "the variable that programs in Rust read for this")]
 fn log_to_stderr() {
     let asked: Option<Targets> = std::env::var("RUST_LOG").ok().and_then(|text| text.parse().ok());

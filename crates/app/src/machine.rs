@@ -14,29 +14,30 @@ pub use memory::share_one_heap;
 
 /// The receive buffer that a best-effort image of 1 MiB at 30 Hz needs to arrive complete [bytes].
 const RECEIVE_BUFFER: u64 = 4 << 20;
-/// The largest buffer that the bus asks for [bytes].
+/// The largest receive buffer that the bus requests [bytes].
 const LARGEST_BUFFER: u64 = receiving::BUFFER_BYTES as u64;
-/// The share of a receive buffer that a packet of up to 1.4 KiB occupies [bytes]; the kernel grants twice
-/// the requested size.
+/// The part of a receive buffer that a packet of up to 1.4 KiB occupies [bytes]; the kernel grants twice the requested
+/// size.
 const PACKET: f64 = 2304.0 / 2.0;
 /// How long the receiving thread may have to wait for a processor on a busy machine [s].
 const HELD_UP_SECS: f64 = 0.1;
 /// The rate of messages above which scheduling latency matters [1/s].
 const MANY_PER_SEC: f64 = 10_000.0;
-/// A warning is shown below this much free disk space [bytes].
+/// The free disk space below which a warning is shown [bytes].
 const FREE_DISK: u64 = 2 << 30;
 
-/// Nothing is recorded below this much free disk space [bytes].
+/// The free disk space below which nothing is recorded [bytes].
 pub const LEAST_DISK: u64 = 64 << 20;
-/// What a recording needs besides the space that it keeps free [bytes]: it reserves some to be finished on a full disk.
+/// What a recording needs in addition to the space that it keeps free [bytes]: it reserves some in order to finish on a
+/// full disk.
 const ROOM: u64 = 8 << 20;
 
-/// One line for each property of the machine that a recording depends on.
+/// Returns one line for each property of the machine that a recording depends on.
 pub fn check(out: &Path) -> Vec<String> {
     vec![receive_buffer(), free_disk(out), host_clock::line()]
 }
 
-/// Why nothing can be recorded into a folder, for a recording that stops when less than `keep_free_bytes`
+/// Returns why nothing can be recorded into a folder, if so. The recording would stop when less than `keep_free_bytes`
 /// are free.
 pub fn unfit(out: &Path, keep_free_bytes: u64) -> Option<String> {
     let folder = existing(out);
@@ -57,12 +58,12 @@ pub fn unfit(out: &Path, keep_free_bytes: u64) -> Option<String> {
     too_full(free_bytes(folder).ok()?, keep_free_bytes, folder)
 }
 
-/// The reason when a disk has too little room to begin a recording.
+/// Returns the reason if a disk has too little space to start a recording.
 fn too_full(free_bytes: u64, keep_free_bytes: u64, folder: &Path) -> Option<String> {
     let free =
         format!("only {} MiB are free on the disk of {}", free_bytes >> 20, folder.display());
     let needed = LEAST_DISK.max(keep_free_bytes.saturating_add(ROOM));
-    let needs = format!("{free}, and a recording needs {} MiB to begin", needed >> 20);
+    let needs = format!("{free}, and a recording needs {} MiB to start", needed >> 20);
     if free_bytes < LEAST_DISK {
         return Some(needs);
     }
@@ -80,20 +81,20 @@ pub fn allow_many_files() {
     }
 }
 
-/// Makes writes fail where a file exceeds the size that this account allows (`ulimit -f`), instead of
-/// ending the process: a recording then reports this and ends intact.
+/// Makes writes fail if a file exceeds the size that this account allows (`ulimit -f`), instead of ending the process:
+/// a recording then reports the failure and ends intact.
 pub fn outlive_large_files() {
     let hears = signal(SignalKind::from_raw(libc::SIGXFSZ));
     drop(hears.inspect_err(|error| tracing::warn!("failed to ignore SIGXFSZ: {error}")));
 }
 
-/// What this rate of messages requires of the machine, where it falls short.
+/// Returns a warning for each property of the machine that falls short of this rate of messages.
 pub fn crowded(messages_per_sec: f64) -> Vec<String> {
     let small = largest_receive_buffer().and_then(|bytes| too_small(bytes, messages_per_sec));
     small.into_iter().chain(waits(receiving::may_come_first(), messages_per_sec)).collect()
 }
 
-/// The warning that receiving threads run at normal priority, where the rate of messages makes it matter.
+/// Returns the warning that receiving threads run at normal priority, if the rate of messages makes it matter.
 fn waits(may_come_first: bool, messages_per_sec: f64) -> Option<String> {
     (!may_come_first && messages_per_sec >= MANY_PER_SEC).then(|| {
         format!(
@@ -197,16 +198,16 @@ mod tests {
         };
         assert_eq!(said(500, 400), None);
         assert!(said(10, 0).unwrap().ends_with(
-            "only 10 MiB are free on the disk of /data, and a recording needs 64 MiB to begin"
+            "only 10 MiB are free on the disk of /data, and a recording needs 64 MiB to start"
         ));
         let kept = said(500, 600).unwrap();
         assert!(
             kept.ends_with(
-                "a recording needs 608 MiB to begin: the study keeps 600 MiB free (keep_free_mib)"
+                "a recording needs 608 MiB to start: the study keeps 600 MiB free (keep_free_mib)"
             ),
             "{kept}"
         );
-        assert!(said(66, 64).unwrap().contains("needs 72 MiB to begin"), "a bag reserves some");
+        assert!(said(66, 64).unwrap().contains("needs 72 MiB to start"), "a bag reserves some");
         assert_eq!(said(72, 64), None);
     }
 }

@@ -1,4 +1,4 @@
-//! Which ROS buses a command joins.
+//! Selects the ROS buses that a command joins.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub fn buses_with_clock(node_name: &str, clock: Clock) -> Arc<Buses> {
     Arc::new(Buses::with_clock(environment(), node_name, read))
 }
 
-/// The same, with definitions of messages also looked for in a folder.
+/// The buses selected by the environment, with message definitions also looked up in a folder.
 pub fn buses_with_messages(node_name: &str, messages: Option<&Path>) -> Arc<Buses> {
     let mut environment = environment();
     if let Some(folder) = messages {
@@ -37,7 +37,7 @@ pub fn buses_on_this_machine(node_name: &str) -> Arc<Buses> {
     Arc::new(Buses::new(on_this_machine(), node_name))
 }
 
-/// The same, with a default domain.
+/// Buses that are not visible beyond this machine, with a default domain.
 pub fn buses_of_demo(node_name: &str, domain: u32) -> Arc<Buses> {
     let environment = Environment { domain_id: domain.to_string(), ..on_this_machine() };
     Arc::new(Buses::new(environment, node_name))
@@ -47,7 +47,7 @@ fn on_this_machine() -> Environment {
     Environment { discovery_range: "LOCALHOST".to_owned(), ..Environment::read() }
 }
 
-/// The environment; warns about anything unusual in it.
+/// Reads the environment, and warns about anything unusual in it.
 fn environment() -> Environment {
     let environment = Environment::read();
     if let Some(oddity) = environment.oddity() {
@@ -56,7 +56,7 @@ fn environment() -> Environment {
     environment
 }
 
-/// The bus to use where none is named.
+/// Returns the bus to use if none is named.
 pub fn default_bus(buses: &Buses) -> Result<BusId, Failure> {
     Ok(buses.default_id()?)
 }

@@ -1,4 +1,4 @@
-//! Remarks on a study before it runs: valid, but perhaps not what was intended.
+//! Notes on a study before it runs: valid, but perhaps not what was intended.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -16,15 +16,15 @@ use crate::machine::LEAST_DISK;
 use crate::setup::keeping;
 use crate::study::Study;
 
-/// Streams about the whole team and about the session itself: always present.
+/// Prefixes of streams about the whole team and about the session itself, which always exist.
 const TEAM: &str = "/team/";
 const OURS: &str = "/teampulse/";
-/// The most numbers of a stream that are listed.
+/// The most channel names of a stream that are listed.
 const NAMES: usize = 20;
 /// Why an alert watches no values over phases.
-const OF_PHASES: &str = "values over phases come once a phase";
+const OF_PHASES: &str = "values over phases come only once per phase";
 
-/// Remarks on a study.
+/// Returns the notes on a study.
 pub fn of_study(study: &Study) -> Vec<String> {
     let nothing = "no sink stores data: nothing is recorded";
     let kept = keeping(study).is_empty().then(|| nothing.to_owned());
@@ -40,7 +40,7 @@ pub fn of_study(study: &Study) -> Vec<String> {
     kept.into_iter().chain(baseline).chain(by_hand).chain(order).chain(of_bags).collect()
 }
 
-/// The remarks on sources of robots whose robots all belong to a source listed before.
+/// Notes sources of robots whose robots all belong to a source listed earlier.
 fn of_robots(study: &Study) -> Vec<String> {
     let all: Vec<Robots> = study.settings_of("sources", "robots").unwrap_or_default();
     let covered = all.iter().enumerate().filter_map(|(place, later)| {
@@ -52,15 +52,15 @@ fn of_robots(study: &Study) -> Vec<String> {
             )
         } else {
             format!(
-                "the robots of {narrow} are also those of {wide}, which is listed before: a topic that both take is \
-                 read with its settings; list {narrow} first"
+                "the robots of {narrow} are also those of {wide}, which is listed first: a topic that both take is \
+                 read with the settings of {wide}; list {narrow} first"
             )
         })
     });
     covered.collect()
 }
 
-/// The remark that a fallback would be created, perhaps because its disk is not mounted.
+/// Notes that a fallback would be created, perhaps because its disk is not mounted.
 fn of_fallback(bag: &Bag) -> Option<String> {
     let fallback = bag.fallback.as_ref().filter(|folder| !folder.exists())?;
     let above = existing(fallback).display();
@@ -70,24 +70,24 @@ fn of_fallback(bag: &Bag) -> Option<String> {
     ))
 }
 
-/// The remark that nothing is recorded until a command.
+/// Notes that nothing is recorded until a command starts the recording.
 fn of_pause(bag: &Bag) -> Option<String> {
-    let how = "Ctrl-P, the dashboard or the command `start_recording` starts it";
+    let how = "start it with Ctrl-P, on the dashboard or with the command `start_recording`";
     bag.start_paused.then(|| format!("the recording is paused: {how}"))
 }
 
-/// The remark that a recording needs more free space to begin than the study asks for.
+/// Notes that a recording needs more free space to start than the study keeps free.
 fn of_room(bag: &Bag) -> Option<String> {
     let (asked, least) = (bag.keep_free_mib, LEAST_DISK >> 20);
     (asked < least).then(|| {
         format!(
-            "keep_free_mib = {asked} applies once it records: no recording begins with less than {least} MiB free"
+            "keep_free_mib = {asked} applies only during a recording: none starts with less than {least} MiB free"
         )
     })
 }
 
-/// The patterns in a study, under `publish` and in workers, that match neither a received stream nor one computed from
-/// it.
+/// Notes patterns in a study, under `publish` and in workers, that match neither a received stream nor one computed
+/// from it.
 pub fn matching_nothing(
     publish: &[Pattern],
     workers: &[Pattern],
@@ -99,7 +99,7 @@ pub fn matching_nothing(
     idle
 }
 
-/// The alerts that watch neither a received stream nor one computed from it.
+/// Notes alerts that watch neither a received stream nor one computed from it.
 pub fn alerting_of_nothing(
     alerts: &[Threshold],
     heard: &[&Stream],
@@ -125,7 +125,7 @@ pub fn alerting_of_nothing(
         lacks.then(|| match &alert.channel {
             Some(channel) => {
                 format!(
-                    "the alert on `{pattern}` finds no number `{channel}`: the stream has {own}"
+                    "the alert on `{pattern}` finds no channel `{channel}`: the stream has {own}"
                 )
             }
             None => format!("the alert on `{pattern}` names no channel: the stream has {own}"),
@@ -134,7 +134,7 @@ pub fn alerting_of_nothing(
     alerts.iter().filter_map(words).collect()
 }
 
-/// These names, or how many of them there are besides the first.
+/// Lists the first of these names, and counts the others.
 fn listed(names: &BTreeSet<&str>) -> String {
     let shown: Vec<&str> = names.iter().copied().take(NAMES).collect();
     let shown = shown.join(", ");
@@ -145,7 +145,7 @@ fn listed(names: &BTreeSet<&str>) -> String {
     }
 }
 
-/// The remark on an alert whose pattern matches no stream.
+/// Notes an alert whose pattern matches no stream.
 fn watching_none(alert: &Threshold, heard: &[&str], computed: &[Arc<Stream>]) -> Option<String> {
     let pattern = alert.stream.text();
     if !names_something(&alert.stream, heard) {
@@ -177,26 +177,26 @@ fn looking_at_nothing(workers: &[Pattern], heard: &[&str]) -> Vec<String> {
     .collect()
 }
 
-/// Whether a pattern matches a stream that was received, is computed from one, or is always present.
+/// Whether a pattern may match a stream that was received, is computed from one, or always exists.
 fn names_something(pattern: &Pattern, heard: &[&str]) -> bool {
     is_of_team(pattern) || heard.iter().any(|name| pattern.may_match_below(name))
 }
 
-/// Whether a pattern names streams that are always present.
+/// Whether a pattern names streams that always exist.
 fn is_of_team(pattern: &Pattern) -> bool {
     [TEAM, OURS].iter().any(|room| pattern.text().starts_with(room))
 }
 
-/// The remark that phases must be started manually.
+/// Notes that phases must be started manually.
 fn of_hand(phases: &[Phase]) -> Option<String> {
     let first = phases.iter().find(|phase| phase.from_secs.is_none())?;
     Some(format!(
-        "the phase `{}` has no from_secs: it begins with Ctrl-N, or with an event on /session/events",
+        "the phase `{}` has no from_secs: start it with Ctrl-N, or with an event on /session/events",
         first.name
     ))
 }
 
-/// The remark that phases with times begin in another order than the listed one.
+/// Notes that phases with times start in a different order than listed.
 fn of_order(phases: &[Phase]) -> Option<String> {
     let starts: Option<Vec<f64>> = phases.iter().map(|phase| phase.from_secs).collect();
     let mut ordered: Vec<(f64, &Phase)> = starts?.into_iter().zip(phases).collect();
@@ -205,16 +205,16 @@ fn of_order(phases: &[Phase]) -> Option<String> {
     }
     ordered.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let names: Vec<String> = ordered.iter().map(|(_, phase)| format!("`{}`", phase.name)).collect();
-    Some(format!("phases begin in the order of their times, not as listed: {}", names.join(", ")))
+    Some(format!("phases start in the order of their times, not as listed: {}", names.join(", ")))
 }
 
-/// The remark that nothing is compared with a baseline, where no phase has that name.
+/// Notes that nothing is compared with a baseline if no phase has that name.
 fn of_phases(phases: &[Phase]) -> Option<String> {
     let is_meant = |phase: &&Phase| phase.name.trim().eq_ignore_ascii_case(BASELINE);
     if phases.iter().any(|phase| phase.name == BASELINE) {
         None
     } else if let Some(phase) = phases.iter().find(is_meant) {
-        Some(format!("the phase `{}` is not a baseline: write `{BASELINE}`", phase.name))
+        Some(format!("the phase `{}` is not a baseline: name it `{BASELINE}`", phase.name))
     } else if phases.is_empty() {
         Some(format!(
             "there are no phases: people are compared with their baseline only after a phase `{BASELINE}` on /session/events"
@@ -259,7 +259,7 @@ mod tests {
         assert_eq!(phases([0, 60]), "");
         assert_eq!(
             phases([60, 0]),
-            "phases begin in the order of their times, not as listed: `task`, `baseline`"
+            "phases start in the order of their times, not as listed: `task`, `baseline`"
         );
     }
 
@@ -296,7 +296,7 @@ mod tests {
             |mib: u32| notes(&format!("[[sinks]]\ntype = \"bag\"\nkeep_free_mib = {mib}\n"));
         assert_eq!(keeping(64), "");
         assert!(keeping(10).starts_with(
-            "keep_free_mib = 10 applies once it records: no recording begins with less than 64"
+            "keep_free_mib = 10 applies only during a recording: none starts with less than 64"
         ));
     }
 
@@ -352,15 +352,15 @@ mod tests {
         let mean = "stream = \"/r1/arm/statistics/w30\"\nchannel = \"effort_Mean\"";
         assert_eq!(
             idle(mean),
-            "the alert on `/r1/arm/statistics/w30` finds no number `effort_Mean`: the stream has effort_mean, effort_sd"
+            "the alert on `/r1/arm/statistics/w30` finds no channel `effort_Mean`: the stream has effort_mean, effort_sd"
         );
         let phases = idle("stream = \"/r1/arm/statistics/phases\"\nchannel = \"effort_mean\"");
-        assert!(phases.ends_with("values over phases come once a phase"), "{phases}");
+        assert!(phases.ends_with("values over phases come only once per phase"), "{phases}");
         assert_eq!(idle("stream = \"/team/state\"\nchannel = \"people\""), "");
         let no_stream = "the pattern `/r2/arm` of an alert matches no received stream";
         assert_eq!(idle("stream = \"/r2/arm\""), no_stream);
         let no_number =
-            "the alert on `/r1/arm` finds no number `power`: the stream has effort, speed";
+            "the alert on `/r1/arm` finds no channel `power`: the stream has effort, speed";
         assert_eq!(idle("stream = \"/r1/arm\"\nchannel = \"power\""), no_number);
         let which = "the alert on `/r1/arm` names no channel: the stream has effort, speed";
         assert_eq!(idle("stream = \"/r1/arm\""), which);

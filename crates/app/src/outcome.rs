@@ -1,4 +1,4 @@
-//! What went wrong in a session that has ended, on standard error and as an exit code.
+//! Reports what went wrong in a session that has ended, on standard error and by the exit code.
 
 use teampulse_core::counted::counted;
 use teampulse_core::panics::at;
@@ -10,7 +10,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output::say;
 
-/// The exit code of a session that has ended; prints what went wrong on standard error.
+/// Prints what went wrong in a session that has ended, and returns its exit code.
 pub fn conclude(outcome: Outcome) -> Exit {
     let mut exit = Exit::Fine;
     let mut blame = |failure: Failure, code| {

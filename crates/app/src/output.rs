@@ -9,7 +9,7 @@ use teampulse_core::text::is_unwanted;
 
 use crate::exit::Exit;
 
-/// Prints a line of data. A closed pipe, as with `head`, ends the process quietly; a full disk does not.
+/// Prints a line of data. A closed pipe, as with `head`, ends the process quietly; a full disk is reported as an error.
 pub fn line(text: impl AsRef<str>) {
     let written = writeln!(std::io::stdout().lock(), "{}", harmless(text.as_ref()));
     match written {
@@ -22,7 +22,7 @@ pub fn line(text: impl AsRef<str>) {
     }
 }
 
-/// Prints lines, tabs included, without terminal control characters: names and cells come from elsewhere.
+/// Removes terminal control characters from lines, except tabs: names and cells come from elsewhere.
 pub fn harmless(text: &str) -> Cow<'_, str> {
     let is_harmful = |each: char| is_unwanted(each) && !matches!(each, '\n' | '\t');
     if text.contains(is_harmful) {
@@ -32,29 +32,29 @@ pub fn harmless(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Prints the last line of a command that has finished. A reader that has gone away, such as a closed
-/// terminal, does not change the exit code.
+/// Prints the last line of a command that has finished. A closed output, such as a closed terminal, does not change the
+/// exit code.
 pub fn last_line(text: impl AsRef<str>) {
     writeln!(std::io::stdout().lock(), "{}", text.as_ref()).ok();
 }
 
-/// Prints a message on standard error without terminal control characters, as paths, names and reasons come
-/// from elsewhere. A closed terminal is not a failure, as it would be for `eprintln!`, which panics.
+/// Prints a message on standard error without terminal control characters, since paths, names and reasons come from
+/// elsewhere. A closed terminal is not an error; `eprintln!` would panic.
 pub fn say(text: impl Display) {
     draw(harmless(&text.to_string()));
 }
 
-/// Prints a message that may be coloured; it must be free of control characters already.
+/// Prints a message that may be coloured; it must already be free of unwanted control characters.
 pub fn draw(text: impl Display) {
     writeln!(std::io::stderr().lock(), "{text}").ok();
 }
 
-/// Prints a remark beside the data.
+/// Prints a note that is not part of the data, on standard error.
 pub fn note(text: impl AsRef<str>) {
     say(text.as_ref());
 }
 
-/// A path as a shell reads it: in quotes if it has spaces or other characters with a meaning there.
+/// Quotes a path for a shell if it has spaces or other characters with a special meaning.
 pub fn pasted(path: &Path) -> String {
     let text = path.display().to_string();
     let is_plain = |each: char| each.is_alphanumeric() || "_-./:+,@%".contains(each);
@@ -66,7 +66,7 @@ pub fn lines(texts: impl IntoIterator<Item = String>) {
     texts.into_iter().for_each(line);
 }
 
-/// Prints a value as JSON, one object.
+/// Prints a value as one JSON object.
 pub fn json(value: &impl serde::Serialize) {
     let text = serde_json::to_string_pretty(value);
     line(text.expect("printed values have string keys and can be serialised"));

@@ -1,4 +1,4 @@
-//! Sessions over recorded data, which end by themselves.
+//! Runs sessions over recorded data, which end by themselves.
 
 use std::path::Path;
 
@@ -11,8 +11,8 @@ use crate::failure::Failure;
 use crate::outcome::conclude;
 use crate::stop::Stop;
 
-/// Runs a session to the end of the recording. An interruption by a signal is a failure: what exists at
-/// `out` is incomplete.
+/// Runs a session to the end of the recording. An interruption by a signal is a failure: the output at `out` is then
+/// incomplete.
 pub async fn read_through(session: Session, out: &Path) -> Exit {
     let stop = Stop::default();
     let mut outcome = stop.clone().run(session, Clock::host(), None).await;
@@ -26,7 +26,7 @@ pub async fn read_through(session: Session, out: &Path) -> Exit {
     Exit::Failed
 }
 
-/// An output that could not be written completely: nothing else was to be done, and it can be done again.
+/// Turns lost data of an output into a failure: writing it was the whole task, and can be repeated.
 fn failed(error: SinkError) -> SinkError {
     match error {
         SinkError::Lost { message, hint } | SinkError::Failed { message, hint } => {

@@ -1,4 +1,4 @@
-//! What a study requires of the received streams: the same for `check` and for a running session.
+//! What a study requires of the received streams, both for `check` and for a running session.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -33,22 +33,22 @@ const TWICE: &str =
 /// What a study requires.
 #[derive(Clone, Debug)]
 pub struct Requirements {
-    /// Its sources of robots.
+    /// Settings of the sources of robots.
     pub robots: Vec<Robots>,
-    /// Its sources of people on ROS.
+    /// Settings of the sources of people on ROS.
     pub people: Vec<RosPeople>,
-    /// Its microphones on ROS.
+    /// Settings of the microphones on ROS.
     pub voices: Vec<RosAudio>,
-    /// Its topics by name.
+    /// Settings of the sources that read topics by name.
     pub topics: Vec<Topics>,
-    /// Its sources of streams of LSL.
+    /// Settings of the sources that read LSL streams.
     pub lsl: Vec<Lsl>,
-    /// The types of all its sources.
+    /// The types of all sources of the study.
     pub kinds: Vec<String>,
 }
 
 impl Requirements {
-    /// The requirements of a study.
+    /// Reads the requirements of a study.
     pub fn of(study: &Study) -> Result<Requirements, StudyError> {
         Ok(Requirements {
             robots: study.settings_of("sources", "robots")?,
@@ -60,18 +60,18 @@ impl Requirements {
         })
     }
 
-    /// The sources of robots from which nothing was received.
+    /// Returns the sources of robots from which nothing was received.
     pub fn absent_robots(&self, received: &[&Stream]) -> Vec<&Robots> {
         self.robots.iter().filter(|wanted| !is_there(wanted, received)).collect()
     }
 
-    /// The sources of people from which nothing was received.
+    /// Returns the sources of people from which nothing was received.
     pub fn absent_people(&self, received: &[&Stream]) -> Vec<&RosPeople> {
         self.people.iter().filter(|wanted| !are_there(wanted, received)).collect()
     }
 
-    /// The sources of LSL streams of which none was received, each with a remedy. Markers are streams, too, without a
-    /// health status.
+    /// Returns the sources of LSL streams from which none was received, each with a remedy. Markers are streams, too,
+    /// but have no health status.
     pub fn absent_lsl(&self, raw: &[&Stream]) -> Vec<Unmet> {
         let is_absent = |lsl: &&Lsl| !raw.iter().any(|stream| lsl.is_read(stream));
         let absent = self.lsl.iter().filter(is_absent);
@@ -79,7 +79,7 @@ impl Requirements {
         queries.map(|query| lacking(no_lsl(&query), NO_SENDER)).collect()
     }
 
-    /// What is missing, each with a remedy.
+    /// Returns everything that is missing, each with a remedy.
     pub fn missing(&self, received: &Received) -> Vec<Unmet> {
         let streams: Vec<&Stream> = received.iter().map(|(stream, _)| &**stream).collect();
         let mut missing = self.absent(&streams);
@@ -90,7 +90,7 @@ impl Requirements {
         missing
     }
 
-    /// The devices, robots and people of which nothing was received, each with a remedy.
+    /// Returns the devices, robots and people from which nothing was received, each with a remedy.
     pub fn absent(&self, received: &[&Stream]) -> Vec<Unmet> {
         let (absent, away) = (self.absent_robots(received), self.absent_people(received));
         let is_nobody = absent.len() == self.robots.len() && away.len() == self.people.len();
@@ -109,7 +109,7 @@ impl Requirements {
     }
 }
 
-/// Something missing, with its remedy.
+/// Describes something missing, with its remedy.
 pub fn lacking(what: impl Into<String>, fix: impl Into<String>) -> Unmet {
     Unmet { what: what.into(), fix: fix.into() }
 }
@@ -119,12 +119,12 @@ fn is_there(wanted: &Robots, received: &[&Stream]) -> bool {
     received.iter().any(|stream| is_of(wanted, stream))
 }
 
-/// Whether a stream is of one of the wanted robots.
+/// Whether a stream belongs to one of the wanted robots.
 fn is_of(wanted: &Robots, stream: &Stream) -> bool {
     stream.about == About::Robot && wanted.describe(stream)
 }
 
-/// The sources that require something of their robots.
+/// Returns the sources that require certain topics of their robots.
 fn demanding(wanted: &[Robots]) -> impl Iterator<Item = &Robots> {
     wanted.iter().filter(|wanted| !wanted.required.is_empty())
 }
@@ -134,7 +134,7 @@ pub fn no_robot(wanted: &Robots) -> String {
     format!("no robot matches {}", wanted.namespace)
 }
 
-/// The message that no stream of LSL matches this query.
+/// The message that no LSL stream matches this query.
 pub fn no_lsl(query: &str) -> String {
     format!("an LSL stream with {query}")
 }
@@ -149,52 +149,52 @@ pub fn no_person(wanted: &RosPeople) -> String {
     format!("no person matches {}", wanted.namespace.text())
 }
 
-/// The error that no stream was received although the study names topics.
+/// Reports that no stream was received although the study names topics.
 fn nothing(kinds: &[String], received: &[&Stream]) -> Option<Unmet> {
     let by_name = kinds.iter().any(|kind| kind == "topics");
     let is_nothing = by_name && received.is_empty();
     is_nothing.then(|| {
-        let what = "any topic: no topic of the study is published";
+        let what = "no topic of the study is published";
         lacking(what, "Start the nodes that publish them, and check the ROS domain.")
     })
 }
 
-/// The error that no sensor is published although the study reads those of other nodes.
+/// Reports that no sensor is published although the study reads sensors of other nodes.
 fn unpublished(kinds: &[String], received: &[&Stream]) -> Option<Unmet> {
     let is_wanted = kinds.iter().any(|kind| kind == "biosensors");
     let is_nobody = !received.iter().any(|stream| biosensors::is_published(stream));
     (is_wanted && is_nobody).then(|| {
-        let what = "any wearable: no topic /biosensors/<sensor>/<data> is published";
+        let what = "no topic /biosensors/<sensor>/<data> is published";
         lacking(what, "Start the nodes that publish them, and check the ROS domain.")
     })
 }
 
-/// The error that nobody is seen although the study receives what other programs see of people.
+/// Reports that nobody is detected although the study receives detections of people from other programs.
 fn unseen(kinds: &[String], received: &[&Stream]) -> Option<Unmet> {
     let is_wanted = kinds.iter().any(|kind| kind == "hri");
     let is_nobody = !received.iter().any(|stream| hri::is_seen(stream));
     (is_wanted && is_nobody).then(|| {
-        let what = "anybody on camera: no face or body of a person of the study is published below /humans";
-        lacking(what, "Start the nodes that publish them, stand before the camera, and check `face`, `body` and `id`.")
+        let what = "no face or body of a person of the study is published below /humans";
+        lacking(what, "Start the nodes that publish them, stand in front of the camera, and check `face`, `body` and `id`.")
     })
 }
 
-/// The microphones on ROS that nothing publishes.
+/// Reports microphones on ROS that nothing publishes.
 fn unheard(voices: &[RosAudio], received: &[&Stream]) -> Vec<Unmet> {
     let is_absent = |voice: &&RosAudio| !received.iter().any(|stream| voice.is_published(stream));
     let absent = voices.iter().filter(is_absent).map(|voice| {
-        let what = format!("{}: no sound is published there", voice.topic);
+        let what = format!("{}: no audio is published on this topic", voice.topic);
         lacking(what, "Start the node that publishes it, and check the ROS domain.")
     });
     absent.collect()
 }
 
-/// The devices of the study that send nothing.
+/// Reports devices of the study that send nothing.
 fn unworn(kinds: &[String], received: &[&Stream]) -> Vec<Unmet> {
     let devices = wearables::kinds().filter_map(|device| {
         let wanted = kinds.iter().filter(|kind| *kind == device).count();
         let is_of = |stream: &&&Stream| {
-            // What is known of its link and its battery says nothing of what it measures.
+            // The link and battery status of a device do not show that it measures.
             let measures = !matches!(stream.signal, Signal::Link | Signal::Battery);
             measures && wearables::kind_of(&stream.device) == Some(device)
         };
@@ -213,13 +213,13 @@ fn unworn(kinds: &[String], received: &[&Stream]) -> Vec<Unmet> {
     devices.collect()
 }
 
-/// The fields that the study reads and its topics lack.
+/// Reports fields that the study reads but the topic does not have.
 fn missing_fields(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
     let mut missing = Vec::new();
     let all = wanted.iter().enumerate();
     for (place, field) in all.flat_map(|(place, one)| one.fields().map(move |it| (place, it))) {
         let Some(path) = &field.field else { continue };
-        // A topic is read with the settings of the first source that takes it.
+        // The first source that takes a topic determines its settings.
         let is_its =
             |stream: &Stream| wanted.iter().position(|one| one.take(stream)) == Some(place);
         let lacks = |stream: &&&Stream| {
@@ -234,12 +234,12 @@ fn missing_fields(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
     missing
 }
 
-/// Whether missing robots are a no-go.
+/// Whether missing robots mean no-go.
 fn requires(wanted: &Robots) -> bool {
     !(wanted.required.is_empty() && wanted.robots.is_empty())
 }
 
-/// The robots that the study names and of which nothing was received.
+/// Reports robots that the study names but from which nothing was received.
 fn missing_robots(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
     let is_present = |id: &String| {
         received.iter().any(|stream| stream.about == About::Robot && stream.id == *id)
@@ -254,9 +254,9 @@ fn missing_robots(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
     missing.map(|id| lacking(format!("robot {id}"), ABSENT)).collect()
 }
 
-/// The parameters that the study requires of robots and that a robot does not offer.
+/// Reports parameters that the study requires of robots but a robot does not offer.
 fn unoffered(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
-    const START: &str = "Start the node that publishes it, or take it out of `required`.";
+    const START: &str = "Start the node that publishes it, or remove it from `required`.";
     let mut missing = Vec::new();
     for wanted in demanding(wanted) {
         let mut robots: BTreeMap<&str, BTreeSet<&Signal>> = BTreeMap::new();
@@ -274,7 +274,7 @@ fn unoffered(wanted: &[Robots], received: &[&Stream]) -> Vec<Unmet> {
     missing
 }
 
-/// The parameters that the study requires of robots and that a robot offers, but does not publish.
+/// Reports parameters that the study requires of robots and a robot offers but does not publish.
 fn silent_of_robots(wanted: &[Robots], received: &Received) -> Vec<Unmet> {
     const SILENT: &str = "Check the robot's power, its network and the node that publishes it.";
     let mut missing = Vec::new();
@@ -284,8 +284,7 @@ fn silent_of_robots(wanted: &[Robots], received: &Received) -> Vec<Unmet> {
             let silent = wanted.required.iter().filter(|parameter| robot.is_silent(parameter));
             missing.extend(silent.map(|parameter| {
                 let id = &robot.id;
-                let what =
-                    format!("{parameter} of robot {id}: advertised, but nothing is published");
+                let what = format!("{parameter} of robot {id}: advertised, but not published");
                 lacking(what, SILENT)
             }));
         }
@@ -345,7 +344,7 @@ mod tests {
         };
         assert_eq!(whats(&[]), ["no robot matches /robot*"]);
         assert_eq!(whats(&[battery(1.0)]), ["link of robot robot1"]);
-        let silent = "battery of robot robot1: advertised, but nothing is published";
+        let silent = "battery of robot robot1: advertised, but not published";
         assert_eq!(whats(&[battery(0.0)]), ["link of robot robot1", silent]);
     }
 

@@ -1,4 +1,4 @@
-//! Where a recording has room to begin and to continue.
+//! Finds a folder where a recording has room to start and to continue.
 
 use std::path::{Path, PathBuf};
 
@@ -6,20 +6,20 @@ use teampulse_sinks::Bag;
 
 use crate::machine::unfit;
 
-/// The folder of a recording.
+/// The folder of a recording, and why it can't be used as intended.
 pub struct Room {
-    /// The folder in which it begins: the one that was asked for, or the fallback if nothing can be recorded there.
+    /// The folder in which the recording starts: the requested one, or the fallback if nothing can be recorded there.
     pub folder: PathBuf,
-    /// Why it begins in the fallback.
+    /// Why the recording starts in the fallback.
     pub instead: Option<String>,
-    /// Why it can begin in neither.
+    /// Why the recording can start in neither folder.
     pub unfit: Option<String>,
-    /// Why it could not continue in its fallback.
+    /// Why the recording could not continue in its fallback.
     pub unfit_fallback: Option<String>,
 }
 
 impl Room {
-    /// That of a recording into `out` by these sinks of a study.
+    /// Finds where a recording into `out` has room, given the settings of the study's bags.
     pub fn of(bags: &[Bag], out: &Path) -> Room {
         let keep_free_bytes = bags.iter().map(keep_free_bytes).max().unwrap_or(0);
         let unfit_fallback = bags.iter().find_map(|bag| {
@@ -30,7 +30,7 @@ impl Room {
         let Some(reason) = unfit(out, keep_free_bytes) else { return room };
         match bags.iter().find_map(|bag| bag.fallback.clone()) {
             Some(folder) if room.unfit_fallback.is_none() => {
-                let instead = format!("{reason}: the recording begins in {}", folder.display());
+                let instead = format!("{reason}: the recording starts in {}", folder.display());
                 Room { folder, instead: Some(instead), ..room }
             }
             _ => Room { unfit: Some(reason), ..room },
@@ -38,7 +38,7 @@ impl Room {
     }
 }
 
-/// The space that a bag leaves free [bytes].
+/// The space that a bag leaves free on its disk [bytes].
 fn keep_free_bytes(bag: &Bag) -> u64 {
     bag.keep_free_mib.saturating_mul(1 << 20)
 }

@@ -1,4 +1,4 @@
-//! Turning a study into a session: which sources, features and sinks run.
+//! Turns a study into a session: the sources, features and sinks that run.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -55,20 +55,20 @@ pub struct Setup {
     pub clock: Clock,
     /// The buses that were joined.
     pub buses: Arc<Buses>,
-    /// Whether the bag ended early, and where it continues.
+    /// Whether the bag ended early, and where the recording continues.
     pub bag_ended: Ended,
     study: Study,
     /// How the bag grows on disk.
     growth: Growth,
     /// The scroll position on the terminal.
     view: View,
-    /// The control that switches phases.
+    /// The handle that switches phases.
     phases: ScheduleHandle,
-    /// The source that follows `/clock`, if the session does.
+    /// The source that follows `/clock`, if the session uses it.
     follows: Option<SimulatedClock>,
-    /// How Bluetooth devices are reached.
+    /// The connection to Bluetooth devices.
     bluetooth: Bluetooth,
-    /// What the sources of the study have supplied.
+    /// What the study's sources have supplied so far.
     pub supplies: Supplies,
     /// What to do with the dashboard's address; `None` without a dashboard.
     pub dashboard: Option<Announce>,
@@ -116,13 +116,13 @@ impl Setup {
         Ok(setup)
     }
 
-    /// Reaches Bluetooth devices other than over the system's D-Bus.
+    /// Connects to Bluetooth devices other than over the system's D-Bus.
     #[must_use]
     pub fn with_bluetooth(self, bluetooth: Bluetooth) -> Setup {
         Setup { bluetooth, ..self }
     }
 
-    /// The bus of the session's own topics.
+    /// Returns the bus of the session's own topics.
     pub fn bus_id(&self) -> Result<BusId, Failure> {
         match &self.study.general.session.domain {
             Some(bus) => Ok(bus.clone()),
@@ -130,7 +130,7 @@ impl Setup {
         }
     }
 
-    /// The sources of the study.
+    /// Builds the sources of the study.
     pub fn sources(&self) -> Result<Sources, Failure> {
         let (clock, buses) = (self.clock.clone(), Arc::clone(&self.buses));
         let context = SourceContext {
@@ -148,7 +148,7 @@ impl Setup {
         Ok(self.supplies.watching(named(sources, people)))
     }
 
-    /// The sources of an attended session: phases, events and commands from ROS, keys.
+    /// Builds the sources of an attended session: phases, events and commands from ROS, and keys.
     pub fn attended(&self) -> Result<Sources, Failure> {
         let mut sources = Sources::new();
         let bus = self.buses.get(self.bus_id()?)?;
@@ -166,7 +166,7 @@ impl Setup {
         Ok(sources)
     }
 
-    /// The workers of the study.
+    /// Builds the workers of the study.
     pub fn workers(&self) -> Result<Workers, Failure> {
         let programs = self.study.settings_of::<Program>("workers", "program")?;
         let mut names = BTreeSet::new();
@@ -175,7 +175,7 @@ impl Setup {
             let message = format!("two workers offer {twice}");
             return Err(self
                 .study
-                .error(("workers", ""), message, "give each a name of its own")
+                .error(("workers", ""), message, "give each a different name")
                 .into());
         }
         let context = WorkerContext { clock: self.clock.clone() };
@@ -190,18 +190,18 @@ impl Setup {
         Ok(named(workers, own))
     }
 
-    /// The features of the study.
+    /// Builds the features of the study.
     pub fn features(&self) -> Result<Vec<NamedFeature>, Failure> {
         features(&self.study)
     }
 
-    /// An error about an array that the study lacks.
+    /// Creates the error that the study lacks an array.
     pub fn without(&self, key: &str, consequence: &str) -> StudyError {
         let message = format!("it has no [[{key}]]: {consequence}");
         self.study.error((key, ""), message, "`teampulse scan` shows lines to paste")
     }
 
-    /// The name that the folder of the session's bag would get now.
+    /// Returns the name that the folder of the session's bag would get now.
     pub fn bag_folder(&self, out: &Path) -> PathBuf {
         bag_folder(out, &self.study.general.session.name)
     }
@@ -211,7 +211,7 @@ impl Setup {
         Claimed::new(out, &self.study.general.session.name)
     }
 
-    /// The sinks of the study, with tidy files where it has a bag, and those that every session has.
+    /// Builds the sinks of the study, with tidy files if it has a bag, and the sinks of every session.
     pub fn sinks(&self, bag: &Path) -> Result<Vec<Box<dyn Sink>>, Failure> {
         let (growth, bag_ended) = (self.growth.clone(), self.bag_ended.clone());
         let (buses, bus, publish) = (Arc::clone(&self.buses), self.bus_id()?, self.published());
@@ -230,13 +230,13 @@ impl Setup {
         Ok(sinks)
     }
 
-    /// Where a recording into `out` has room.
+    /// Finds where a recording into `out` has room.
     pub fn room(&self, out: &Path) -> Room {
         let bags: Vec<Bag> = self.study.settings_of("sinks", "bag").unwrap_or_default();
         Room::of(&bags, out)
     }
 
-    /// The settings of the terminal's view.
+    /// Returns the settings of the terminal's view.
     fn terminal(&self) -> TerminalContext {
         let shown = self.study.general.session.show_estimates;
         let phases = self.phases.clone();
@@ -253,7 +253,7 @@ impl Setup {
         }
     }
 
-    /// What the dashboard needs to know about the study.
+    /// Returns what the dashboard needs to know about the study.
     fn dashboard_context(&self) -> DashboardContext {
         let general = &self.study.general;
         let plan = |phase: &Phase| PhasePlan {
@@ -261,7 +261,7 @@ impl Setup {
             from: phase.from_secs,
             lasts: phase.length_secs(),
         };
-        // A mistake in a source is an error before this.
+        // Mistakes in sources have already been reported as errors.
         let required = self.requirements().ok().map(|required| {
             let find: FindUnmet = Arc::new(move |received| required.missing(received));
             find
@@ -275,7 +275,7 @@ impl Setup {
         }
     }
 
-    /// The markers that keys set, also on the dashboard.
+    /// Returns the markers that keys set, which apply to the dashboard, too.
     fn markers(&self) -> Vec<MarkerSettings> {
         // A mistake in a key is an error before this.
         let keys = self.study.key_commands().unwrap_or_default();
@@ -284,17 +284,17 @@ impl Setup {
         keys.markers().map(marker).collect()
     }
 
-    /// What the study requires of the received streams.
+    /// Returns what the study requires of the received streams.
     pub fn requirements(&self) -> Result<Requirements, StudyError> {
         Requirements::of(&self.study)
     }
 
-    /// Remarks on the study before it runs.
+    /// Returns the notes on the study before it runs.
     pub fn notes(&self) -> Vec<String> {
         notes::of_study(&self.study)
     }
 
-    /// Whether any sink of the study stores data.
+    /// Returns whether, and how, the sinks of the study store data.
     fn kept(&self) -> Kept {
         let kinds = keeping(&self.study);
         if kinds.iter().any(|kind| kind == "bag") {
@@ -306,13 +306,13 @@ impl Setup {
         }
     }
 
-    /// The streams that are published on ROS: conclusions about robots and the team, and what the study
-    /// names.
+    /// Returns the streams that are published on ROS: conclusions about robots and the team, and the streams that the
+    /// study names.
     fn published(&self) -> Publish {
         Publish::Conclusions(self.study.general.publish.clone())
     }
 
-    /// A session with these parts.
+    /// Creates a session with these parts.
     pub fn session(self, mut parts: Parts) -> Session {
         for bus in self.buses.joined() {
             let name = format!("clocks on {}", bus.name());
@@ -347,24 +347,24 @@ pub type Workers = Vec<(String, Box<dyn Worker>)>;
 /// The parts of a session.
 #[derive(Default)]
 pub struct Parts {
-    /// Its sources, by name.
+    /// The sources, by name.
     pub sources: Sources,
-    /// Its features.
+    /// The features.
     pub features: Vec<NamedFeature>,
-    /// Its sinks.
+    /// The sinks.
     pub sinks: Vec<Box<dyn Sink>>,
-    /// Its workers, by name.
+    /// The workers, by name.
     pub workers: Workers,
 }
 
-/// The kinds of the sinks of a study that store data.
+/// Returns the kinds of a study's sinks that store data.
 pub fn keeping(study: &Study) -> Vec<String> {
     let mut kinds = study.kinds("sinks");
     kinds.retain(|kind| !SHOWN.contains(&kind.as_str()));
     kinds
 }
 
-/// The sinks of a study, with tidy files where it has a bag.
+/// Builds the sinks of a study, with tidy files if it has a bag.
 fn sinks(study: &Study, context: &SinkContext) -> Result<Vec<Box<dyn Sink>>, Failure> {
     let built = study.build("sinks", Components::of_this_program().sinks, context)?;
     let has = |kind| built.iter().any(|(name, _)| name == kind);
@@ -375,7 +375,7 @@ fn sinks(study: &Study, context: &SinkContext) -> Result<Vec<Box<dyn Sink>>, Fai
     }
     let (has_bag, has_tidy) = (has("bag"), has("tidy"));
     if has_tidy && !has_bag {
-        let message = "it has no bag whose folder could hold the tidy files";
+        let message = "it has no bag in whose folder the tidy files could be written";
         let hint = "add [[sinks]] with type = \"bag\"";
         return Err(study.error(("sinks", ""), message, hint).into());
     }
@@ -386,7 +386,7 @@ fn sinks(study: &Study, context: &SinkContext) -> Result<Vec<Box<dyn Sink>>, Fai
     Ok(sinks)
 }
 
-/// Fails where a study could not be run. Joins and creates nothing.
+/// Fails if a study could not be run. Joins and creates nothing.
 pub fn try_out(study: &Study) -> Result<(), Failure> {
     study.check_phases()?;
     study.check_commands()?;
@@ -402,13 +402,12 @@ pub fn try_out(study: &Study) -> Result<(), Failure> {
     };
     study.build("sources", Components::of_this_program().sources, &context)?;
     features(study)?;
-    // Without its workers: their results are in the recording, and their programs may not be on
-    // this machine.
+    // Workers are left out: their results are in the recording, and their programs may not be on this machine.
     sinks(study, &sink_context(study, Path::new("nowhere"), &clock))?;
     Ok(())
 }
 
-/// The features of a study, each with its settings, without those that it disables.
+/// Builds the features of a study, each with its settings, except those that the study disables.
 pub fn features(study: &Study) -> Result<Vec<NamedFeature>, Failure> {
     let settings = &study.general.features;
     let entries = Components::of_this_program().features;
@@ -434,21 +433,22 @@ pub fn features(study: &Study) -> Result<Vec<NamedFeature>, Failure> {
     Ok(enabled)
 }
 
-/// The context with which the sinks of a session are built.
+/// Returns the context with which the sinks of a session are built.
 pub fn sink_context(study: &Study, bag: &Path, clock: &Clock) -> SinkContext {
     let session = study.general.session.name.as_str();
     let context = SinkContext::new(bag, session, clock.clone());
     SinkContext { study: study.text().to_owned(), ..context }
 }
 
-/// Components of these kinds under the names that they have in messages.
+/// Gives each component the name that it has in messages.
 fn named<T>(components: Vec<(String, T)>, own: Vec<Option<String>>) -> Vec<(String, T)> {
     let kinds: Vec<String> = components.iter().map(|(kind, _)| kind.clone()).collect();
     let with_name = |(place, ((_, component), own))| (name(&kinds, place, own), component);
     components.into_iter().zip(own).enumerate().map(with_name).collect()
 }
 
-/// What a component is called in messages: its kind, with its own name, or its number among several of its kind.
+/// Returns a component's name in messages: its kind with its own name, or with a number if there are several of its
+/// kind.
 fn name(kinds: &[String], place: usize, own: Option<String>) -> String {
     let kind = &kinds[place];
     let number = kinds[..=place].iter().filter(|other| *other == kind).count();
@@ -460,7 +460,7 @@ fn name(kinds: &[String], place: usize, own: Option<String>) -> String {
     }
 }
 
-/// The tidy files of a bag: as the study configures them, or with defaults; none where it disables them.
+/// Builds the tidy files of a bag, as configured by the study or with defaults; `None` if the study disables them.
 pub fn tidy(study: &Study, context: &SinkContext) -> Result<Option<Box<dyn Sink>>, Failure> {
     let bags: Vec<Bag> = study.settings_of("sinks", "bag")?;
     let own: Vec<Tidy> = study.settings_of("sinks", "tidy")?;

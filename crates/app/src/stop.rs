@@ -1,4 +1,4 @@
-//! What ends a session: a signal, a key, or its duration.
+//! The events that end a session: a signal, a key, or its duration.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,10 +14,10 @@ use crate::output::say;
 
 /// How often the session's clock is checked.
 const LOOK: Duration = Duration::from_millis(20);
-/// How long a followed clock may stand still before a session with a set duration ends.
+/// How long a followed clock may stand still before a session with a fixed duration ends.
 const STANDSTILL: Duration = Duration::from_secs(10);
 
-/// A way to ask the session to stop, from any thread.
+/// A handle that asks the session to stop, from any thread.
 #[derive(Clone, Debug)]
 pub struct Stop(Arc<watch::Sender<u32>>);
 
@@ -38,8 +38,8 @@ impl Stop {
         *self.0.borrow() > 0
     }
 
-    /// Resolves on request, on Ctrl-C, SIGTERM and SIGHUP (a closed terminal), or after `duration_secs` by
-    /// the session's clock. From now on these signals do not end the process in any other way.
+    /// Resolves on request, on Ctrl-C, SIGTERM and SIGHUP (a closed terminal), or after `duration_secs` on the
+    /// session's clock. After this call, these signals no longer end the process by themselves.
     pub fn asked(self, clock: Clock, duration_secs: Option<f64>) -> impl Future<Output = ()> {
         self.hear_signals();
         async move {
@@ -53,10 +53,10 @@ impl Stop {
     /// Resolves on a second Ctrl-C or SIGTERM: slow steps are then skipped.
     pub async fn hurried(self) {
         self.reached(2).await;
-        say("stopping now: what is not finished within a few seconds is abandoned");
+        say("stopping now: anything not finished within a few seconds is abandoned");
     }
 
-    /// Runs a session until it ends or is asked to.
+    /// Runs a session until it ends or is asked to stop.
     pub async fn run(self, session: Session, clock: Clock, duration_secs: Option<f64>) -> Outcome {
         let asked = self.clone().asked(clock, duration_secs);
         session.run_until(asked, self.hurried()).await
@@ -65,7 +65,7 @@ impl Stop {
     async fn reached(&self, times: u32) {
         let mut asked = self.0.subscribe();
         if asked.wait_for(|asked| *asked >= times).await.is_err() {
-            // No sender is left.
+            // There is no sender any more.
             std::future::pending::<()>().await;
         }
     }
@@ -92,7 +92,7 @@ impl Stop {
         if let Some(mut hangup) = hangup() {
             let stop = self.clone();
             tokio::spawn(async move {
-                // Both the kernel and the shell report a closed terminal; it does not count as urgent.
+                // Both the kernel and the shell report a closed terminal, so a second SIGHUP does not count as urgent.
                 while hangup.recv().await.is_some() {
                     stop.ask();
                 }
@@ -101,7 +101,7 @@ impl Stop {
     }
 }
 
-/// SIGHUP, unless the parent process has it ignored, as `nohup` does.
+/// Listens for SIGHUP, unless it is ignored since the process started, as with `nohup`.
 fn hangup() -> Option<Signal> {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let kind = SignalKind::hangup();

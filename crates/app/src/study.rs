@@ -49,14 +49,14 @@ pub struct Study {
     pub general: General,
 }
 
-/// The tables of which a study may have several.
+/// The names of tables that a study may contain several times.
 const ARRAYS: [&str; 5] = ["sources", "sinks", "workers", "phases", "alerts"];
 
-/// The parts of a study that are not read by [`General`].
+/// The tables of a study that [`General`] does not read.
 const OWN_TABLES: [&str; 4] = ["sources", "sinks", "workers", "simulate"];
 
 impl Study {
-    /// Reads a study from a file, or from standard input where the path is `-`.
+    /// Reads a study from a file, or from standard input if the path is `-`.
     pub fn read(path: &Path) -> Result<Study, StudyError> {
         let unreadable = |reason: String| StudyError {
             message: line(&format!("failed to read the study {}: {reason}", path.display())),
@@ -72,7 +72,7 @@ impl Study {
         };
         let size = read.map_err(|error| match error.kind() {
             ErrorKind::InvalidData => StudyError {
-                hint: Some("save it as UTF-8: editors call this its encoding".into()),
+                hint: Some("save it with the encoding UTF-8 in your editor".into()),
                 ..unreadable("it is not UTF-8, as TOML must be".into())
             },
             _ => unreadable(error.to_string()),
@@ -99,7 +99,7 @@ impl Study {
         Ok(study)
     }
 
-    /// The study's text, as it is kept in the bag.
+    /// The study's text, as it is stored in the bag.
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -143,12 +143,12 @@ impl Study {
         Ok(found)
     }
 
-    /// The types of all entries in one of the study's arrays.
+    /// Returns the `type` of each entry in one of the study's arrays.
     pub fn kinds(&self, key: &str) -> Vec<String> {
         self.texts(key, "type").into_iter().flatten().collect()
     }
 
-    /// The text under a name in each entry of one of the study's arrays.
+    /// Returns the text under a name in each entry of one of the study's arrays.
     pub fn texts(&self, key: &str, name: &str) -> Vec<Option<String>> {
         let text = |value: Spanned<DeValue<'_>>| match value.into_inner() {
             DeValue::Table(mut table) => table.remove(name)?.get_ref().as_str().map(str::to_owned),
@@ -157,8 +157,8 @@ impl Study {
         self.entries(key).unwrap_or_default().into_iter().map(text).collect()
     }
 
-    /// An error at one of the study's tables, or at a key of it; at the beginning of the study where that
-    /// is not written.
+    /// Creates an error at one of the study's tables, or at a key in it; at the start of the study if the table does
+    /// not exist.
     pub fn error(
         &self,
         (table, key): (&str, &str),
@@ -173,7 +173,7 @@ impl Study {
         }))
     }
 
-    /// An error in settings whose path begins at the root of the study.
+    /// Creates an error in settings whose path starts at the root of the study.
     pub fn misplaced(&self, error: SettingsError) -> StudyError {
         let whole = self.whole().ok();
         let span = whole.as_ref().and_then(|whole| nearest_place(whole, &error.path));
@@ -190,7 +190,7 @@ impl Study {
         Ok(Spanned::new(table.span(), DeValue::Table(table.into_inner())))
     }
 
-    /// The settings of a feature: the table `[features.<kind>]`, or an empty one.
+    /// Returns the settings of a feature: the table `[features.<kind>]`, or an empty one.
     pub fn feature(&self, kind: &str) -> Result<Settings<'_>, StudyError> {
         let own = self.own("features")?.and_then(|features| match features.into_inner() {
             DeValue::Table(mut table) => table.remove(kind),
@@ -202,7 +202,7 @@ impl Study {
         })
     }
 
-    /// An error in a feature: in its own table, or in the settings of all features.
+    /// Creates an error in a feature: in its own table, or in the settings of all features.
     pub fn wrong_feature(&self, kind: &str, error: SettingsError) -> StudyError {
         if error.span.is_some() {
             return self.wrong(error, None);
@@ -213,7 +213,7 @@ impl Study {
         self.misplaced(error.at(written.unwrap_or(own)))
     }
 
-    /// Fails where the names or times of phases are invalid.
+    /// Fails if the names or times of phases are invalid.
     pub fn check_phases(&self) -> Result<(), StudyError> {
         session::check_phases(&self.general.phases).map_err(|error| {
             let path = format!("phases.{}", error.path);
@@ -221,7 +221,7 @@ impl Study {
         })
     }
 
-    /// Fails where an alert is invalid, or no feature would raise it.
+    /// Fails if an alert is invalid, or if the feature that raises alerts is disabled.
     pub fn check_alerts(&self) -> Result<(), StudyError> {
         thresholds::check(&self.general.alerts).map_err(|error| {
             let path = format!("alerts.{}", error.path);
@@ -239,7 +239,8 @@ impl Study {
         Ok(())
     }
 
-    /// Fails where faces are to be hidden and nothing hides them, or where nothing says whose.
+    /// Fails if faces are to be hidden but no worker hides them, or if a worker hides faces but no source has any to
+    /// hide.
     pub fn check_faces(&self) -> Result<(), StudyError> {
         let hides = self.kinds("workers").iter().any(|kind| kind == "blur");
         let mut asked = None;
@@ -265,12 +266,13 @@ impl Study {
         }
     }
 
-    /// The commands of the terminal's letters and digits.
+    /// Returns the commands of the terminal's letters and digits.
     pub fn key_commands(&self) -> Result<KeyCommands, StudyError> {
         KeyCommands::read(&self.general.keys).map_err(|error| self.misplaced(error))
     }
 
-    /// Fails where an unknown command is allowed, or one to an unknown component, or a key has no valid command.
+    /// Fails if an unknown command is allowed, if an unknown component may send commands, or if a key has no valid
+    /// command.
     pub fn check_commands(&self) -> Result<(), StudyError> {
         self.key_commands()?;
         self.check_commanders()?;
@@ -293,7 +295,8 @@ impl Study {
         let near = nearest(unknown, &settings).map(|near| format!("did you mean `{near}`?"));
         let hint = near.unwrap_or_else(|| "expected keys, ros or the `type` of a component".into());
         let name = label(unknown.clone(), LONGEST_NAME);
-        let error = SettingsError::new(format!("no component called `{name}` sends commands"));
+        let error =
+            SettingsError::new(format!("there is no component `{name}` that could send commands"));
         Err(self.misplaced(error.with_hint(hint).at(format!("commands.{unknown}"))))
     }
 
@@ -307,7 +310,7 @@ impl Study {
         let span = value.span();
         let DeValue::Table(mut table) = value.into_inner() else {
             let error = SettingsError::new(format!("an entry of `{key}` is not a table"));
-            return Err(self.wrong(error.with_hint(format!("begin it with [[{key}]]")), Some(span)));
+            return Err(self.wrong(error.with_hint(format!("start it with [[{key}]]")), Some(span)));
         };
         let kind = self.kind(&mut table, key, &span, entries)?;
         let whole = Spanned::new(span.clone(), DeValue::Table(table));
@@ -327,7 +330,7 @@ impl Study {
         entries: &'e [Entry<T, C>],
     ) -> Result<&'e Entry<T, C>, StudyError> {
         let kinds: Vec<&str> = entries.iter().map(|entry| entry.kind).collect();
-        let hint = format!("known {key} are {}", kinds.join(", "));
+        let hint = format!("the {key} are {}", kinds.join(", "));
         let Some(kind) = table.remove("type") else {
             let error = SettingsError::new("`type` is missing").with_hint(hint);
             return Err(self.wrong(error, Some(span.clone())));
@@ -351,7 +354,7 @@ impl Study {
         Ok(self.table()?.into_inner().remove(key))
     }
 
-    /// The entries of one of the study's own arrays.
+    /// Returns the entries of one of the study's own arrays.
     fn entries(&self, key: &str) -> Result<Vec<Spanned<DeValue<'_>>>, StudyError> {
         match self.own(key)?.map(Spanned::into_inner) {
             Some(DeValue::Array(array)) => Ok(array.into_iter().collect()),
@@ -359,11 +362,11 @@ impl Study {
         }
     }
 
-    /// The session's name becomes the name of a folder.
+    /// Fails if the session's name can't be the name of a folder.
     fn check_name(&self) -> Result<(), StudyError> {
         let name = &self.general.session.name;
         let fits = |each: char| each.is_alphanumeric() || matches!(each, '_' | '-' | '.');
-        // `-rf_2026…` would be read as an option by `rm`.
+        // `rm` would take `-rf_2026…` for an option.
         let is_plain = name.len() <= MOST_NAME_BYTES && !name.starts_with(['.', '-']);
         if !name.is_empty() && is_plain && name.chars().all(fits) {
             return Ok(());
@@ -371,8 +374,8 @@ impl Study {
         let name = label(name.clone(), LONGEST_NAME);
         let message = format!("`{name}` can't be the name of a session's folder");
         let hint = format!(
-            "it is made of letters and digits of any script, `_`, `-` and `.`, does not begin with `.` or `-`, and has \
-             {MOST_NAME_BYTES} bytes at most"
+            "use letters and digits of any script, `_`, `-` and `.`; do not start with `.` or `-`; use \
+             at most {MOST_NAME_BYTES} bytes"
         );
         Err(self.error(("session", "name"), message, hint))
     }
@@ -391,7 +394,7 @@ impl Study {
                 table.insert(key, value);
             } else if !is_table {
                 let error = SettingsError::new(format!("`{word}` is not a table"));
-                let hint = format!("begin its settings with [features.{word}]");
+                let hint = format!("start its settings with [features.{word}]");
                 return Err(self.wrong(error.with_hint(hint), Some(value.span())));
             }
         }
@@ -409,7 +412,7 @@ impl Study {
         self.wrong(error.with_hint(hint), Some(span))
     }
 
-    /// `sources`, `sinks` and `workers` are arrays of tables, `simulate` is a table.
+    /// Fails unless `sources`, `sinks` and `workers` are arrays of tables, and `simulate` is a table.
     fn check_own(&self, key: &str, value: &Spanned<DeValue<'_>>) -> Result<(), StudyError> {
         let fits = match value.get_ref() {
             DeValue::Array(_) => key != "simulate",
@@ -444,7 +447,7 @@ impl Study {
     }
 }
 
-/// An error with the tables that are read separately, as an unknown table may be a misspelt one of these.
+/// Adds the separately read tables to an error, since an unknown table may be a misspelt one of these.
 fn with_own_tables(mut error: SettingsError) -> SettingsError {
     let unknown = error.message.strip_prefix("unknown field `");
     let Some((word, known)) = unknown.and_then(|rest| rest.split_once("`, expected one of `"))
@@ -463,7 +466,7 @@ fn with_own_tables(mut error: SettingsError) -> SettingsError {
     error
 }
 
-/// The error with the line of an example that sets the missing setting, if that is the error.
+/// Adds the line of an example that sets the missing setting, if the error is about one.
 fn with_example(error: SettingsError, example: &str) -> SettingsError {
     let missing = error.message.strip_prefix(MISSING).and_then(|rest| rest.strip_suffix('`'));
     let sets =
@@ -474,12 +477,12 @@ fn with_example(error: SettingsError, example: &str) -> SettingsError {
     }
 }
 
-/// The header of a table that is read separately, as written in a study.
+/// Returns the header of a separately read table, as written in a study.
 fn header(key: &str) -> String {
     if key == "simulate" { format!("[{key}]") } else { format!("[[{key}]]") }
 }
 
-/// The text of an error, without terminal control characters and of limited length.
+/// Limits the length of an error's text and removes terminal control characters.
 fn line(text: &str) -> String {
     let lines = text.lines().map(|line| on_one_line(line).into_owned());
     let mut lines = lines.take(20).map(|line| label(line, LONGEST_LABEL));
@@ -493,7 +496,7 @@ fn line(text: &str) -> String {
 
 type Own<'a> = Vec<(String, Spanned<DeValue<'a>>)>;
 
-/// Splits a study's tables into the general ones and those that others read.
+/// Splits a study's tables into the general ones and those that are read separately.
 fn split(table: DeTable<'_>) -> (DeTable<'_>, Own<'_>) {
     let mut general = DeTable::new();
     let mut own = Vec::new();

@@ -1,4 +1,4 @@
-//! Sources of a study that connect and send nothing, of whatever type.
+//! Watches for sources of a study, of any type, that connect but send nothing.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -18,16 +18,16 @@ use crate::setup::Sources;
 const SENDS_NOTHING: &str =
     "switch its device on, check its connection, and close other programs that are connected to it";
 
-/// How long a device may take to appear and to send its first sample: a scan and a connection of Bluetooth take several
-/// seconds.
+/// How long a device may take to appear and to send its first sample: scanning and connecting over Bluetooth take
+/// several seconds.
 pub const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What the sources of a study have supplied so far, with their names, by their places in the study; clones share it.
+/// What the sources of a study have supplied so far, with their names, by their index in the study; clones share it.
 #[derive(Clone, Default)]
 pub struct Supplies(Arc<Mutex<BTreeMap<usize, (String, Supply)>>>);
 
 impl Supplies {
-    /// The same sources, watched once they run, but for those that may be silent.
+    /// Wraps sources so that they are watched once they run, except those that may be silent.
     pub fn watching(&self, sources: Sources) -> Sources {
         let watched = |(place, (name, source)): (usize, (String, Box<dyn Source>))| {
             let source: Box<dyn Source> = if source.may_be_silent() {
@@ -49,14 +49,14 @@ impl Supplies {
 /// The sources of a study from which a session received nothing.
 #[derive(Default)]
 pub struct Unsupplied {
-    /// Those whose device could not be opened, with the reason.
+    /// Sources whose device could not be opened, with the reason.
     pub unopened: Vec<(String, SourceError)>,
-    /// What the others supplied.
+    /// What all other sources supplied.
     pub supplies: Supplies,
 }
 
 impl Unsupplied {
-    /// Adds them to what is missing, unless those of their type are among it.
+    /// Adds these sources to what is missing, unless a source of their type is already among it.
     pub fn added_to(&self, mut missing: Vec<Unmet>) -> Vec<Unmet> {
         let is_named = |missing: &[Unmet], name: &str| {
             missing.iter().any(|each| each.what.starts_with(&format!("{name}:")))
@@ -101,14 +101,14 @@ impl Source for Watched {
             never = report(&self.name, &mut self.is_reported, outlet) => match never {},
         };
         if matches!(ended, Err(SourceError::Fatal { .. })) {
-            // It is reported by its error.
+            // The error reports the source.
             self.supplies.lock().remove(&self.place);
         }
         ended
     }
 }
 
-/// Reports once that nothing has come from a source after a while, then waits forever.
+/// Reports once if a source has sent nothing after a while, then waits forever.
 async fn report(name: &str, is_reported: &mut bool, outlet: &Outlet) -> Infallible {
     tokio::time::sleep(PATIENCE).await;
     if let (Some(lack), false) = (outlet.supply().lack(), *is_reported) {

@@ -1,4 +1,4 @@
-//! Tidy files of a bag that was recorded without them, or that was cut off before they were finished.
+//! Writes the tidy files of a bag that was recorded without them, or was cut off before they were finished.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,10 +20,10 @@ use crate::stop::Stop;
 /// The summary page of a bag: what was usable, and what was lost.
 pub const SUMMARY: &str = "summary.md";
 
-/// Writes the tidy files of a bag into its folder, computed from raw data as a replay does.
+/// Writes the tidy files of a bag into its folder, computed from raw data as in a replay.
 pub async fn write_tidy_files(folder: &Path) -> Result<Exit, Failure> {
     let bag = Arc::new(open(folder)?);
-    // Bags of other recorders do not name the wanted streams.
+    // Bags of other recorders have no study that names the wanted streams.
     let Some(study) = study_of(&bag)? else { return Ok(Exit::Fine) };
     let clock = Clock::settable();
     let mut context = sink_context(&study, folder, &clock);

@@ -1,4 +1,4 @@
-//! `teampulse calibrate`: a device's fixed latency from an event that two streams recorded.
+//! `teampulse calibrate`: finds a device's fixed latency from events that two streams recorded.
 
 mod edit;
 pub(super) mod signals;
@@ -22,30 +22,30 @@ use signals::{Recorded, Span, Wanted, record};
 /// A latency with a larger uncertainty is not written [s].
 const WORST_SECS: f64 = 0.1;
 
-/// Finds a device's fixed latency from an event that two streams of a bag recorded.
+/// Finds a device's fixed latency from events that two streams of a bag recorded.
 ///
-/// Record a session in which you tap the device, press a button or switch a light a few times, at uneven
-/// intervals of a few seconds, so that a stream with correct times records it as well.
+/// Record a session in which you tap the device, press a button or switch a light a few times, at irregular intervals
+/// of a few seconds, in such a way that a stream with correct times records the events as well.
 ///
-/// The lag is how much later the stream shows the events than the reference, by their corrected
-/// times. The device's latency is the one that it was recorded with plus the lag. It differs by up to
-/// 11 ms between connection intervals of Bluetooth: where arrivals show the interval, the latency is
-/// that of links with this interval, and the study has one for each.
+/// The lag is how much later the events appear in the device's stream than in the reference, by their corrected times.
+/// The device's latency is the lag plus the latency that was already subtracted during the recording. It differs by up
+/// to 11 ms between connection intervals of Bluetooth: where arrival times show the interval, the latency applies to
+/// links with that interval, and the study holds one latency per interval.
 #[derive(Debug, Args)]
 pub struct Calibrate {
     /// The bag's folder, or one of its .mcap files
     bag: PathBuf,
-    /// The stream with correct times; after a colon one of its channels, a field of its messages, or the
-    /// label of its events
+    /// The stream with correct times; after a colon, one of its channels, a field of its messages or the label of its
+    /// events
     #[arg(long, value_name = "STREAM[:CHANNEL]")]
     reference: Wanted,
     /// The stream of the device
     #[arg(long, value_name = "STREAM[:CHANNEL]")]
     stream: Wanted,
-    /// Begins this many seconds after the start of the bag
+    /// Where to start, in seconds after the start of the bag
     #[arg(long, value_name = "SECS", value_parser = some_seconds)]
     from: Option<f64>,
-    /// Ends this many seconds after the start of the bag
+    /// Where to stop, in seconds after the start of the bag
     #[arg(long, value_name = "SECS", value_parser = some_seconds)]
     to: Option<f64>,
     /// The longest lag to search for, in either direction, at most 60 s
@@ -62,24 +62,24 @@ pub struct Calibrate {
     json: bool,
 }
 
-/// The result.
+/// The result of a calibration.
 #[derive(Debug, Serialize)]
 struct CalibrationReport {
     reference: String,
     stream: String,
     lag_secs: f64,
-    /// The uncertainty of the lag, and so of the latency: half the width of the 95 % interval.
+    /// Half the width of the 95 % interval of the lag, and so of the latency.
     uncertainty_secs: f64,
     events: usize,
     correlation: f64,
     next_correlation: f64,
     device: String,
-    /// The connection interval of the stream's link; null where arrivals show none.
+    /// The connection interval of the stream's link; null if the arrival times do not show one.
     interval_secs: Option<f64>,
     /// The latency assumed during the recording.
     recorded_latency_secs: f64,
     latency_secs: f64,
-    /// Why the result is doubtful; null when it is not.
+    /// Why the result is doubtful; null if it is not.
     doubt: Option<String>,
 }
 
@@ -92,13 +92,13 @@ impl Calibrate {
         let span = Span::of(&bag, self.from, self.to);
         let recorded = record(&bag, [&self.reference, &self.stream], span)?;
         if recorded.devices.len() > 1 {
-            // None of their latencies is that of the stream.
+            // The stream has no single device whose latency could be corrected.
             let devices = recorded.devices.join(", ");
             return Err(Failure::new(format!(
                 "{} is computed from several devices: {devices}",
                 self.stream
             ))
-            .hint("give a stream of the one whose latency you want"));
+            .hint("choose a stream of one device"));
         }
         let [reference, stream] = &recorded.seen;
         let found = calibrate(reference.seen(), stream.seen(), self.max_lag);
@@ -132,7 +132,7 @@ impl Calibrate {
     ) -> Result<CalibrationReport, Failure> {
         let [_, stream] = &recorded.seen;
         let recorded_as = stream.device();
-        // Only the session's own models of a device's clock go by the link.
+        // The connection interval matters only where the session itself modelled the device's clock.
         let interval_secs = stream.interval_secs().filter(|_| recorded.has_latency);
         let in_force =
             recorded.has_latency.then(|| latency_in_force(bag, &recorded_as, interval_secs));
@@ -159,7 +159,7 @@ impl Calibrate {
     }
 }
 
-/// Why a result is doubtful.
+/// Returns why a result is doubtful, if it is.
 fn doubt(found: &Calibration, latency_secs: f64) -> Option<String> {
     if !found.is_trustworthy() {
         let share = 100.0 * found.correlation;
@@ -173,8 +173,8 @@ fn doubt(found: &Calibration, latency_secs: f64) -> Option<String> {
     (latency_secs < 0.0).then(|| message.to_owned())
 }
 
-/// The latency that the session subtracted for a device: that of its study, else of the table of known
-/// devices, else that of Bluetooth.
+/// Returns the latency that the session subtracted for a device: the one in the study, else in the table of known
+/// devices, else the default for Bluetooth.
 fn latency_in_force(bag: &Bag, device: &str, interval_secs: Option<f64>) -> Result<f64, Failure> {
     let kept = bag.attachment(STUDY_NAME);
     let kept = kept.map_err(|error| Failure::to(&error).hint(error.hint()))?;
@@ -244,7 +244,7 @@ fn some_seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Fails where the part to read ends before it begins.
+/// Fails if the part to read ends before it starts.
 fn in_order(from_secs: Option<f64>, to_secs: Option<f64>) -> Result<(), Failure> {
     match (from_secs.unwrap_or(0.0), to_secs) {
         (from, Some(to)) if to <= from => {
@@ -256,7 +256,7 @@ fn in_order(from_secs: Option<f64>, to_secs: Option<f64>) -> Result<(), Failure>
     }
 }
 
-/// Reads the longest lag.
+/// Parses the longest lag.
 fn lag_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(secs) if secs > 0.0 && secs <= LONGEST_LAG_SECS => Ok(secs),

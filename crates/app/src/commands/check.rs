@@ -1,4 +1,4 @@
-//! `teampulse check`: go or no-go before a recording.
+//! `teampulse check`: reports go or no-go before a recording.
 
 mod heard;
 mod lacks;
@@ -39,11 +39,11 @@ use heard::{Heard, Listener};
 
 /// Reports go or no-go before a recording.
 ///
-/// Reads the study, receives everything in it for a while without recording, and compares each robot with
-/// the robot profile. The result is no-go where a required stream is missing, where two devices publish the
-/// same signal of one person, where a wearable sends no samples, has no contact with the skin or a battery that
-/// does not last through the phases of the study, where any other device can't be opened, and where neither a robot
-/// nor a person of the study is present. Robots that are present but not named in the study are listed, too.
+/// Reads the study, receives everything in it for a while without recording, and compares each robot with the robot
+/// profile. The result is no-go if a required stream is missing; if two devices publish the same signal of one person;
+/// if a wearable sends no samples, has no contact with the skin or has a battery that will not last through the phases
+/// of the study; if any other device can't be opened; or if none of the study's robots and people is present. Robots
+/// that are present but not named in the study are listed, too.
 #[derive(Debug, Args)]
 pub struct Check {
     /// The study
@@ -79,7 +79,7 @@ impl Check {
         output::lines(notes.iter().map(|note| format!("note     {note}")));
         output::lines(machine::check(&self.out));
         let (buses, room) = (Arc::clone(&setup.buses), setup.room(&self.out));
-        // What is computed is known once it runs: for the alerts that may watch it.
+        // The features must run before it is known what they compute, which alerts may watch.
         let features = if alerts.is_empty() { Vec::new() } else { setup.features()? };
         let parts = Parts { sources, features, ..Parts::default() };
         let Listened { heard, computed, unsupplied } = listen(setup, parts, self.seconds).await?;
@@ -114,7 +114,7 @@ impl Check {
         let is_all_there = missing.is_empty();
         missing.extend(workers.unread());
         missing.extend(room.unfit.into_iter().chain(room.unfit_fallback));
-        // As `run`, which does not begin where nothing can be recorded.
+        // Like `run`, which does not start if nothing can be recorded.
         let exit = if is_all_there { Exit::Failed } else { Exit::DeviceMissing };
         Ok(if is_go(&missing) { Exit::Fine } else { exit })
     }
@@ -127,7 +127,7 @@ fn is_go(missing: &[String]) -> bool {
     missing.is_empty()
 }
 
-/// What streams and robots of the study lack, and what is present but not in the study.
+/// Returns notes on what the streams and robots of the study lack, and on what is present but not in the study.
 fn lacking(
     required: &Requirements,
     heard: &[(Arc<Stream>, StreamStatus)],
@@ -146,7 +146,7 @@ fn lacking(
     notes
 }
 
-/// How many messages of others arrive in a second.
+/// Returns the rate of all messages received from other programs [1/s].
 fn messages_per_sec(heard: &[(Arc<Stream>, StreamStatus)]) -> f64 {
     let messages = heard.iter().filter(|(stream, _)| matches!(stream.shape, Shape::Message(_)));
     messages.map(|(_, status)| status.rate_hz).sum()
@@ -159,7 +159,7 @@ struct Listened {
     unsupplied: Unsupplied,
 }
 
-/// Receives from a study's sources.
+/// Receives from a study's sources for a while.
 async fn listen(setup: Setup, mut parts: Parts, duration_secs: f64) -> Result<Listened, Failure> {
     let listener = Listener::default();
     parts.sinks.push(Box::new(listener.clone()));
@@ -192,12 +192,12 @@ fn stream_line(stream: &Stream, status: &StreamStatus, width: usize) -> String {
     )
 }
 
-/// A rate as text; of a stream with fewer messages than one in ten seconds it is not known so soon.
+/// Formats a rate; below one message in twenty seconds it can't be measured in such a short time.
 fn rate(rate_hz: f64) -> String {
     if rate_hz < 0.05 { format!("{:>7}   ", "-") } else { format!("{rate_hz:>7.1} Hz") }
 }
 
-/// The line about a robot: which parts of the robot profile it meets.
+/// Formats the line about a robot: which parts of the robot profile it meets.
 fn robot_line(robot: &Robot) -> String {
     let findings = robot.findings.iter().map(|(norm, finding)| match finding {
         Finding::Met(rate_hz) => format!("{} {rate_hz:.1} Hz", norm.parameter),
@@ -211,7 +211,7 @@ fn robot_line(robot: &Robot) -> String {
     format!("robot    {}  {verdict}: {}", robot.id, findings.collect::<Vec<_>>().join(", "))
 }
 
-/// The people and robots that are present, with the number of their streams.
+/// Formats a line for each person present, with the number of their streams.
 fn person_lines(heard: &[(Arc<Stream>, StreamStatus)]) -> impl Iterator<Item = String> {
     let mut people = BTreeMap::<&str, usize>::new();
     for (stream, _) in heard.iter().filter(|(stream, _)| stream.about == About::Person) {

@@ -1,4 +1,4 @@
-//! `teampulse demo`: everything at once, on this machine alone.
+//! `teampulse demo`: shows everything at once, on this machine alone.
 
 mod worn;
 
@@ -31,25 +31,24 @@ use worn::Worn;
 
 /// The study of the demo, as in `studies/`.
 const STUDY: &str = include_str!("../../../../studies/demo.toml");
-/// The ROS domain of the demo, away from those in common use; where another demo uses it, one of the
-/// following domains.
+/// The ROS domain of the demo, away from those in common use. If another demo uses it, the next free domain is taken.
 const DOMAIN: u32 = 77;
 /// The last domain of a demo. Above 101, the ports of a domain overlap with the ephemeral ports of the
 /// system.
 const LAST_DOMAIN: u32 = 101;
-/// How long the operator's devices may take before they can be reached.
+/// How long to wait until the operator's devices can be reached.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Shows everything at once: a simulated operator and five robots in a separate process, on real ROS 2
-/// topics, monitored and recorded. The operator's heart, muscles and skin are measured by emulated devices (Polar
-/// H10, Myo, Shimmer3) on a D-Bus and a serial port of their own, read as real ones are.
+/// Shows everything at once: a simulated operator and five robots in a separate process, on real ROS 2 topics,
+/// monitored and recorded. The operator's heart, muscles and skin are measured by emulated devices (Polar H10, Myo,
+/// Shimmer3) on a separate D-Bus and serial port, read like real ones.
 ///
-/// The operator rests for a minute, then does 1-, 2- and 3-back and commands robots now and then, while one
-/// robot after another gets into trouble. Stays on this machine (loopback, ROS domain 77, or the next one
-/// that no other demo on this machine uses).
+/// The operator rests for a minute, then does 1-, 2- and 3-back and commands robots now and then, while one robot after
+/// another gets into trouble. All traffic stays on this machine (loopback, ROS domain 77, or the next one that no other
+/// demo on this machine uses).
 #[derive(Debug, Args)]
 pub struct Demo {
-    /// Ends by itself after this many seconds; by default on Ctrl-C, or on `q`, then `y`
+    /// Ends after this many seconds; by default it ends on Ctrl-C, or on `q`, then `y`
     #[arg(long, value_name = "SECS", value_parser = seconds)]
     duration: Option<f64>,
     /// Where to create the bag's folder
@@ -58,7 +57,7 @@ pub struct Demo {
     /// The seed of all random numbers
     #[arg(long, default_value = "1")]
     seed: u64,
-    /// Shows nothing in a browser
+    /// Starts no dashboard in a browser
     #[arg(long)]
     no_dashboard: bool,
 }
@@ -88,9 +87,9 @@ impl Demo {
         say(format!(
             "a simulated operator and five robots publish on ROS 2 domain {domain} of this machine;\n\
              {}\n\
-             from the second minute on the robots need attention;\n\
+             from the second minute on, the robots need attention;\n\
              a letter sets a marker; q, then y ends;\n\
-             its topics, from another terminal with ROS 2:\n  {}\n",
+             to list the topics from another terminal with ROS 2:\n  {}\n",
             worn.words(),
             topics_command(domain)
         ));
@@ -102,13 +101,13 @@ impl Demo {
         let simulator = Simulator { simulation, process: Arc::clone(&process) };
         let beside: Sources = vec![("simulator".into(), Box::new(simulator))];
         let ended = watch(setup, beside, self.duration, self.out).await;
-        // Stopped last, or the end of the session would show a team that falls silent.
+        // Stopped last: otherwise the recording would end with a team that falls silent.
         end(process.try_lock().ok().and_then(|mut process| process.take())).await;
         ended
     }
 }
 
-/// Opens the dashboard where there is a desktop; without one its address is on the terminal.
+/// Opens the dashboard in a browser on a desktop; without a desktop, its address is on the terminal.
 fn open_in_browser(addresses: &Addresses) {
     let has_desktop = ["DISPLAY", "WAYLAND_DISPLAY"]
         .iter()
@@ -123,7 +122,7 @@ fn open_in_browser(addresses: &Addresses) {
         .stdout(Stdio::null())
         .stderr(Stdio::null());
     match opener.spawn() {
-        // It ends at once or lives as long as the browser: nothing depends on it.
+        // The opener may exit at once or live as long as the browser: nothing depends on it.
         Ok(mut opener) => drop(std::thread::spawn(move || drop(opener.wait()))),
         Err(error) => tracing::info!("failed to open a browser: {error}"),
     }
@@ -132,22 +131,22 @@ fn open_in_browser(addresses: &Addresses) {
 /// A ROS domain that no other demo on this machine uses.
 struct Taken {
     domain: u32,
-    /// Reserves a name for the lifetime of this process, in the network namespace of this machine, like
-    /// DDS.
+    /// Reserves a name for the lifetime of this process in the network namespace of this machine, where DDS runs as
+    /// well.
     _holds: Option<UnixListener>,
 }
 
-/// Takes the first domain that no other demo uses; `None` where all are taken.
+/// Takes the first domain that no other demo uses; `None` if all are taken.
 fn take_domain(prefix: &str) -> Option<Taken> {
     (DOMAIN..=LAST_DOMAIN).find_map(|domain| match hold(&format!("{prefix}_{domain}")) {
         Ok(holds) => Some(Taken { domain, _holds: Some(holds) }),
         Err(error) if error.kind() == ErrorKind::AddrInUse => None,
-        // Where such names are not supported, two demos may share a domain.
+        // Without support for such names, two demos may share a domain.
         Err(_) => Some(Taken { domain, _holds: None }),
     })
 }
 
-/// Reserves a name that is released with this process, however it ends.
+/// Reserves a name, which is released when this process ends for any reason.
 #[cfg(target_os = "linux")]
 fn hold(name: &str) -> std::io::Result<UnixListener> {
     use std::os::linux::net::SocketAddrExt;
@@ -160,18 +159,18 @@ fn hold(_: &str) -> std::io::Result<UnixListener> {
     Err(ErrorKind::Unsupported.into())
 }
 
-/// The command that lists the topics of a local domain with the ROS 2 tools. Without the daemon, which keeps the
-/// domain of the user who started it.
+/// Returns the command that lists the topics of a local domain with the ROS 2 tools. It runs without the ROS daemon,
+/// which stays on the domain of the user who started it.
 fn topics_command(domain: u32) -> String {
     format!(
         "ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ros2 topic list --no-daemon"
     )
 }
 
-/// The process with the operator and the robots; restarted if it dies, with a fault.
+/// The process with the operator and the robots; if it dies, a fault is reported and it is restarted.
 struct Simulator {
     simulation: Simulation,
-    /// `None` while no process runs. Locked while waiting for its end.
+    /// `None` while no process runs; locked while waiting for the process to end.
     process: Arc<Mutex<Option<Child>>>,
 }
 
@@ -204,23 +203,23 @@ async fn end(simulator: Option<Child>) {
     }
 }
 
-/// What the process with the operator and the robots simulates.
+/// The process that simulates the operator and the robots.
 struct Simulation {
     seed: u64,
     domain: u32,
     study: String,
-    /// The folder of the operator's devices.
+    /// The folder with the sockets and ports of the operator's devices.
     folder: PathBuf,
-    /// How many sockets and ports lead to these.
+    /// The number of sockets and ports that lead to these devices.
     places: usize,
 }
 
 impl Simulation {
-    /// Starts this program again as the operator and the robots; it reads the study from its standard input. The
-    /// devices of the operator can be reached when this returns.
+    /// Starts this program again as the operator and the robots; it reads the study from its standard input. Returns
+    /// when the operator's devices can be reached.
     ///
-    /// Ctrl-C in the terminal does not reach it: it lives until it is ended here or, by the kernel, with the
-    /// thread that started it, and all threads that do so live as long as this process.
+    /// Ctrl-C in the terminal does not reach it: it lives until it is killed here, or by the kernel when the thread
+    /// that started it ends. All threads that start it live as long as this process.
     async fn start(&self) -> std::io::Result<Child> {
         let mut simulator = Command::new(std::env::current_exe()?)
             .args(["simulate", "-", "--with-parent", &std::process::id().to_string()])
@@ -248,7 +247,7 @@ impl Simulation {
         let Some(output) = simulator.stdout.take() else { return Ok(false) };
         let mut lines = BufReader::new(output).lines();
         for _ in 0..self.places {
-            // Each device is a comment with its address, and lines of a study.
+            // Each device is printed as a comment with its address, followed by lines of a study.
             loop {
                 let Some(line) = lines.next_line().await? else { return Ok(false) };
                 if line.starts_with("# ") {
@@ -256,7 +255,7 @@ impl Simulation {
                 }
             }
         }
-        // Read to its end: a simulator that can't write any more would end.
+        // Read to its end: a simulator whose output is no longer read would exit.
         drop(tokio::spawn(async move { while let Ok(Some(_)) = lines.next_line().await {} }));
         Ok(true)
     }

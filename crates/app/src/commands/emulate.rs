@@ -18,13 +18,13 @@ use crate::study::Study;
 
 /// Runs only the emulated wearables of a study, each on its own transport, worn by the simulated people.
 ///
-/// Reads the tables [[simulate.wearables]] of the study. Prints each device, its address and the lines of a study
-/// that reads it.
+/// Reads the tables [[simulate.wearables]] of the study. Prints each device, its address, and the lines of a study that
+/// read the device.
 #[derive(Debug, Args)]
 pub struct Emulate {
     /// The study
     study: PathBuf,
-    /// Ends by itself after this many seconds
+    /// Ends after this many seconds
     #[arg(long, value_name = "SECS", value_parser = seconds)]
     duration: Option<f64>,
     /// The seed of all random numbers, instead of the study's
@@ -60,8 +60,8 @@ impl Emulate {
 pub struct Served(JoinSet<std::io::Result<()>>);
 
 impl Served {
-    /// Puts wearables on their transports and prints where they are reached. Where a folder is given, it holds the
-    /// socket of their D-Bus, `bus`.
+    /// Starts wearables on their transports and prints how to reach them. If a folder is given, it holds the socket of
+    /// their D-Bus, `bus`.
     pub async fn open(
         wardrobe: &Wardrobe,
         wearables: &[EmulatedWearable],
@@ -70,7 +70,7 @@ impl Served {
         let mut serving = JoinSet::new();
         let (radios, others): (Vec<_>, Vec<_>) =
             wearables.iter().partition(|wearable| wearable.is_bluetooth());
-        // Nothing is printed before all are open.
+        // Nothing is printed until all are open.
         let mut emulations = Vec::new();
         for wearable in others {
             emulations.push(open(wearable, wardrobe).await?);
@@ -81,7 +81,7 @@ impl Served {
         }
         emulations.iter().for_each(show);
         if let Some(radio) = emulations.last().filter(|_| !radios.is_empty()) {
-            say(format!("in the terminal of `teampulse run`, first: export {}", radio.address));
+            say(format!("before `teampulse run`, enter in its terminal: export {}", radio.address));
         }
         for emulation in emulations {
             serving.spawn(emulation.serving);
@@ -89,7 +89,7 @@ impl Served {
         Ok(Served(serving))
     }
 
-    /// Waits until one of them fails; never returns otherwise.
+    /// Waits until one of the devices fails; never returns otherwise.
     pub async fn fail(&mut self) -> Failure {
         let Some(ended) = self.0.join_next().await else { return std::future::pending().await };
         let ended = ended.unwrap_or_else(|error| Err(std::io::Error::other(error)));
@@ -97,13 +97,13 @@ impl Served {
         Failure::to(format!("serve a device: {why}"))
     }
 
-    /// Closes their ports, links and buses.
+    /// Closes the ports, links and buses of the devices.
     pub async fn close(mut self) {
         self.0.shutdown().await;
     }
 }
 
-/// The simulated people who wear these devices.
+/// Returns the simulated people who wear these devices.
 pub fn wardrobe(team: &SimulatedTeam) -> Result<Wardrobe, Failure> {
     Wardrobe::of(team, &team.wearables).map_err(|error| {
         Failure::new(error.to_string()).hint("name one of them as `person`").exit(Exit::BadStudy)

@@ -25,20 +25,20 @@ use crate::failure::Failure;
 use crate::output;
 use crate::recorded::read_through;
 
-/// Exports a bag as tables: one file for each stream, or one table of many streams at common times.
+/// Exports a bag as tables: one file per stream, or one table of many streams at common times.
 ///
-/// In the table at common times each stream has its numbers and three more columns: the age of the newest
-/// sample used (negative where it was measured after the row's time, as in interpolation), its validity,
-/// and half the width of the interval that contains the true time with a probability of 95 %.
+/// In the table at common times, each stream has its numbers and three more columns: the age of the newest sample used
+/// (negative if it was measured after the row's time, as in interpolation), its validity, and half the width of the
+/// interval that contains the true time with a probability of 95 %.
 ///
-/// Where no policy is given it is linear:1s. Only floating-point numbers, and others with a unit, are
-/// interpolated: flags, states and counts are held. Of a list in a message the table has the first value,
-/// and it has no texts; the tables of single streams, without --grid and --pivot, have all of them.
+/// The default policy is linear:1s. Only floating-point numbers, and other numbers with a unit, are interpolated:
+/// flags, states and counts are held. The table has no text columns, and of each list in a message only the first
+/// value; the tables of single streams, written without --grid and --pivot, have all of them.
 ///
-/// The validity is `fresh` (as the policy asks for), `held` (the last value, not too old), `stale` (the
-/// last value, too old or of a silent stream), `gap` (samples too far apart), `missing` (no sample yet, or
-/// none near), or `late` (it arrived more than a minute after its row). Rows wait for a silent stream as long as its
-/// policy reaches back, at least a minute.
+/// The validity is `fresh` (as the policy requires), `held` (the last value, not too old), `stale` (the last value, too
+/// old or of a silent stream), `gap` (samples too far apart), `missing` (no sample yet, or none near), or `late` (it
+/// arrived more than a minute after its row). A row waits for a silent stream for as long as the stream's policy
+/// reaches back, but at least a minute.
 #[derive(Debug, Args)]
 pub struct Export {
     /// The bag's folder, or one of its .mcap files
@@ -46,21 +46,22 @@ pub struct Export {
     /// The kind of table
     #[arg(long, value_enum, default_value = "csv")]
     format: Format,
-    /// Where to write the tables; by default beside the bag
+    /// Where to write the tables; by default next to the bag
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// One table of several streams, with this many rows a second
+    /// Writes one table of several streams, with this many rows per second
     #[arg(long, value_name = "HZ", value_parser = rate, group = "times")]
     grid: Option<f64>,
-    /// One table of several streams, with a row for each sample of this one, or for each event
+    /// Writes one table of several streams, with a row for each sample or event of this stream
     #[arg(long, value_name = "STREAM", group = "times")]
     pivot: Option<String>,
-    /// How to compute the value at a row's time: exact, nearest:TIME, hold:TIME, linear:TIME (the largest
-    /// gap between two samples), or mean:TIME, min:TIME, max:TIME, last:TIME or count:TIME over the time before the
-    /// row; TIME as in 20ms or 1s; for all streams, or for some as in `/robot*/odom=hold:2s`; by default linear:1s
+    /// How to compute the value at a row's time: exact, nearest:TIME, hold:TIME, linear:TIME (TIME is the largest gap
+    /// between two samples), or mean:TIME, min:TIME, max:TIME, last:TIME or count:TIME over the time before the row.
+    /// TIME is written as 20ms or 1s. Applies to all streams, or to some as in `/robot*/odom=hold:2s`; by default
+    /// linear:1s
     #[arg(long, value_name = "[STREAM=]POLICY", value_parser = rule, requires = "times")]
     policy: Vec<Rule>,
-    /// The streams of that table, as in `/robot*/odom` or `/**` for all with numbers; by default all raw
+    /// The streams in that table, as in `/robot*/odom`, or `/**` for all streams with numbers; by default all raw
     /// streams
     #[arg(long, value_name = "STREAM", value_parser = Pattern::parse, requires = "times")]
     stream: Vec<Pattern>,
@@ -82,13 +83,13 @@ struct Rule {
 /// The default policy.
 const POLICY: Policy = Policy::Linear { max_gap_nanos: 1_000_000_000 };
 
-/// The most numbers that are read from a message without a description.
+/// The most numbers that are read from a message if its stream declares no channels.
 const MOST_CHANNELS: usize = 64;
 
-/// The most names in a list of what the table does not have.
+/// The most names in the list of what the table leaves out.
 const MOST_SHOWN: usize = 5;
 
-/// The name of the single table.
+/// The file name of the table at common times.
 const TABLE: &str = "aligned.csv";
 
 impl Export {
@@ -132,7 +133,7 @@ impl Export {
         Ok(exit)
     }
 
-    /// The times to which streams are aligned, if any.
+    /// Returns the row times of the table at common times, if it was requested.
     fn onto(&self) -> Option<RowTimes> {
         let period_nanos = |hz: f64| (1e9 / hz).round() as i64;
         let grid = self.grid.map(|hz| RowTimes::Grid { period_nanos: period_nanos(hz) });
@@ -172,7 +173,7 @@ impl Export {
         ))
     }
 
-    /// A policy that matches no stream is a mistake.
+    /// Fails if a policy matches no stream, which is a mistake.
     fn each_rule_names_some(&self, streams: &[Stream]) -> Result<(), Failure> {
         let named = self.policy.iter().filter_map(|rule| rule.streams.as_ref());
         let idle = |pattern: &&Pattern| !streams.iter().any(|each| pattern.matches(&each.name));
@@ -192,8 +193,8 @@ impl Export {
         is_pivot || named || (self.stream.is_empty() && stream.origin == Origin::Raw)
     }
 
-    /// A stream with its numbers as channels; `None` without numbers. Events become rows of the table,
-    /// never cells.
+    /// Returns a stream with its numbers as channels; `None` if it has no numbers. The stream of events given as
+    /// --pivot is kept: its events become rows of the table, never cells.
     fn with_numbers(&self, stream: &Stream) -> Option<Stream> {
         let is_pivot = self.pivot.as_ref() == Some(&stream.name);
         if is_pivot && stream.shape == Shape::Event {
@@ -202,7 +203,7 @@ impl Export {
         with_numbers(stream)
     }
 
-    /// The last policy that matches the stream, else the last one for all.
+    /// Returns the last policy that matches the stream, else the last one for all streams.
     fn policy_of(&self, stream: &Stream) -> Policy {
         let mut rules = self.policy.iter().rev();
         let named = |rule: &&Rule| {
@@ -213,13 +214,13 @@ impl Export {
     }
 }
 
-/// Whether the health of streams was recorded: other recorders don't know it.
+/// Whether the health of streams was recorded: bags of other recorders have no such record.
 fn has_health(bag: &Bag) -> bool {
     bag.streams().iter().any(|known| known.stream.shape == Shape::Status)
 }
 
-/// A stream with its numbers as channels: all numbers of a message where none are named; `None` without
-/// numbers.
+/// Returns a stream with its numbers as channels: all numbers of its messages if it declares no channels; `None` if it
+/// has no numbers.
 fn with_numbers(stream: &Stream) -> Option<Stream> {
     let mut stream = stream.clone();
     if let Some(definition) = unnamed(&stream) {
@@ -232,7 +233,7 @@ fn with_numbers(stream: &Stream) -> Option<Stream> {
     (shaped && !stream.channels.is_empty()).then_some(stream)
 }
 
-/// The definition of a stream's messages, where no numbers in them are named.
+/// Returns the definition of a stream's messages if the stream declares no channels.
 fn unnamed(stream: &Stream) -> Option<Definition> {
     match &stream.shape {
         Shape::Message(schema) if stream.channels.is_empty() => readout::definition(schema),
@@ -240,7 +241,7 @@ fn unnamed(stream: &Stream) -> Option<Definition> {
     }
 }
 
-/// The paths of the values in messages of a type, with the first value of each list.
+/// Lists the paths of the values in messages of a type; of each list only the first value.
 fn values_of(definition: &Definition) -> impl Iterator<Item = String> {
     fields::numbers(definition).into_iter().filter(|path| !path.starts_with("header."))
 }
@@ -249,7 +250,7 @@ fn is_text(definition: &Definition, path: &str) -> bool {
     matches!(fields::kind(definition, path), Some(Kind::Text(_) | Kind::WideText(_)))
 }
 
-/// The note on what one table does not have of these streams; `None` if it has all of their values.
+/// Returns the note on what one table leaves out of these streams; `None` if it has all of their values.
 fn note_of<'a>(streams: impl Iterator<Item = &'a Stream>) -> Option<String> {
     let of_stream = |stream: &Stream| {
         let fields = left_out(&unnamed(stream)?);
@@ -259,15 +260,15 @@ fn note_of<'a>(streams: impl Iterator<Item = &'a Stream>) -> Option<String> {
     lacking.sort();
     (!lacking.is_empty()).then(|| {
         format!(
-            "note: the table has no texts, and only the first value of each list ({}); without --grid and --pivot, \
-             `teampulse export` writes a table for each stream, with all of them",
+            "note: the table has no text columns, and only the first value of each list ({}); without --grid and --pivot, \
+             `teampulse export` writes a table per stream, with all of them",
             some_of(&lacking, "; ")
         )
     })
 }
 
-/// The values of messages of a type that one table leaves out: texts, what follows the first value of a list, and what
-/// exceeds the most channels of a stream.
+/// Lists the values of messages of a type that one table leaves out: texts, everything after the first value of a list,
+/// and numbers beyond [`MOST_CHANNELS`].
 fn left_out(definition: &Definition) -> Vec<String> {
     let (texts, numbers): (Vec<String>, Vec<String>) =
         values_of(definition).partition(|path| is_text(definition, path));
@@ -277,7 +278,7 @@ fn left_out(definition: &Definition) -> Vec<String> {
     paths.map(|path| path.replace("[0]", "[]")).collect()
 }
 
-/// The first few of many names.
+/// Joins the first few of many names, and counts the others.
 fn some_of(names: &[String], between: &str) -> String {
     let shown = names.iter().take(MOST_SHOWN).cloned().collect::<Vec<_>>().join(between);
     match names.len().saturating_sub(MOST_SHOWN) {
@@ -292,15 +293,15 @@ fn has_rows(table: &Path) -> bool {
     File::open(table).is_ok_and(|file| lines(file) == 2)
 }
 
-/// The note on a grid that is too coarse for its recording.
+/// Returns the note on a grid that is too coarse for the recording.
 fn no_row(hz: f64, secs: f64) -> String {
     format!(
-        "note: the table has no rows: they are {:.1} s apart, and the recording lasts {secs:.1} s; give a higher --grid",
+        "note: the table has no rows: rows would be {:.1} s apart, and the recording lasts {secs:.1} s; give a higher --grid",
         1.0 / hz
     )
 }
 
-/// Reads a rate of 1e-4 to 1e5 Hz.
+/// Parses a rate of 1e-4 to 1e5 Hz.
 fn rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(hz) if (1e-4..=1e5).contains(&hz) => Ok(hz),

@@ -1,4 +1,4 @@
-//! `teampulse extract`: the features of any table of samples.
+//! `teampulse extract`: computes features from any table of samples.
 
 mod analyses;
 mod around;
@@ -43,8 +43,8 @@ use table::{TableError, is_raw};
 use truth::Marks;
 use windows::{Lengths, Windows};
 
-/// Events count as found within these distances of the true ones [s]: the usual tolerance for beats, and
-/// one that is fine enough for their intervals; slower events have less exact onsets.
+/// Returns the distances from a true event within which a detected event counts as found [s]. For beats, the usual
+/// tolerance and one that is fine enough for their intervals; slower events have less exact onsets.
 const fn tolerances_secs(signal: Signal) -> &'static [f64] {
     match signal {
         Signal::Eda => &[1.0],
@@ -53,21 +53,21 @@ const fn tolerances_secs(signal: Signal) -> &'static [f64] {
     }
 }
 
-/// The most cells that are held at once: half a gigabyte, of which an analysis needs several copies.
+/// The most cells held in memory at once: half a gigabyte, of which an analysis needs several copies.
 const MOST_CELLS: usize = 1 << 26;
 
-/// The duration by sample count and the one by times agree if they differ by less than this share.
+/// The duration by sample count and the duration by times agree if they differ by less than this fraction.
 const MOST_ASTRAY: f64 = 0.005;
 
-/// Finds events, and computes features of windows, in any table of samples.
+/// Finds events and computes features of windows in any table of samples.
 ///
-/// A table has one number per line, or columns separated by commas, semicolons, bars, tabs or spaces, with
-/// decimal points or commas, with or without a header. Files of Empatica (E4, Embrace Plus), Shimmer
-/// (Consensys) and Polar Sensor Logger are supported, as are comments that state the sampling rate, units
-/// below or beside names, and times in s, ms, us, ns, as dates (also Excel's), or as minutes and seconds.
+/// A table has one number per line, or columns separated by commas, semicolons, bars, tabs or spaces, with decimal
+/// points or commas, with or without a header. Files from Empatica (E4, Embrace Plus), Shimmer (Consensys) and Polar
+/// Sensor Logger are supported, as are comments that state the sampling rate, units below or next to names, and times
+/// in s, ms, us, ns, as dates (also Excel's), or as minutes and seconds.
 ///
-/// Every number comes with the recipe that it was computed by. Where a number would be meaningless, the
-/// reason is given instead.
+/// Each number is printed with the recipe it was computed by. Where a number would be meaningless, the reason is given
+/// instead.
 #[derive(Debug, Args)]
 pub struct Extract {
     /// The table; - is standard input
@@ -80,26 +80,25 @@ pub struct Extract {
     /// The mains frequency to remove from an ECG; by default detected in the signal
     #[arg(long, value_name = "HZ", value_parser = mains)]
     mains: Option<f64>,
-    /// Length of a window; by default one window for the whole recording
+    /// Length of a window; by default one window covers the whole recording
     #[arg(long, value_name = "SECS", value_parser = seconds)]
     window: Option<f64>,
-    /// Time between the starts of successive windows; by default a window's length
+    /// Time between the starts of successive windows; by default the length of a window
     #[arg(long, value_name = "SECS", value_parser = seconds, requires = "window")]
     hop: Option<f64>,
     /// Causal analysis, as in a live session, or analysis of the whole recording at once
     #[arg(long, default_value = "whole")]
     method: Method,
-    /// How to split skin conductance into tonic and phasic components in whole recordings; by default
-    /// high-pass
+    /// How to split skin conductance into tonic and phasic components in whole recordings; by default high-pass
     #[arg(long, value_name = "METHOD")]
     phasic: Option<analyses::Phasic>,
-    /// How to treat artefacts in a table of intervals; by default they are kept. Intervals of an ECG or a
-    /// PPG are corrected
+    /// How to treat artefacts in a table of intervals; by default they are kept. Intervals of an ECG or a PPG are
+    /// always corrected
     #[arg(long, value_name = "WHAT")]
     artefacts: Option<analyses::Artefacts>,
     /// A table of true events to score the detected ones against: column `sample`, or `time_secs` or `onset` on the
-    /// time axis of the table. Of beats and pulses within 150 and 50 ms, of skin responses the onsets within 1 s, of
-    /// breaths the onsets within 0.5 s
+    /// time axis of the table. Beats and pulses are scored within 150 and 50 ms, the onsets of skin responses within 1
+    /// s, the onsets of breaths within 0.5 s
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     #[command(flatten)]
@@ -195,12 +194,12 @@ impl Extract {
         Ok(())
     }
 
-    /// The note that artefacts among intervals were kept, where the user did not choose that.
+    /// Returns the note that artefacts among intervals were kept, if the user did not choose that.
     fn artefacts_kept(&self, artefacts: usize) -> Option<String> {
         let is_default = !self.signal.is_even() && self.artefacts.is_none();
         (is_default && artefacts > 0).then(|| {
             let kept = counted(artefacts, "artefact is", "artefacts are");
-            format!("{kept} kept; --artefacts corrected corrects them, as those of an ECG are")
+            format!("{kept} kept; give --artefacts corrected to correct them, as in an ECG")
         })
     }
 
@@ -240,8 +239,8 @@ impl Extract {
         Ok(())
     }
 
-    /// The next row and its time [ns]; fails where the clock of an evenly sampled signal was set back. Intervals that
-    /// end earlier are left out one by one.
+    /// Returns the next row and its time [ns]; fails if the clock of an evenly sampled signal was set back. Intervals
+    /// that end before an earlier one are left out one by one.
     fn next(&self, rows: &mut Rows) -> Result<Option<(i64, Row)>, Failure> {
         let next = rows.next()?;
         if let Some((_, row)) = next.as_ref().filter(|_| self.signal.is_even()) {
@@ -261,7 +260,7 @@ impl Extract {
         let live = Live::new(make, rate_hz, channels, &window_ns, hop_ns);
         let live = live.map_err(|error| analyses::failure(signal, error))?;
         let live = live.first_after(lengths.map_or(1, Lengths::first_ns));
-        // Intervals begin before the first one is reported.
+        // An interval starts before its row, which is stamped at its end.
         Ok(if signal.is_even() { live } else { live.beginning_at(rows.times().begin_ns()) })
     }
 
@@ -272,7 +271,7 @@ impl Extract {
         found: &mut Found,
     ) -> Result<(), Failure> {
         let mut channels = vec![Vec::new(); rows.table().names().len()];
-        // The end of each interval, after the beginning [s].
+        // The end of each interval, since the start of the recording [s].
         let mut ends_secs = Vec::new();
         let rate_hz = if self.signal.is_even() { rows.table().rate_hz() } else { 0.0 };
         let mut cadence = Cadence::new(rate_hz);
@@ -355,13 +354,14 @@ impl Extract {
         }
     }
 
-    /// When the recording ends [ns]: with the last beat, where intervals add up to more than their times.
+    /// Returns when the recording ends [ns]: at the last beat, if the sum of the intervals exceeds the span of their
+    /// times.
     fn end_ns(&self, rows: &Rows, last_beat_ns: i64) -> i64 {
         let end_ns = rows.times().end_ns();
         if self.signal.is_even() { end_ns } else { end_ns.max(last_beat_ns.saturating_add(1)) }
     }
 
-    /// The agreement with the true events, if they are given.
+    /// Returns the agreement with the true events, if they are given.
     fn scored(&self, rows: &Rows, found: &mut Found) -> Result<Option<Vec<Score>>, Failure> {
         let Some(truth) = &self.truth else { return Ok(None) };
         let (times, rate_hz) = (rows.times(), rows.table().rate_hz());
@@ -379,13 +379,13 @@ impl Extract {
     }
 }
 
-/// Notes where the sampling rate and the times give different durations [s].
+/// Adds a note if the sampling rate and the times give different durations [s].
 fn compare(rows: &Rows, by_rate_secs: f64, found: &mut Found) {
     let by_times_secs = rows.times().end_ns().saturating_sub(rows.times().begin_ns()) as f64 / 1e9;
     if (by_rate_secs - by_times_secs).abs() > MOST_ASTRAY * by_times_secs {
         let rate_hz = rows.table().rate_hz();
         found.note(format!(
-            "at {rate_hz} Hz the samples last {by_rate_secs:.1} s, by their times {by_times_secs:.1} s: events are placed by the rate; --method causal follows the times"
+            "the samples last {by_rate_secs:.1} s at {rate_hz} Hz, but {by_times_secs:.1} s by their times: events are placed by the rate; --method causal follows the times"
         ));
     }
 }

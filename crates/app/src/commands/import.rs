@@ -50,20 +50,21 @@ use kind::{Kind, tables_in};
 use tables::{Asked, DATED_NS, Tables, is_extra_of_e4};
 use written::{Placed, SessionFromDevice};
 
-/// The note of a bag on how each of its files was placed on a session's time.
+/// The note in a bag on how each of its files was placed on a session's clock.
 const JOINED: &str = "teampulse.joined";
 
 /// Converts recordings of other programs to bags of teampulse, with all computed features.
 ///
 /// A recording of ROS 2 (a folder, .mcap or .db3, compressed or not) becomes a new bag, and so does a .bag of ROS 1,
-/// whose messages become those of ROS 2. Topics of wearables as the package ros2-foxy-wearable-biosensors publishes
-/// them, such as `/biosensors/empatica_e4/bvp`, also become streams of a person. Tables of samples,
-/// as `extract` reads them, become one bag about one person with a stream for each table; from a folder of
-/// Empatica's E4 or of Polar Sensor Logger all tables are read. The zip of an E4, files of an Embrace Plus (Avro), XDF,
-/// EDF and BDF are imported, too. The imported files are not changed.
+/// whose messages are converted to ROS 2. Topics of wearables as published by the package
+/// ros2-foxy-wearable-biosensors, such as `/biosensors/empatica_e4/bvp`, also become streams of a person. Tables of
+/// samples, as `extract` reads them, become one bag about one person with a stream for each table; from a folder of
+/// Empatica's E4 or of Polar Sensor Logger, all tables are read. The zip of an E4, files of an Embrace Plus (Avro),
+/// XDF, EDF and BDF are imported, too. The imported files are not changed.
 ///
-/// With --into they join a session that was recorded at the same time: their bag is on its clock. Their place is found
-/// from heartbeats that both recorded, or from a marker with --at; its accuracy is printed and kept in the bag.
+/// With --into, the files join a session that was recorded at the same time: their bag is on the session's clock. They
+/// are aligned by heartbeats that both recorded, or by a marker with --at; the accuracy is printed and stored in the
+/// bag.
 #[derive(Debug, Args)]
 pub struct Import {
     /// The recordings, or the tables
@@ -99,9 +100,11 @@ impl Import {
         if let Some(device) =
             devices.first().filter(|_| tables.is_empty() && self.asked.names_signal())
         {
-            let message =
-                format!("{} states its signals, and --signal is for tables", device.display());
-            let hint = "leave out --signal: all signals of the file are imported";
+            let message = format!(
+                "{} states its own signals, and --signal is only for tables",
+                device.display()
+            );
+            let hint = "omit --signal to import all signals of the file";
             return Err(Failure::new(message).hint(hint).exit(Exit::BadArguments));
         }
         if !(tables.is_empty() && devices.is_empty()) {
@@ -148,7 +151,7 @@ impl Import {
         let mut bag = open(path)?;
         if study_of(&bag)?.is_some() {
             let message = format!("{} is already a teampulse bag", path.display());
-            return Err(Failure::new(message).hint("`teampulse replay` computes it again"));
+            return Err(Failure::new(message).hint("run `teampulse replay` to compute it again"));
         }
         bag.check();
         describe_foreign(&mut bag);
@@ -175,7 +178,7 @@ impl Import {
         self.computed(source, &study, Described { name, notes: BTreeMap::new(), lines }).await
     }
 
-    /// Recordings of devices, on the clock of the session that they join, if there is one.
+    /// Imports recordings of devices, on the clock of the session that they join, if there is one.
     async fn devices(&self, recordings: Vec<DeviceRecording>) -> Result<Exit, Failure> {
         let session = self.into.bag().map(open).transpose()?;
         if session.is_none() {
@@ -204,7 +207,7 @@ impl Import {
         self.computed(Box::new(placed), &study, Described { name, notes, lines }).await
     }
 
-    /// How times of a device become those of the new bag, in a function and in words.
+    /// Returns a conversion from a device's times to those of the new bag, and a description of it.
     fn place(
         &self,
         session: Option<&Bag>,
@@ -215,7 +218,7 @@ impl Import {
             return Ok((joined.session_from_device, joined.words));
         }
         if recording.is_dated {
-            return Ok((Box::new(|at_ns| at_ns), "times are by the clock of the device".into()));
+            return Ok((Box::new(|at_ns| at_ns), "times are those of the device's clock".into()));
         }
         if let Some(date) = recording.date {
             let zero_ns = date.zero_ns;
@@ -229,7 +232,7 @@ impl Import {
         Ok((Box::new(move |at_ns| at_ns.saturating_sub(first_ns).saturating_add(DATED_NS)), words))
     }
 
-    /// Writes a bag of a source with all computed features.
+    /// Writes a bag from a source, with all computed features.
     async fn computed(
         &self,
         source: Box<dyn Source>,
@@ -265,8 +268,8 @@ impl Import {
     }
 }
 
-/// The tables of samples among files that an E4 wrote: its heart rate and its tags are noted and left out, as they are
-/// from its folder.
+/// Returns the tables of samples among files of an E4. Its heart rate and tags are noted and left out, as when its
+/// folder is imported.
 fn without_extras(tables: Vec<PathBuf>) -> Vec<PathBuf> {
     let (extras, samples): (Vec<PathBuf>, Vec<PathBuf>) =
         tables.into_iter().partition(|path| is_extra_of_e4(path));
@@ -274,44 +277,44 @@ fn without_extras(tables: Vec<PathBuf>) -> Vec<PathBuf> {
         return extras;
     }
     for extra in extras {
-        let note = "is left out, as from a folder; import the zip of the E4's session to have it";
+        let note = "is left out; import the zip of the E4's session to include it";
         output::note(format!("note: {} {note}", extra.display()));
     }
     samples
 }
 
-/// Fails where only some recordings have a date: the others would lie years before them.
+/// Fails if only some recordings have a date: the others would be placed years earlier.
 fn are_dated_alike(recordings: &[DeviceRecording]) -> Result<(), Failure> {
     let has_date = |recording: &&DeviceRecording| recording.is_dated || recording.date.is_some();
     let undated = recordings.iter().find(|recording| !has_date(recording));
     match undated.filter(|_| recordings.iter().any(|recording| has_date(&recording))) {
         None => Ok(()),
         Some(undated) => {
-            let message = format!("{} contains no date, and other files do", undated.name);
+            let message = format!("{} contains no date, but other files do", undated.name);
             let hint = "import it alone, or place all of them in a session with --into";
             Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
         }
     }
 }
 
-/// How a recording was placed at the date that its file states.
+/// Describes how a recording was placed at the date that its file states.
 fn begun(recording: &DeviceRecording, date: StatedDate) -> String {
     let first = Time::from_nanos(date.zero_ns.saturating_add(recording.first_ns()));
-    let zone = if date.has_zone { "" } else { "; its time zone is not in the file: taken as UTC" };
-    format!("it begins at {first}, as its header states{zone}")
+    let zone = if date.has_zone { "" } else { "; the file states no time zone, so UTC is assumed" };
+    format!("it starts at {first}, as its header states{zone}")
 }
 
-/// A new bag, and its description.
+/// The name and description of a new bag.
 struct Described {
     /// The session's name.
     name: String,
-    /// Stored in the bag.
+    /// Notes stored in the bag.
     notes: BTreeMap<String, String>,
-    /// Printed.
+    /// Lines to print.
     lines: Vec<String>,
 }
 
-/// Prints where the bag is.
+/// Prints the path of the new bag and how to inspect it.
 fn concluded(folder: &Path, exit: Exit) {
     if exit != Exit::Failed {
         output::line(format!("imported; inspect it with `teampulse info {}`", pasted(folder)));
@@ -335,7 +338,7 @@ mod tests {
         let words = begun(&recording(false, Some(DATE)), DATE);
         assert_eq!(
             words,
-            "it begins at 2026-01-05T10:15:00.000Z, as its header states; its time zone is not in the file: taken as UTC"
+            "it starts at 2026-01-05T10:15:00.000Z, as its header states; the file states no time zone, so UTC is assumed"
         );
         let zoned = StatedDate { has_zone: true, ..DATE };
         assert!(begun(&recording(false, Some(zoned)), zoned).ends_with("as its header states"));
@@ -355,6 +358,6 @@ mod tests {
         let none = || recording(false, None);
         assert!(are_dated_alike(&[none(), none()]).is_ok());
         let (message, _) = are_dated_alike(&[clock, header, none()]).unwrap_err().words();
-        assert_eq!(message, "night.edf contains no date, and other files do");
+        assert_eq!(message, "night.edf contains no date, but other files do");
     }
 }

@@ -24,8 +24,8 @@ pub struct Info {
     /// The bags: each a folder, or one of its .mcap files
     #[arg(required = true, value_name = "BAG")]
     bags: Vec<PathBuf>,
-    /// Reads all of each bag, so that damage inside chunks is found too, and fails (exit code 1) where
-    /// there is any; takes as long as reading the bag
+    /// Reads all of each bag, which also finds damage inside chunks, and fails (exit code 1) if there is any; takes as
+    /// long as reading the bag
     #[arg(long)]
     check: bool,
     /// Prints one JSON object, or an array of them for several bags
@@ -33,13 +33,13 @@ pub struct Info {
     json: bool,
 }
 
-/// What is said of a bag that was opened during its recording.
+/// The message on a bag that was opened during its recording.
 const BEING_RECORDED: &str = "still being recorded: what has been written so far is read";
 
-/// What a check can't find.
+/// The limit of a check without checksums.
 pub const NO_CHECKSUMS: &str = "without checksums, so changed bytes can't be found";
 
-/// A bag, as reported.
+/// A bag as reported.
 #[derive(Debug, Serialize)]
 struct BagInfo {
     path: String,
@@ -47,9 +47,9 @@ struct BagInfo {
     /// Null for a bag without messages.
     start_secs: Option<f64>,
     duration_secs: f64,
-    /// Whether `retime` computed the times: each of them then also depends on later data.
+    /// Whether `retime` computed the times, so that each time also depends on later data.
     two_sided: bool,
-    /// Whether it is still being recorded: its last second may be missing.
+    /// Whether the bag is still being recorded: its last second may be missing.
     being_recorded: bool,
     #[serde(skip)]
     can_be_repaired: bool,
@@ -58,7 +58,7 @@ struct BagInfo {
     streams: Vec<Row>,
 }
 
-/// A stream, as reported.
+/// A stream as reported.
 #[derive(Debug, Serialize)]
 struct Row {
     name: String,
@@ -66,9 +66,9 @@ struct Row {
     type_name: String,
     origin: &'static str,
     messages: u64,
-    /// Null where a single message, no message or no time leaves it unknown.
+    /// Null if fewer than two messages, or no time between them, leave it unknown.
     rate_hz: Option<f64>,
-    /// Messages lost in transit and in our own queue; null where unknown, as in a damaged bag.
+    /// Messages lost in transit and in our own queue; null if unknown, as in a damaged bag.
     lost: Option<u64>,
 }
 
@@ -108,7 +108,7 @@ impl Info {
         Ok(exit)
     }
 
-    /// The bags among the paths, without folders of exported tables beside them, which a pattern matches, too.
+    /// Returns the bags among the paths, without folders of exported tables, which a shell pattern may match, too.
     fn bags(&self) -> Vec<&PathBuf> {
         let is_export = |path: &&PathBuf| path.is_dir() && path.extension() == Some("csv".as_ref());
         let (exports, bags): (Vec<&PathBuf>, Vec<&PathBuf>) = self.bags.iter().partition(is_export);
@@ -121,7 +121,7 @@ impl Info {
         bags
     }
 
-    /// The exit code after a bag: checking a damaged bag fails; files that are missing are lost data.
+    /// Returns the exit code after a bag: a damaged bag fails a check; missing files are lost data.
     fn after(&self, bag: &Bag, exit: Exit) -> Exit {
         match exit {
             _ if self.check && !damage(bag).is_empty() => Exit::Failed,
@@ -130,7 +130,7 @@ impl Info {
         }
     }
 
-    /// Opens a bag, and reads all of it where requested.
+    /// Opens a bag, and reads all of it if a check is requested.
     fn opened(&self, path: &std::path::Path) -> Result<Bag, Failure> {
         let mut bag = open(path)?;
         if self.check {
@@ -140,12 +140,12 @@ impl Info {
     }
 }
 
-/// Opens a bag, or explains why that failed.
+/// Opens a bag, or explains why it can't be opened.
 pub fn open(path: &std::path::Path) -> Result<Bag, Failure> {
     Bag::open(path).map_err(|error| Failure::to(&error).hint(error.hint()))
 }
 
-/// Prints on standard error the damage in a bag before it is read.
+/// Prints the damage in a bag on standard error before the bag is read.
 pub fn warn_of_damage(bag: &Bag) {
     if bag.is_being_recorded() {
         output::note(format!("{} is {BEING_RECORDED}", bag.path().display()));
@@ -155,7 +155,7 @@ pub fn warn_of_damage(bag: &Bag) {
     }
 }
 
-/// What a check of an undamaged bag has shown.
+/// Describes the result of checking an undamaged bag.
 fn verdict(bag: &Bag) -> String {
     let (count, lacks) = (bag.messages_count(), bag.lacks_checksums());
     let found = match (count, lacks) {
@@ -167,13 +167,13 @@ fn verdict(bag: &Bag) -> String {
     if lacks { format!("{found}; {NO_CHECKSUMS}") } else { found }
 }
 
-/// The exit code of a command that has read a bag: damage means lost data.
+/// Returns the exit code of a command that has read a bag: damage means lost data.
 pub fn after_reading(bag: &Bag, unread: &Unread, exit: Exit) -> Exit {
     let is_whole = damage(bag).is_empty() && unread.is_empty();
     if exit == Exit::Fine && !is_whole { Exit::DataLost } else { exit }
 }
 
-/// The known damage in a bag: complete once it was checked.
+/// Describes the known damage in a bag; complete only after a check.
 pub fn damage(bag: &Bag) -> Vec<String> {
     let places =
         bag.damage().map(|(path, each)| format!("{}: {}", path.display(), damage_text(each)));
@@ -189,7 +189,7 @@ pub fn damage(bag: &Bag) -> Vec<String> {
     files.chain(places).chain(missing).collect()
 }
 
-/// The kind of damage, and its place.
+/// Describes damage and its place.
 pub fn damage_text(damage: &Damage) -> String {
     let Damage { offset, lost_bytes, reason, .. } = damage;
     match lost_bytes {
@@ -242,16 +242,16 @@ fn row(bag: &Bag, known: &BagStream, duration_secs: f64) -> Row {
     }
 }
 
-/// Messages a second; `None` where unknown.
+/// Messages per second; `None` if unknown.
 fn rate_hz(messages: u64, duration_secs: f64) -> Option<f64> {
     (messages > 1 && duration_secs > 0.0).then(|| messages as f64 / duration_secs)
 }
 
-/// States that a recording ended before its session, and why, and which bag it continues.
+/// States whether and why a recording ended before its session, and which bag it continues.
 fn how_it_ended(notes: &BTreeMap<String, String>) -> impl Iterator<Item = String> {
     let noted = |note: &str, what: &str| notes.get(note).map(|text| format!("{what}: {text}"));
     let ended = noted(ENDED_NOTE, "ended before its session");
-    ended.into_iter().chain(noted(CONTINUES_NOTE, "goes on from"))
+    ended.into_iter().chain(noted(CONTINUES_NOTE, "continues"))
 }
 
 fn show(info: &BagInfo) {
@@ -262,7 +262,7 @@ fn show(info: &BagInfo) {
     }
     if info.two_sided {
         output::line(
-            "times are two-sided: retime computed them from the whole course of each clock",
+            "times are two-sided: `teampulse retime` computed them from all data about each clock",
         );
     }
     output::lines(how_it_ended(&info.notes));
@@ -272,13 +272,13 @@ fn show(info: &BagInfo) {
     output::lines(info.damage.iter().map(|each| format!("damaged: {each}")));
     if info.can_be_repaired {
         let path = pasted(Path::new(&info.path));
-        output::line(format!("`teampulse recover {path}` repairs it"));
+        output::line(format!("repair it with `teampulse recover {path}`"));
     }
     output::line("");
     output::lines(table(&info.streams));
 }
 
-/// The streams as a table with a header; columns are as wide as their widest cell.
+/// Formats the streams as a table with a header; columns are as wide as their widest cell.
 fn table(streams: &[Row]) -> impl Iterator<Item = String> {
     let widest = |least: usize, text: fn(&Row) -> &str| {
         streams.iter().map(|row| text(row).chars().count()).fold(least, usize::max)
@@ -312,7 +312,7 @@ mod tests {
         let notes = [(ENDED_NOTE, "the disk is full"), (CONTINUES_NOTE, "a_bag")];
         let notes = notes.map(|(note, text)| (note.to_owned(), text.to_owned()));
         let lines: Vec<String> = how_it_ended(&BTreeMap::from(notes)).collect();
-        assert_eq!(lines, ["ended before its session: the disk is full", "goes on from: a_bag"]);
+        assert_eq!(lines, ["ended before its session: the disk is full", "continues: a_bag"]);
         assert_eq!(how_it_ended(&BTreeMap::new()).count(), 0);
     }
 

@@ -1,4 +1,4 @@
-//! `teampulse list`: the components that a study can use.
+//! `teampulse list`: lists the components that a study can use.
 
 use clap::{Args, ValueEnum};
 use teampulse_core::registry::Entry;
@@ -53,7 +53,7 @@ fn show<T: ?Sized, C>(title: &str, entries: &[Entry<T, C>]) {
     }
 }
 
-/// The settings of a component, with the first sentence of their documentation and their defaults.
+/// Returns the settings of a component, with the first sentence of their documentation and their defaults.
 fn settings(schema: &schemars::Schema) -> Vec<(String, String)> {
     let properties = schema.get("properties").and_then(|each| each.as_object());
     let required = schema.get("required").and_then(|each| each.as_array());
@@ -74,12 +74,12 @@ fn settings(schema: &schemars::Schema) -> Vec<(String, String)> {
     properties.into_iter().flatten().map(described).collect()
 }
 
-/// Documentation as plain text: rustdoc takes brackets for links unless they are escaped.
+/// Converts documentation to plain text: rustdoc takes brackets for links unless they are escaped.
 fn unescaped(doc: &str) -> String {
     doc.replace("\\[", "[").replace("\\]", "]")
 }
 
-/// The default of a setting as TOML; `None` where there is no default, or an empty one.
+/// Formats the default of a setting as TOML; `None` if there is no default, or an empty one.
 fn default(schema: &serde_json::Value) -> Option<String> {
     use serde_json::Value;
     match schema.get("default")? {
@@ -87,7 +87,7 @@ fn default(schema: &serde_json::Value) -> Option<String> {
         Value::Array(each) if each.is_empty() => None,
         Value::Object(each) if each.is_empty() => None,
         Value::String(text) if text.is_empty() => None,
-        // 5.0 is shown as 5.
+        // Shows 5.0 as 5.
         Value::Number(number) => {
             Some(number.as_f64().map_or(number.to_string(), |n| n.to_string()))
         }

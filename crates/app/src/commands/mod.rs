@@ -42,7 +42,7 @@ pub enum Command {
     Replay(replay::Replay),
     /// Writes a new bag with improved times
     Retime(retime::Retime),
-    /// Finds a device's fixed latency from an event that two streams recorded
+    /// Finds a device's fixed latency from events that two streams recorded
     Calibrate(calibrate::Calibrate),
     /// Shows the contents of a bag
     Info(info::Info),
@@ -56,7 +56,7 @@ pub enum Command {
     Extract(extract::Extract),
     /// Lists the components that a study can use
     List(list::List),
-    /// Lists, adds and verifies the models that a session can look at pictures with
+    /// Lists, adds and verifies the models that a session can run on pictures
     Models(models::Models),
     /// Prints the JSON schema of a study, for completion and hover texts in an editor
     Schema,
@@ -64,7 +64,7 @@ pub enum Command {
     Simulate(simulate::Simulate),
     /// Runs only the emulated wearables of a study, on their transports
     Emulate(emulate::Emulate),
-    /// Runs models for a session, in a process of their own
+    /// Runs models for a session in a separate process
     #[command(name = "__model", hide = true)]
     ModelProcess(model_process::ModelProcess),
 }

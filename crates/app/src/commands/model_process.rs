@@ -11,7 +11,7 @@ use crate::exit::Exit;
 /// Runs models for a session, which sends pictures to its standard input.
 #[derive(Debug, Args)]
 pub struct ModelProcess {
-    /// The most memory that it may have [MiB]
+    /// The most memory that the process may use [MiB]
     #[arg(long)]
     memory_mib: u64,
     /// The library of an ONNX Runtime
@@ -27,7 +27,7 @@ impl ModelProcess {
     pub fn run(self) -> Exit {
         serve::limit_memory(self.memory_mib);
         let library = serve::library(self.onnx_runtime);
-        // Why it ends has been answered: the session says it.
+        // The session was already sent the reason, and reports it.
         let served = serve::serve(&self.descriptors, &library, stdin().lock(), stdout().lock());
         if served.is_ok() { Exit::Fine } else { Exit::Failed }
     }

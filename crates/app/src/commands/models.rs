@@ -1,4 +1,4 @@
-//! `teampulse models`: the models that a session can look at pictures with.
+//! `teampulse models`: manages the models that a session can run on pictures.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
 
-/// The most memory that a model may have while it is verified [MiB].
+/// The most memory that a model may use while it is verified [MiB].
 const MEMORY_MIB: u64 = 4096;
 /// The hint for every error in a descriptor.
 const SEE_DOCS: &str = "docs/models.md has the settings of a descriptor";
@@ -33,19 +33,19 @@ enum Act {
         /// A folder with descriptors
         folder: Option<PathBuf>,
     },
-    /// Writes the descriptor of a model that you have downloaded, with the hash of its file, beside it
+    /// Writes the descriptor of a model that you have downloaded next to its file, with the hash of the file
     Add {
         /// The name of a ready descriptor
         name: String,
         /// The ONNX file
         file: PathBuf,
     },
-    /// Checks files against their descriptors, and runs each model once, on a black picture
+    /// Checks files against their descriptors, and runs each model once on a black picture
     Verify {
         /// The descriptors
         #[arg(required = true)]
         descriptors: Vec<PathBuf>,
-        /// The library of an ONNX Runtime; without it that of `ORT_DYLIB_PATH`, or the engine in pure Rust
+        /// The library of an ONNX Runtime; by default the one in `ORT_DYLIB_PATH`, or else the engine in pure Rust
         #[arg(long)]
         onnx_runtime: Option<PathBuf>,
     },
@@ -105,18 +105,17 @@ fn show(descriptor: &Descriptor) {
     output::line(format!("    licence  {licence}"));
 }
 
-/// Writes a ready descriptor beside a file.
+/// Writes a ready descriptor next to a model's file.
 fn add(name: &str, file: &Path) -> Result<Exit, Failure> {
     let Some(ready) = named(name) else {
         let names: Vec<&str> = READY.iter().map(|ready| ready.name).collect();
         let failure = Failure::new(format!("there is no ready descriptor `{name}`"));
         return Err(failure
             .exit(Exit::BadArguments)
-            .hint(format!("there are {}", names.join(", "))));
+            .hint(format!("ready descriptors are {}", names.join(", "))));
     };
     let bytes = contents(file).map_err(Failure::to)?;
-    // The first field of a model, its version of the format; a page of a web site or a pointer of Git LFS begins
-    // otherwise.
+    // An ONNX file starts with the version of its format; a web page or a Git LFS pointer starts differently.
     if bytes.first() != Some(&0x08) {
         let failure = Failure::new(format!("{} is not an ONNX file", file.display()));
         return Err(failure.hint(
@@ -142,7 +141,7 @@ fn add(name: &str, file: &Path) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// The failure to use a descriptor, with its path, which some errors contain.
+/// Describes the failure to use a descriptor, with its path unless the error contains it.
 fn failed(path: &Path, error: &dyn std::fmt::Display) -> String {
     let (path, error) = (path.display().to_string(), error.to_string());
     if error.contains(&path) {

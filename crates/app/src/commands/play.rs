@@ -28,8 +28,8 @@ use player::Player;
 
 /// Plays a bag back onto ROS, on this machine only by default, and shows it in a browser.
 ///
-/// During playback the space bar pauses and resumes, `q` ends it. The page moves to any moment of the bag, and what is
-/// published on ROS moves with it. At the end the command waits as long as a browser shows the page.
+/// During playback, the space bar pauses and resumes, and `q` ends it. When the page moves to another moment of the
+/// bag, what is published on ROS follows. At the end, the command waits as long as a browser shows the page.
 #[derive(Debug, Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
 pub struct Play {
@@ -56,15 +56,15 @@ pub struct Play {
     /// Publishes nothing: the bag is only shown in a browser, until Ctrl-C
     #[arg(long, conflicts_with_all = ["clock", "network", "domain", "no_dashboard"])]
     no_ros: bool,
-    /// Shows nothing in a browser
+    /// Starts no dashboard in a browser
     #[arg(long)]
     no_dashboard: bool,
-    /// The port of the dashboard; by default 8742, or the next one that is free
+    /// The port of the dashboard; by default 8742, or the next free one
     #[arg(long, conflicts_with = "no_dashboard")]
     port: Option<u16>,
 }
 
-/// Reads a speed relative to that of the recording.
+/// Parses a speed relative to that of the recording.
 fn speed(text: &str) -> Result<f64, String> {
     let speed = text.parse().ok().filter(|speed: &f64| speed.is_finite() && *speed > 0.0);
     speed.ok_or_else(|| {
@@ -77,7 +77,7 @@ impl Play {
     pub async fn run(self) -> Result<Exit, Failure> {
         let mut bag = open(&self.bag)?;
         warn_of_damage(&bag);
-        // One whose study can't be read is shown like a bag of others.
+        // A bag whose study can't be read is shown like a bag of another recorder.
         if study_of(&bag).ok().flatten().is_none() {
             describe_foreign(&mut bag);
         }
@@ -104,14 +104,14 @@ impl Play {
         Ok(after_reading(&player.bag, &player.unread, exit))
     }
 
-    /// The position at the start.
+    /// The position at which playback starts.
     fn playhead(&self, bag: &Bag) -> Result<Playhead, Failure> {
         let (first, last) = bag.bounds().unwrap_or_default();
         let from = match self.start {
             Some(secs) if secs > last.secs_since(first) => {
                 let lasts_secs = last.secs_since(first);
                 return Err(Failure::new(format!("the bag is only {lasts_secs:.1} s long"))
-                    .hint("give a --start within it"));
+                    .hint("give a --start within that time"));
             }
             Some(secs) => first + Duration::from_secs_f64(secs),
             None => first,

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::output::{self, say};
 use crate::tidied::{SUMMARY, write_tidy_files};
 
-/// Repairs a damaged bag: keeps all readable messages, in place, and writes the tidy files beside it.
+/// Repairs a damaged bag in place, keeping all readable messages, and writes its tidy files
 #[derive(Debug, Args)]
 pub struct Recover {
     /// The bag's folder, or one of its .mcap files: either way the whole bag is repaired
@@ -22,7 +22,7 @@ pub struct Recover {
 impl Recover {
     /// Runs the command.
     pub async fn run(self) -> Result<Exit, Failure> {
-        // A link is kept, and its target is repaired.
+        // A symbolic link is kept, and its target is repaired.
         let path = self.bag.canonicalize().unwrap_or_else(|_| self.bag.clone());
         let path = folder_with(&path).map(Path::to_owned).unwrap_or(path);
         let report = teampulse_bag::recover(&path).map_err(|error| self.refused(&error))?;
@@ -43,12 +43,12 @@ impl Recover {
         Ok(if is_lossy { Exit::DataLost } else { exit })
     }
 
-    /// Why a bag can't be repaired. A file that is not MCAP is never changed; `import` makes a bag of it.
+    /// Explains why a bag can't be repaired. A file that is not MCAP is never changed; `import` makes a new bag of it.
     fn refused(&self, error: &BagError) -> Failure {
         let bag = self.bag.display();
         match error {
             BagError::NotABag { found: Found::Foreign, .. } => {
-                Failure::new(format!("{bag} is not an MCAP bag: it is read as far as possible, and never changed"))
+                Failure::new(format!("{bag} is not an MCAP bag: it can be read as far as it is intact, but is never changed"))
                     .hint(format!(
                         "`teampulse import {bag}` makes a new bag of everything that can be read, with its tidy files"
                     ))
@@ -63,7 +63,7 @@ async fn tidied(folder: &Path) -> Exit {
     match write_tidy_files(folder).await {
         Ok(exit) => exit,
         Err(failure) => {
-            say("the bag is intact, but its tidy files could not be written:");
+            say("the bag is intact, but its tidy files can't be written:");
             failure.show();
             Exit::Fine
         }
@@ -82,7 +82,7 @@ fn print_file(file: &RecoveredFile) {
         let lost = if file.is_lossy() { lost.as_str() } else { "" };
         let unsure =
             if file.lacked_checksums { format!(", {NO_CHECKSUMS}") } else { String::new() };
-        output::line(format!("{path}: whole, {messages}{lost}{unsure}"));
+        output::line(format!("{path}: intact, {messages}{lost}{unsure}"));
         return;
     }
     output::line(format!("{path}: repaired, {messages} kept{lost}"));

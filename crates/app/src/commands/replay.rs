@@ -26,19 +26,19 @@ use crate::recorded::read_through;
 use crate::setup::{features, sink_context, tidy, try_out};
 use crate::study::Study;
 
-/// The note of a bag whose times were computed by `retime`.
+/// The note in a bag whose times were computed by `retime`.
 pub const RETIMED: &str = "teampulse.times";
-/// The note of a bag that was imported: it is not a session of ours, whose end would be recorded.
+/// The note in a bag that was imported: it was not recorded by a session of ours, which would note its end.
 pub const IMPORTED: &str = "teampulse.imported";
 
 /// Computes all derived streams of a bag again from its raw data, as fast as possible, into a new bag.
 ///
-/// With the study of the recording the derived streams are byte-identical to the recorded ones.
+/// With the study that the recording used, the derived streams are byte-identical to the recorded ones.
 #[derive(Debug, Args)]
 pub struct Replay {
     /// The bag's folder, or one of its .mcap or .db3 files
     bag: PathBuf,
-    /// The study; by default the one stored in the bag, or the defaults
+    /// The study; by default the one stored in the bag, or else the default settings
     #[arg(long)]
     study: Option<PathBuf>,
     /// Where to create the new bag's folder
@@ -64,13 +64,13 @@ impl Replay {
     }
 }
 
-/// Computes all derived streams of a bag again, into a new one.
+/// Computes all derived streams of a bag again, into a new bag.
 pub async fn replayed(bag: Arc<Bag>, study: &Study, claimed: &Claimed) -> Result<Exit, Failure> {
     let source = source_of(&bag, Selection::Raw);
     replayed_from(source, bag, study, claimed).await
 }
 
-/// The same, from a source that reads the bag.
+/// Computes all derived streams again, from a source that reads the bag.
 pub async fn replayed_from(
     source: BagSource,
     bag: Arc<Bag>,
@@ -105,14 +105,14 @@ pub async fn replayed_from(
     Ok(after_reading(&bag, &unread, exit))
 }
 
-/// What computes a bag anew: the bag itself, and its tidy files.
+/// Returns the sinks that write a bag again: the bag itself, and its tidy files.
 pub fn sinks_into(
     bag: BagSink,
     study: &Study,
     context: &SinkContext,
 ) -> Result<Vec<Box<dyn Sink>>, Failure> {
     let (ended, again) = (context.bag_ended.clone(), Continuation::Never);
-    // The commands in a recording were for that recording.
+    // Commands in a recording applied to that recording only.
     let bag = ContinuingBag { bag, ended, again, ends_by_command: false };
     let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(bag)];
     sinks.extend(tidy(study, context)?);
@@ -128,8 +128,8 @@ pub fn describe_recording(context: &mut SinkContext, bag: &Bag) {
         Part { has_joined: notes.contains_key(JOINED_NOTE), ended: notes.get(ENDED_NOTE).cloned() };
 }
 
-/// The notes of a bag that was computed from another: that its times are final, that it is of another program, and what
-/// it lost to damage.
+/// Returns the notes that a bag inherits from the one it is computed from: that its times are final, that it was
+/// imported, how it was placed in a session, why it ended early, and what it lost to damage.
 pub fn kept_notes(bag: &Bag) -> BTreeMap<String, String> {
     let kept = [RETIMED, IMPORTED, JOINED_NOTE, ENDED_NOTE]
         .into_iter()
@@ -138,19 +138,19 @@ pub fn kept_notes(bag: &Bag) -> BTreeMap<String, String> {
     kept.chain(damage).collect()
 }
 
-/// The study of a replay: from a file, else the one stored in the bag.
+/// Reads the study of a replay from a file, or else takes the one stored in the bag.
 pub fn study_for(path: Option<&Path>, bag: &Bag) -> Result<Study, Failure> {
     path.map_or_else(|| study_or_defaults(bag), study_at)
 }
 
-/// The study in a file, which is refused where `check` would refuse it.
+/// Reads the study in a file, and fails where `check` would reject it.
 pub fn study_at(path: &Path) -> Result<Study, Failure> {
     let study = Study::read(path)?;
     try_out(&study)?;
     Ok(study)
 }
 
-/// A study with nothing but the name of a recording.
+/// Returns a study that contains only the name of a recording.
 pub fn defaults(recording: &Path) -> String {
     let name = recording.file_name().unwrap_or_default().to_string_lossy();
     let mut parts = name.split('.').map(|part| part.trim_start_matches('-'));
@@ -159,18 +159,17 @@ pub fn defaults(recording: &Path) -> String {
     let name = name.chars().map(|each| if fits(each) { each } else { '_' });
     let name: String = name.take(100).collect();
     format!(
-        "# No study was kept in the recording: these are the defaults.\n[session]\nname = \"{name}\"\n"
+        "# The recording contains no study: these are the defaults.\n[session]\nname = \"{name}\"\n"
     )
 }
 
-/// Replays a bag with the stamps of its samples' sources, or with the final times of `retime`.
+/// Creates a source that reads a bag, with the stamps of the original sources or with the final times of `retime`.
 pub fn source_of(bag: &Arc<Bag>, selection: Selection) -> BagSource {
     let source = BagSource::new(Arc::clone(bag), selection);
     if bag.notes().contains_key(RETIMED) { source.as_placed() } else { source }
 }
 
-/// The timing of a bag's samples: from the clocks of a study, or as stamped where `retime` has computed
-/// them.
+/// The timing of a bag's samples: from the clocks of a study, or as stamped if `retime` has computed the times.
 pub fn clocks_of(bag: &Bag, study: Option<&Study>) -> Clocks {
     let settings = study.map(|study| study.general.clocks.clone()).unwrap_or_default();
     if bag.notes().contains_key(RETIMED) {
@@ -180,7 +179,7 @@ pub fn clocks_of(bag: &Bag, study: Option<&Study>) -> Clocks {
     }
 }
 
-/// Reads the robots' topics of other recorders by their types, one robot for each namespace.
+/// Recognises the robots' topics of other recorders by their types, with one robot for each namespace.
 pub fn describe_foreign(bag: &mut Bag) {
     let settings: Result<Robots, _> = toml::from_str("namespace = \"/*\"");
     let choice = settings.ok().and_then(|settings| Choice::new(&settings).ok());
@@ -188,7 +187,7 @@ pub fn describe_foreign(bag: &mut Bag) {
     bag.describe_foreign(|topic, type_name| choice.stream(topic, type_name));
 }
 
-/// The study stored in a bag; `None` in a bag of another recorder.
+/// Reads the study stored in a bag; `None` if another recorder wrote the bag.
 pub fn study_of(bag: &Bag) -> Result<Option<Study>, Failure> {
     let kept = bag.attachment(STUDY_NAME);
     let kept = kept.map_err(|error| Failure::to(&error).hint(error.hint()))?;
@@ -198,12 +197,12 @@ pub fn study_of(bag: &Bag) -> Result<Option<Study>, Failure> {
     Ok(study.transpose()?)
 }
 
-/// The study stored in a bag, or else the defaults.
+/// Reads the study stored in a bag, or else returns the defaults.
 pub fn study_or_defaults(bag: &Bag) -> Result<Study, Failure> {
     if let Some(study) = study_of(bag)? {
         return Ok(study);
     }
     let shown = bag.path().display();
-    output::note(format!("note: no study is kept in {shown}: the defaults are used"));
+    output::note(format!("note: {shown} contains no study: the defaults are used"));
     Ok(Study::parse(Path::new("the defaults"), defaults(bag.path()))?)
 }

@@ -19,10 +19,10 @@ use crate::output;
 use crate::recorded::read_through;
 use crate::setup::{features, sink_context};
 
-/// Writes a new bag with improved times, computed from the whole course of every device clock.
+/// Writes a new bag with improved times, computed from the complete recording of every device clock.
 ///
-/// Samples of devices get new times, from the whole course of their clock. Messages of robots stay as they
-/// are, and their computers' clocks are corrected causally. Derived streams are computed again from these
+/// Samples of devices get new times, computed with hindsight from all data about their clock. Messages of robots stay
+/// as they are, and their computers' clocks are corrected causally. Derived streams are computed again from these
 /// times, and so are the bag's tables and its summary.
 #[derive(Debug, Args)]
 pub struct Retime {
@@ -71,7 +71,7 @@ impl Retime {
         }
         if hindsight.is_empty() {
             output::note(
-                "warning: no device with a clock is in the bag: its times remain unchanged",
+                "warning: the bag contains no device with a clock: its times remain unchanged",
             );
         }
 

@@ -20,21 +20,21 @@ use crate::tidied::{SUMMARY, write_tidy_files};
 
 /// Monitors and records a real team.
 ///
-/// While it runs: a letter or digit sets a marker, the space bar one named `mark`; `q`, then `y`, ends the session
-/// (`q` alone where nothing is recorded); Ctrl-N begins the next phase, Ctrl-R repeats a phase, Ctrl-X aborts it;
-/// Ctrl-P stops or starts the recording, and Ctrl-K keeps the last seconds before one began; the arrow keys scroll the
-/// team, Page Up and Page Down the log.
+/// While it runs: a letter or digit sets a marker, the space bar sets a marker named `mark`; `q`, then `y`, ends the
+/// session (`q` alone if nothing is recorded); Ctrl-N starts the next phase, Ctrl-R repeats a phase, Ctrl-X aborts it;
+/// Ctrl-P stops or starts the recording, and Ctrl-K also saves the last seconds before a recording starts; the arrow
+/// keys scroll the team, Page Up and Page Down the log.
 #[derive(Debug, Args)]
 pub struct Run {
     /// The study: which sources to record, which features to compute, which sinks to write
     study: PathBuf,
-    /// Ends by itself after this many seconds of the session's clock
+    /// Ends after this many seconds of the session's clock
     #[arg(long, value_name = "SECS", value_parser = crate::commands::run::seconds)]
     duration: Option<f64>,
     /// Where to create the bag's folder
     #[arg(long, value_name = "DIR", default_value = "sessions")]
     out: PathBuf,
-    /// Shows nothing in a browser
+    /// Starts no dashboard in a browser
     #[arg(long)]
     no_dashboard: bool,
 }
@@ -51,7 +51,7 @@ impl Run {
     }
 }
 
-/// Runs a whole study, with extra sources, until it is asked to stop.
+/// Runs a whole study, with extra sources, until asked to stop.
 pub async fn watch(
     setup: Setup,
     beside: Sources,
@@ -65,7 +65,7 @@ pub async fn watch(
             .hint("give another folder with --out"));
     }
     if let Some(reason) = room.unfit_fallback {
-        return Err(Failure::new(reason).hint("give another folder as `fallback`, or none"));
+        return Err(Failure::new(reason).hint("set `fallback` to another folder, or remove it"));
     }
     if let Some(instead) = room.instead {
         say(format!("note: {instead}"));
@@ -78,7 +78,7 @@ pub async fn watch(
     if sources.is_empty() {
         return Err(setup.without("sources", "nothing is watched").into());
     }
-    // Mistakes in them are reported before a folder is created.
+    // Mistakes in sinks and workers are reported before a folder is created.
     drop((setup.sinks(&setup.bag_folder(&out))?, setup.workers()?));
     let claimed = setup.claim_folder(&out)?;
     let bag = claimed.path().to_owned();
@@ -101,12 +101,12 @@ pub async fn watch(
     absent.show();
     let exit = if absent.is_empty() || exit != Exit::Fine { exit } else { Exit::DeviceMissing };
     for later in ended.folders() {
-        // They were omitted during the session.
+        // The tidy files were not written during the session.
         if let Err(failure) = write_tidy_files(&later).await {
             failure.show();
         }
     }
-    // A recording that begins by command is among those that came later.
+    // A recording that starts by command has its folder among the later ones.
     let first = [bag].into_iter().filter(|bag| !ended.folders().contains(bag));
     let folders: Vec<PathBuf> =
         first.chain(ended.folders()).filter(|folder| holds_something(folder)).collect();
@@ -120,7 +120,7 @@ pub async fn watch(
     Ok(exit)
 }
 
-/// Prints where the recording is.
+/// Prints where the recording is, and how to inspect it.
 fn say_where(folder: &Path) {
     say(format!("recorded; inspect it with `teampulse info {}`", pasted(folder)));
     let summary = folder.join(SUMMARY);

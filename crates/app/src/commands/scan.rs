@@ -1,4 +1,4 @@
-//! `teampulse scan`: what is in range.
+//! `teampulse scan`: lists what is in range.
 
 mod bluetooth;
 mod cameras;
@@ -38,7 +38,7 @@ use crate::machine;
 use crate::network;
 use crate::output::{self, say};
 
-/// How often the graph is read during a scan.
+/// How often the ROS graph is read during a scan.
 const LOOK: Duration = Duration::from_millis(100);
 /// The queue length of a counting subscription [messages].
 const DEPTH: u32 = 100;
@@ -52,35 +52,35 @@ pub struct Scan {
     /// The ROS domains to scan, and other buses as KIND:ADDRESS; by default the domain of `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     domains: Vec<BusId>,
-    /// Prints one JSON array: of each domain, and of Bluetooth, serial ports, cameras, microphones, input devices and
-    /// LSL where some are found there
+    /// Prints one JSON array with an entry for each domain, and entries for Bluetooth, serial ports, cameras,
+    /// microphones, input devices and LSL if any are found
     #[arg(long)]
     json: bool,
 }
 
-/// What was found in one place.
+/// The results from one place.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 enum Place {
-    /// On a ROS domain.
+    /// Nodes and topics on a ROS domain.
     Domain(Domain),
-    /// Over Bluetooth.
+    /// Wearables in Bluetooth range.
     Bluetooth {
         #[serde(rename = "bluetooth")]
         devices: Vec<Device>,
     },
-    /// At serial ports.
+    /// Serial ports with a device attached.
     Serial {
         #[serde(rename = "serial_ports")]
         ports: Vec<Port>,
     },
-    /// Cameras.
+    /// Cameras of this computer.
     Cameras { cameras: Vec<Camera> },
-    /// Microphones.
+    /// Microphones of this computer.
     Microphones { microphones: Vec<Microphone> },
     /// Keyboards, mice and gamepads.
     Inputs { inputs: Vec<Input> },
-    /// On Lab Streaming Layer.
+    /// Streams of Lab Streaming Layer.
     Lsl {
         #[serde(rename = "lsl")]
         streams: Vec<LslStream>,
@@ -165,7 +165,7 @@ impl Scan {
         Ok(Exit::Fine)
     }
 
-    /// What is in range on each domain.
+    /// Finds what is in range on each domain.
     async fn domains(&self, buses: &Buses, ids: Vec<BusId>) -> Result<Vec<Domain>, Failure> {
         let mut domains = Vec::new();
         for id in ids {
@@ -176,7 +176,7 @@ impl Scan {
     }
 }
 
-/// The counts of a topic.
+/// The messages and bytes counted on a topic.
 #[derive(Debug, Default)]
 struct Count {
     messages: AtomicU64,
@@ -188,7 +188,7 @@ async fn listen(id: BusId, bus: &dyn Bus, duration_secs: f64) -> Domain {
         BTreeMap::new();
     let looks = (duration_secs / LOOK.as_secs_f64()).ceil() as u32;
     for _ in 0..looks {
-        // A copy: the bus must be able to change its graph while it is subscribed to.
+        // A copy: the bus must be able to change its graph during the subscription.
         let graph = Arc::clone(&bus.graph().borrow());
         for endpoint in graph.endpoints() {
             let key = (endpoint.topic.clone(), endpoint.type_name.clone());
@@ -255,14 +255,14 @@ fn has_people(found: &Domain) -> bool {
     found.topics.iter().any(|topic| people.hears(&topic.name, &topic.type_name))
 }
 
-/// The robot whose condition a topic reports, by the first token of its name.
+/// Returns the robot whose condition a topic reports, by the first token of the topic's name.
 pub fn robot<'a>(topic: &'a str, type_name: &str) -> Option<&'a str> {
     let (robot, below) = topic.strip_prefix('/')?.split_once('/')?;
     let gives = norm_of_type(type_name).is_some() && !below.is_empty() && robot != "sim";
     gives.then_some(robot)
 }
 
-/// The namespaces in which robots were found; those that differ only in a number share one pattern.
+/// Returns the namespaces in which robots were found; namespaces that differ only in a number share one pattern.
 fn robots(found: &Domain) -> Vec<String> {
     let of_robot = found.topics.iter().filter_map(|topic| robot(&topic.name, &topic.type_name));
     let namespaces = of_robot.map(|robot| {

@@ -1,4 +1,4 @@
-//! `teampulse schema`: the JSON schema of a study.
+//! `teampulse schema`: prints the JSON schema of a study.
 
 use schemars::SchemaGenerator;
 use serde_json::{Value, json};
@@ -16,7 +16,7 @@ pub fn run() -> Exit {
     Exit::Fine
 }
 
-/// The schema of a whole study.
+/// Builds the schema of a whole study.
 pub(crate) fn study() -> Value {
     let all = Components::of_this_program();
     let mut schema = SchemaGenerator::default().into_root_schema_for::<General>().to_value();
@@ -33,7 +33,7 @@ pub(crate) fn study() -> Value {
     schema
 }
 
-/// Each kind of component with its `type`.
+/// Builds a schema of each kind of component, with its `type`.
 fn variants<T: ?Sized, C>(entries: &[Entry<T, C>]) -> Vec<Value> {
     let variant = |entry: &Entry<T, C>| {
         let mut schema = (entry.schema)().to_value();

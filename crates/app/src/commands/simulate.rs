@@ -31,20 +31,21 @@ use crate::output::say;
 use crate::stop::Stop;
 use crate::study::{SessionClock, Study, StudyError};
 
-/// Everything about simulated people is published, descriptions included: there is no privacy to protect.
+/// The published streams of simulated people: all of them, and their descriptions, since there is no privacy to
+/// protect.
 const OF_PEOPLE: [&str; 2] = ["/humans/persons/**", "/teampulse/streams"];
-/// How often the parent process is checked.
+/// How often to check whether the parent process is alive.
 const LOOK: Duration = Duration::from_millis(200);
 
 /// Runs only the simulated robots and people of a study, on ROS.
 ///
-/// Reads the table [simulate] of the study. Publishes /clock at a speed other than 1, and where the
-/// session's clock is /clock.
+/// Reads the table [simulate] of the study. Publishes /clock if the speed is not 1, or if the session's clock is
+/// /clock.
 #[derive(Debug, Args)]
 pub struct Simulate {
     /// The study
     study: PathBuf,
-    /// Ends by itself after this many seconds of simulated time
+    /// Ends after this many seconds of simulated time
     #[arg(long, value_name = "SECS", value_parser = seconds)]
     duration: Option<f64>,
     /// The seed of all random numbers, instead of the study's
@@ -60,21 +61,21 @@ pub struct Simulate {
     /// How much too fast that clock runs [ppm]
     #[arg(long, value_name = "PPM", default_value_t = 0.0, value_parser = skew)]
     clock_skew_ppm: f64,
-    /// Also serves the wearables of the study, as `emulate` does, with the D-Bus of those over Bluetooth in this
-    /// folder; what they measure is then not published on ROS
+    /// Also serves the wearables of the study, as `emulate` does, with the D-Bus of Bluetooth wearables in this folder;
+    /// what they measure is then not published on ROS
     #[arg(long, value_name = "DIR")]
     wearables: Option<PathBuf>,
-    /// Ends with the process that started it
+    /// Ends when the process that started it ends
     #[arg(long, value_name = "PID", hide = true)]
     with_parent: Option<i32>,
 }
 
-/// A number of seconds that a clock may be off.
+/// Parses a number of seconds by which a clock may be off.
 fn any_number(text: &str) -> Result<f64, String> {
     number(text, 1e8).ok_or_else(|| format!("`{text}` is not a number of seconds below 100000000"))
 }
 
-/// A skew that a clock may have.
+/// Parses the skew of a clock.
 fn skew(text: &str) -> Result<f64, String> {
     number(text, 1e5).ok_or_else(|| format!("`{text}` is not a skew of less than 100000 ppm"))
 }
@@ -112,7 +113,7 @@ impl Simulate {
     }
 }
 
-/// The simulated team of a study, if it has one.
+/// Reads the simulated team of a study, if it has one.
 pub fn team(study: &Study) -> Result<Option<SimulatedTeam>, StudyError> {
     let team: Option<SimulatedTeam> = study.settings("simulate")?;
     if let Some(team) = &team {
@@ -124,18 +125,18 @@ pub fn team(study: &Study) -> Result<Option<SimulatedTeam>, StudyError> {
     Ok(team)
 }
 
-/// Which clock is used: a simulated one where it runs faster or slower than real time, and where the study's session
+/// Returns which clock is used: a simulated one if it runs faster or slower than real time, or if the study's session
 /// would wait for /clock.
 fn time_of(study: &Study, team: &SimulatedTeam) -> SessionClock {
     let is_real = (team.speed - 1.0).abs() <= f64::EPSILON;
     if is_real { study.general.session.clock } else { SessionClock::Simulated }
 }
 
-/// Has the kernel send SIGTERM when the parent process ends, for whatever reason.
+/// Asks the kernel to send SIGTERM when the parent process ends for any reason.
 fn end_with(parent: i32) -> Result<(), Failure> {
     let asked = rustix::process::set_parent_process_death_signal(Some(Signal::TERM));
     asked.map_err(|error| Failure::to(format!("end with its parent: {error}")))?;
-    // It may have ended before that.
+    // The parent may have ended before that.
     let lives = is_child_of(parent);
     if lives { Ok(()) } else { Err(Failure::new("the process that started this one has ended")) }
 }
@@ -166,7 +167,7 @@ impl Simulate {
         let bus = buses.get(&domain)?;
         let (robots, people) = (team.robots, team.people);
         let is_simulated = time == SessionClock::Simulated;
-        // Deadlines come sooner by a clock that runs fast.
+        // By a clock that runs fast, deadlines come sooner.
         team.speed *= 1.0 + self.clock_skew_ppm * 1e-6;
         let clock = if is_simulated { Clock::settable() } else { host.clone() };
         let wardrobe = self.wearables.is_some().then(|| wardrobe(&team)).transpose()?;
@@ -204,17 +205,17 @@ impl Simulate {
         let ended = tokio::select! {
             outcome = running => Ok(Some(outcome)),
             failure = served.fail() => Err(failure),
-            // Its publishers would wait for subscriptions of a process that was killed.
+            // On return, its publishers would wait for subscriptions of a process that was killed.
             () = gone(self.with_parent) => Ok(None),
         };
         served.close().await;
         if let (Some(folder), Some(parent)) = (&self.wearables, self.with_parent)
             && !is_child_of(parent)
         {
-            // Its owner can't any more.
+            // The process that created it can't remove it any more.
             drop(std::fs::remove_dir_all(folder));
         }
-        // Last, as nobody may read what it prints, which ends the process.
+        // Printed last: if nobody reads the output, printing ends the process.
         Ok(ended?.map_or(Exit::Fine, conclude))
     }
 
@@ -239,7 +240,7 @@ impl Simulate {
     }
 }
 
-/// The publishers: the robots, and the people where there are any. Only the first publishes /clock.
+/// Creates the sinks that publish the robots, and the people if there are any. Only the first publishes /clock.
 fn sinks(bus: &Arc<dyn Bus>, time: SessionClock, host: &Clock, people: u32) -> Vec<Box<dyn Sink>> {
     let is_simulated = time == SessionClock::Simulated;
     let publishing = |publish| {

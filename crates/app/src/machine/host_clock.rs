@@ -1,20 +1,22 @@
-//! Whether the clock of this machine is synchronised.
+//! Reports whether the clock of this machine is synchronised.
 #![expect(unsafe_code, reason = "the kernel's clock status has no safe binding")]
 
 /// The state of the clock as reported by the kernel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Clock {
-    /// It is synchronised, to within this uncertainty [s].
+    /// The clock is synchronised, to within this uncertainty [s].
     Synchronised { within_secs: f64 },
-    /// It is not synchronised.
+    /// The clock is not synchronised.
     Free,
 }
 
-/// One line about the clock.
+/// Returns one line about the clock.
 pub(super) fn line() -> String {
     match ask() {
         Ok(clock) => describe(clock),
-        Err(error) => format!("clock    ?     failed to ask whether it is synchronised: {error}"),
+        Err(error) => {
+            format!("clock    ?     failed to find out whether it is synchronised: {error}")
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Where in a study a setting belongs that was written in the wrong table.
+//! Finds where a setting belongs that was written in the wrong table of a study.
 
 use serde_json::Value;
 
@@ -6,10 +6,10 @@ use crate::commands::schema;
 
 use super::header;
 
-/// The most kinds of one component that are named.
+/// The most kinds of one component that are listed.
 const MOST_KINDS: usize = 4;
 
-/// Where a setting of this name belongs; `None` where there is none, or in too many places.
+/// Returns where a setting of this name belongs; `None` if there is no such place, or too many.
 pub(super) fn belongs(word: &str) -> Option<String> {
     let schema = schema::study();
     let study = schema["properties"].as_object()?;
@@ -25,17 +25,17 @@ pub(super) fn belongs(word: &str) -> Option<String> {
     }
 }
 
-/// Where a setting or a table of the study itself is written.
+/// Returns where a setting or a table of the study itself is written.
 fn of_study(word: &str, schema: &Value, own: &Value) -> String {
     let settings = entry_of(schema, own);
     if ["properties", "additionalProperties", "oneOf"].iter().any(|part| !settings[part].is_null())
     {
-        return format!("`{word}` is a table of its own: begin it with {}", header_of(word, own));
+        return format!("`{word}` is a separate table: start it with {}", header_of(word, own));
     }
     format!("`{word}` belongs to the study as a whole: write it above the first [table]")
 }
 
-/// The place below a table in which the setting is known.
+/// Returns the place below a table that has this setting.
 fn within(table: &str, found: &Value, word: &str, schema: &Value) -> Option<String> {
     if let Some(kinds) = found["items"]["oneOf"].as_array() {
         return of_kinds(table, kinds, word);
@@ -50,7 +50,7 @@ fn within(table: &str, found: &Value, word: &str, schema: &Value) -> Option<Stri
     below.next().map(|(feature, _)| format!("[features.{feature}]"))
 }
 
-/// The kinds of a component that know the setting.
+/// Names the kinds of a component that have this setting.
 fn of_kinds(table: &str, kinds: &[Value], word: &str) -> Option<String> {
     let knowing = kinds.iter().filter(|kind| kind["properties"].get(word).is_some());
     let named: Vec<String> = knowing
@@ -64,12 +64,12 @@ fn of_kinds(table: &str, kinds: &[Value], word: &str) -> Option<String> {
     }
 }
 
-/// The schema of a table, or of the tables in an array.
+/// Returns the schema of a table, or of the tables in an array.
 fn entry_of<'v>(schema: &'v Value, found: &'v Value) -> &'v Value {
     resolved(schema, found.get("items").unwrap_or(found))
 }
 
-/// A schema, or the one that it refers to.
+/// Resolves a schema that refers to another one.
 fn resolved<'v>(schema: &'v Value, found: &'v Value) -> &'v Value {
     let name = found["$ref"].as_str().and_then(|reference| reference.strip_prefix("#/$defs/"));
     name.map_or(found, |name| &schema["$defs"][name])
@@ -98,8 +98,8 @@ mod tests {
             ("mains_hz", "`mains_hz` belongs to [features]"),
             ("weak_dbm", "`weak_dbm` belongs to [features.link_quality]"),
             ("lasts_secs", "`lasts_secs` belongs to [[phases]]"),
-            ("phases", "`phases` is a table of its own: begin it with [[phases]]"),
-            ("sources", "`sources` is a table of its own: begin it with [[sources]]"),
+            ("phases", "`phases` is a separate table: start it with [[phases]]"),
+            ("sources", "`sources` is a separate table: start it with [[sources]]"),
             ("split_secs", "`split_secs` belongs to [[sinks]] with the `type` `bag`"),
         ] {
             assert_eq!(belongs(word).as_deref(), Some(place));

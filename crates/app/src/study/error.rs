@@ -1,4 +1,4 @@
-//! An error in a study: its place, and a suggestion.
+//! An error in a study, with its place and a suggestion.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::{elsewhere, mistyped};
 
-/// An error in a study, and its place.
+/// An error in a study, with its place.
 #[derive(Debug, Error)]
 #[error("{message}")]
 pub struct StudyError {
@@ -31,19 +31,19 @@ impl Diagnostic for StudyError {
     }
 }
 
-/// The remedies for addresses that the parser refuses, by its words.
+/// Remedies for addresses that the parser rejects, by its error message.
 const ADDRESSES: [(&str, &str); 2] = [
     ("invalid socket address", "write the address with the port, as in \"127.0.0.1:5006\""),
     (
         "invalid IP address",
-        "write the address alone, as in \"0.0.0.0\"; `port` is a setting of its own",
+        "write only the address, as in \"0.0.0.0\"; `port` is a separate setting",
     ),
 ];
 
-/// How the parser's message begins where a setting is missing.
+/// The start of the parser's message about a missing setting.
 pub(super) const MISSING: &str = "missing field `";
 
-/// A suggestion for a missing or mistyped setting, an address, or a misspelt or misplaced word.
+/// Returns a suggestion for a missing or mistyped setting, an address, or a misspelt or misplaced word.
 pub(super) fn suggestion(message: &str) -> Option<String> {
     if let Some((_, hint)) = ADDRESSES.iter().find(|(words, _)| message.contains(words)) {
         return Some((*hint).to_owned());
@@ -67,20 +67,20 @@ pub(super) fn suggestion(message: &str) -> Option<String> {
         return Some(format!("did you mean `{near}`?"));
     }
     if !message.starts_with("unknown field") {
-        return Some("write one of these words".to_owned());
+        return Some("use one of these words".to_owned());
     }
     let elsewhere = elsewhere::belongs(wrong);
     Some(elsewhere.unwrap_or_else(|| "remove it; `teampulse schema` lists all settings".to_owned()))
 }
 
-/// The known word that is nearest to another, if one is near.
+/// Returns the known word closest to another, if one is close.
 pub(super) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let similarity = |known: &&&str| strsim::jaro_winkler(word, known);
     let near = known.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b)))?;
     is_near(word, near).then_some(*near)
 }
 
-/// Whether a word may be another one misspelt: a few letters differ, or one begins with the other.
+/// Whether a word may be a misspelling of another: a few letters differ, or one starts with the other.
 pub fn is_near(word: &str, known: &str) -> bool {
     let letters = word.chars().count().max(known.chars().count());
     let is_begun = word.chars().count() >= 3 && known.starts_with(word) || word.starts_with(known);

@@ -4,12 +4,11 @@ use std::ops::Range;
 
 use teampulse_core::text::is_unwanted;
 
-/// The number of characters of a line that is shown, and the number before the error.
+/// The most characters of a line that are shown, and the most of them before the error.
 const LONGEST_LINE: usize = 400;
 const BEFORE: usize = 100;
 
-/// A study's text with lines that fit a terminal, without control characters; and the place of `span` in
-/// it.
+/// Returns a study's text with lines that fit a terminal and without control characters, and the place of `span` in it.
 pub(super) fn excerpt(text: &str, span: &Range<usize>) -> (String, Range<usize>) {
     let mut shown = Shown { text: String::new(), span, start: None, end: None };
     let mut begin = 0;
@@ -30,7 +29,7 @@ struct Shown<'a> {
 }
 
 impl Shown<'_> {
-    /// Takes a line that begins at a byte of the study.
+    /// Adds a line that starts at a byte of the study.
     fn take(&mut self, line: &str, begin: usize) {
         let body = line.strip_suffix('\n').unwrap_or(line);
         let wrong_at = self.span.start.saturating_sub(begin);
@@ -56,7 +55,7 @@ impl Shown<'_> {
         }
     }
 
-    /// Notes the byte of the study at which the next text is.
+    /// Marks where the span starts and ends, given the study's byte at which the next text lies.
     fn reach(&mut self, at: usize) {
         let here = self.text.len();
         if at >= self.span.start {

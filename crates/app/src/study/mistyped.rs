@@ -1,6 +1,6 @@
-//! The remedy for a value of the wrong type.
+//! Remedies for values of the wrong type.
 
-/// How values of a type are written, by the type in the parser's words.
+/// How values of a type are written, by the parser's name of the type.
 const FORMS: [(&str, &str); 6] = [
     ("a boolean", "write true or false, without quotes"),
     ("a sequence", "write a list in brackets, as in [\"a\", \"b\"] or [1, 2]"),
@@ -9,11 +9,11 @@ const FORMS: [(&str, &str); 6] = [
     ("a string", "write one text in quotes"),
     ("path string", "write one path in quotes"),
 ];
-/// The numbers, in the parser's words.
+/// The parser's names of number types.
 const NUMBERS: [&str; 10] =
     ["f64", "f32", "usize", "u64", "u32", "u16", "u8", "i64", "i32", "isize"];
 
-/// What to write instead of a value, from the parser's message; `None` for other messages.
+/// Returns what to write instead of a value, given the parser's message; `None` for other messages.
 pub(super) fn remedy(message: &str) -> Option<String> {
     let (found, expected) = message.strip_prefix("invalid type: ")?.split_once(", expected ")?;
     let (kind, value) = found.split_once(['`', '"']).unwrap_or((found, ""));

@@ -1,17 +1,17 @@
-//! The place of a setting in a study.
+//! Finds the place of a setting in a study.
 
 use std::ops::Range;
 
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// The place of a setting, or of the nearest table above it: `None` when not even the first key is present.
+/// Returns the place of a setting, or of the nearest table above it; `None` if not even the first key exists.
 pub(super) fn nearest_place(whole: &Spanned<DeValue<'_>>, path: &str) -> Option<Range<usize>> {
     let (found, _) = walk(whole, path);
     (!std::ptr::eq(found, whole)).then(|| found.span())
 }
 
-/// Follows a path as far as it is present; returns whether that is to its end.
+/// Follows a path as far as it exists; returns whether it was followed to its end.
 pub(super) fn walk<'v, 'a>(
     whole: &'v Spanned<DeValue<'a>>,
     path: &str,

@@ -1,8 +1,8 @@
-//! The errors of the parser in the words of a study: no types of Rust, no hundreds of digits.
+//! Puts the parser's errors in the words of a study: without Rust types and numbers of hundreds of digits.
 
 use super::error::MISSING;
 
-/// The parser's words for what it expected, and ours.
+/// Phrases of the parser, and their replacements.
 const WORDS: [(&str, &str); 15] = [
     (" as i128", ""),
     (" as u128", ""),
@@ -23,7 +23,7 @@ const WORDS: [(&str, &str); 15] = [
 /// Numbers with more digits are written with an exponent.
 const MOST_DIGITS: usize = 16;
 
-/// An error message in plain words.
+/// Puts an error message in plain words.
 pub(super) fn plain(message: &str) -> String {
     if let Some(rest) = message.strip_prefix(MISSING) {
         return shortened(&format!("`{rest} is missing"));
@@ -33,7 +33,7 @@ pub(super) fn plain(message: &str) -> String {
     shortened(&without_types(&words))
 }
 
-/// The same without the name of a type, which no study has: `expected a table`.
+/// Replaces the name of a Rust type, which no study uses, by `a table`.
 fn without_types(text: &str) -> String {
     match text.split_once("expected struct ") {
         Some((before, named)) if !named.contains(' ') => format!("{before}expected a table"),
@@ -41,7 +41,7 @@ fn without_types(text: &str) -> String {
     }
 }
 
-/// The same with long whole numbers as `1e300`.
+/// Shortens long whole numbers to the form `1e300`.
 fn shortened(text: &str) -> String {
     let is_part = |each: char| each.is_ascii_alphanumeric() || matches!(each, '.' | '_');
     let mut short = String::new();

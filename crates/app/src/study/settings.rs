@@ -11,7 +11,7 @@ use teampulse_features::thresholds::Threshold;
 use teampulse_ros::BusId;
 use teampulse_sources::session::Phase;
 
-/// The settings that all studies share; sources, sinks and workers have tables of their own.
+/// The settings that all studies share; sources, sinks and workers have separate tables.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct General {
@@ -19,22 +19,22 @@ pub struct General {
     pub session: SessionSettings,
     /// The features to compute.
     pub features: FeatureSettings,
-    /// Properties of the devices' clocks, by the device's name; `teampulse calibrate` measures them.
+    /// Properties of the devices' clocks, by the device's name, as measured by `teampulse calibrate`.
     pub clocks: BTreeMap<String, ClockSettings>,
     /// The phases of the study, at set times or started manually; `baseline` is the reference.
     pub phases: Vec<Phase>,
-    /// Limits on any numbers of people, robots and the team, beyond which someone is needed.
+    /// Limits for numbers of people, robots and the team, beyond which someone must attend.
     pub alerts: Vec<Threshold>,
     /// Who may command the session while it runs; by default only the terminal's keys.
     pub commands: CommandSettings,
     /// The commands that letters and digits of the terminal send instead of setting a marker named after the key:
-    /// `b = "do nback start 2"`. Those that set a marker, as `l = "mark robot lost"`, apply to the dashboard, too.
+    /// `b = "do nback start 2"`. Markers, such as `l = "mark robot lost"`, apply to the dashboard, too.
     pub keys: BTreeMap<String, String>,
-    /// Whether the session is also shown in a browser, at <http://127.0.0.1:8742>; `[[sinks]]` with the type
-    /// `dashboard` has its settings.
+    /// Whether the session is also shown in a browser, at <http://127.0.0.1:8742>; `[[sinks]]` of the type `dashboard`
+    /// holds its settings.
     pub dashboard: Shown,
-    /// Streams that are published on ROS while running, by name; `*` stands for a part of a token.
-    /// Nothing about a person is published unless it is named here.
+    /// The names of streams that are published on ROS while running; `*` stands for a part of a token. Nothing about a
+    /// person is published unless it is named here.
     pub publish: Vec<teampulse_core::pattern::Pattern>,
 }
 
@@ -49,22 +49,22 @@ impl Default for Shown {
     }
 }
 
-/// The session as a whole.
+/// The settings of the whole session.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SessionSettings {
-    /// The name of the session; its bag is `<name>_<UTC>`.
+    /// The name of the session; its bag is named `<name>_<UTC>`.
     pub name: String,
     /// The session's clock: `host`, or `/clock` to follow simulated time on ROS.
     pub clock: SessionClock,
     /// The ROS domain, or another bus as `"KIND:ADDRESS"`, of `/clock`, `/session/events` and the published streams; by
     /// default the domain of `ROS_DOMAIN_ID`, else 0.
     pub domain: Option<BusId>,
-    /// A folder with the definitions of types that no node on the network provides, as a ROS workspace
-    /// installs them: `<folder>/share/<package>/msg/<Type>.msg`.
+    /// A folder with the definitions of message types that no node on the network provides, in the layout in which a
+    /// ROS workspace installs them: `<folder>/share/<package>/msg/<Type>.msg`.
     pub messages: Option<PathBuf>,
-    /// Shows estimates of people's workload and arousal on the screen. An experimenter who sees them is no
-    /// longer blind. Default: false; they are recorded in any case.
+    /// Shows estimates of people's workload and arousal on the screen. An experimenter who sees them is no longer blind
+    /// to them. Default: false; they are recorded in any case.
     pub show_estimates: bool,
 }
 
@@ -86,16 +86,16 @@ pub enum SessionClock {
     Simulated,
 }
 
-/// The features to compute. Beside these settings, each feature has a table of its own: `[features.state]`.
+/// The features to compute. In addition to these settings, each feature has a separate table, such as
+/// `[features.state]`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FeatureSettings {
     /// The lengths of the sliding windows [s].
     pub windows_secs: Vec<f64>,
-    /// The mains frequency, whose hum is removed from an ECG [Hz]: 50 or 60. By default it is detected in
-    /// the signal.
+    /// The mains frequency to remove from an ECG [Hz]: 50 or 60. By default it is detected in the signal.
     pub mains_hz: Option<f64>,
-    /// Families of features that are not computed; see `teampulse list features`.
+    /// The families of features that are not computed; see `teampulse list features`.
     pub disable: Vec<String>,
 }
 

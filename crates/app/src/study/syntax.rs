@@ -7,10 +7,10 @@ use teampulse_core::text::{LONGEST_NAME, label};
 
 use super::{ARRAYS, header};
 
-/// The quotes of word processors, which TOML does not know.
+/// The typographic quotes of word processors, which TOML does not accept.
 const TYPOGRAPHIC: [char; 8] = ['“', '”', '„', '‘', '’', '‚', '«', '»'];
 
-/// The parser's error, with the place and the remedy of what it does not know.
+/// Explains the parser's error for mistakes that it does not recognise, with their place and remedy.
 pub(super) fn explained(text: &str, message: &str, span: Option<Range<usize>>) -> SettingsError {
     let span = span.unwrap_or(0..0);
     let own = quoted(text, &span)
@@ -19,7 +19,7 @@ pub(super) fn explained(text: &str, message: &str, span: Option<Range<usize>>) -
     SettingsError { span: Some(span), ..error }
 }
 
-/// The first typographic quote that stands for a straight one in the line of an error, and its remedy.
+/// Finds the first typographic quote used as a straight one in the line of an error, with its remedy.
 fn quoted(text: &str, span: &Range<usize>) -> Option<(Range<usize>, SettingsError)> {
     let begin = begin_of_line(text, span.start);
     let line = text[begin..].lines().next()?;
@@ -27,12 +27,12 @@ fn quoted(text: &str, span: &Range<usize>) -> Option<(Range<usize>, SettingsErro
     let is_text = !line[..at].matches('"').count().is_multiple_of(2) || line[..at].contains('#');
     let place = begin + at..begin + at + quote.len_utf8();
     let error =
-        SettingsError::new(format!("{quote} is a typographic quote, which TOML does not know"));
+        SettingsError::new(format!("{quote} is a typographic quote, which TOML does not accept"));
     let hint = "write straight quotes, as in name = \"my_team\"";
     (!is_text).then(|| (place, error.with_hint(hint)))
 }
 
-/// The error about a key or a table that is written a second time.
+/// Describes a key or a table that is written a second time.
 fn doubled(text: &str, span: &Range<usize>) -> SettingsError {
     let begin = begin_of_line(text, span.start);
     let line = text[begin..].lines().next().unwrap_or_default();
@@ -46,13 +46,13 @@ fn doubled(text: &str, span: &Range<usize>) -> SettingsError {
     }
     let error = SettingsError::new(format!("the table `{shown}` is written twice"));
     error.with_hint(if ARRAYS.contains(&word) {
-        format!("there may be several, each beginning with {}", header(word))
+        format!("there may be several, each starting with {}", header(word))
     } else {
-        "put the settings of both below one header".to_owned()
+        "put the settings of both under one header".to_owned()
     })
 }
 
-/// The line in which a key was set in the last table of a text, from 1.
+/// Returns the line, from 1, in which a key was set in the last table of a text.
 fn line_of_key(before: &str, key: &str) -> Option<usize> {
     let lines: Vec<&str> = before.lines().collect();
     let table = lines.iter().rposition(|line| line.trim_start().starts_with('[')).unwrap_or(0);

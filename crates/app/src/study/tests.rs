@@ -318,7 +318,7 @@ fn an_unknown_command_is_shown_at_its_place() {
     "#);
     assert!(read("[commands]\nkeys = []\nros = [\"*\"]\nprogram = [\"do nback\"]\n").is_ok());
     let unknown = shown("[commands]\nkees = [\"mark\"]\n");
-    assert!(unknown.contains("no component called `kees` sends commands"), "{unknown}");
+    assert!(unknown.contains("there is no component `kees` that could send commands"), "{unknown}");
     assert!(unknown.contains("did you mean `keys`?"), "{unknown}");
 }
 
@@ -354,7 +354,7 @@ fn every_mistake_that_is_often_made_has_a_hint() {
             "unknown field `zzz`",
             "remove it; `teampulse schema` lists all settings",
         ),
-        ("[session]\nclock = \"sundial\"", "unknown variant", "write one of these words"),
+        ("[session]\nclock = \"sundial\"", "unknown variant", "use one of these words"),
         (
             "[session]\nname = \"a\"\n\nname = \"b\"",
             "`name` is set twice in this table, first in line 2",
@@ -363,12 +363,12 @@ fn every_mistake_that_is_often_made_has_a_hint() {
         (
             "[session]\n[session]",
             "the table `session` is written twice",
-            "put the settings of both below one header",
+            "put the settings of both under one header",
         ),
         (
             "[sources]\n[sources]",
             "the table `sources` is written twice",
-            "there may be several, each beginning with [[sources]]",
+            "there may be several, each starting with [[sources]]",
         ),
     ] {
         let error = read(text).expect_err(text);
@@ -381,7 +381,7 @@ fn every_mistake_that_is_often_made_has_a_hint() {
 #[test]
 fn a_typographic_quote_is_shown_at_its_place() {
     insta::assert_snapshot!(shown("[session]\nname = “my_team”\n"), @r#"
-     × “ is a typographic quote, which TOML does not know
+     × “ is a typographic quote, which TOML does not accept
       ╭─[study.toml:2:8]
     1 │ [session]
     2 │ name = “my_team”

@@ -1,4 +1,4 @@
-//! Writes the latency of a device into a study; the rest stays unchanged.
+//! Writes the latency of a device into a study and leaves the rest unchanged.
 
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value, value};
 
@@ -11,7 +11,7 @@ pub(super) struct Latency {
     pub secs: f64,
     /// Half the width of the 95 % interval.
     pub uncertainty_secs: f64,
-    /// The connection interval of the links that have it; `None` where none was recognised.
+    /// The connection interval of the links with this latency; `None` if no interval was recognised.
     pub interval_secs: Option<f64>,
 }
 
@@ -21,12 +21,12 @@ impl Latency {
     }
 }
 
-/// The lines of a study that set the latency of a device.
+/// Returns the lines of a study that set the latency of a device.
 pub(super) fn lines(device: &str, latency: &Latency) -> String {
     with_latency("", device, latency).expect("an empty study takes a table").trim().to_owned()
 }
 
-/// The text of a study with `[clocks.<device>]`.
+/// Returns the text of a study with the latency in `[clocks.<device>]`.
 pub(super) fn with_latency(text: &str, device: &str, latency: &Latency) -> Result<String, String> {
     let mut document: DocumentMut = text.parse().map_err(|error| format!("{error}"))?;
     let clocks = document.entry("clocks").or_insert_with(|| Item::Table(unwritten()));
@@ -42,7 +42,7 @@ pub(super) fn with_latency(text: &str, device: &str, latency: &Latency) -> Resul
             set(interval, key, number);
         }
     }
-    // The latency of one interval is the best estimate for others, too.
+    // The latency at one interval is also the best estimate for other intervals.
     if latency.interval_secs.is_none() || !clock.contains_key("latency_secs") {
         for (key, number) in latency.settings() {
             set(clock, key, number);
@@ -51,7 +51,7 @@ pub(super) fn with_latency(text: &str, device: &str, latency: &Latency) -> Resul
     Ok(document.to_string())
 }
 
-/// The table of a connection interval among a clock's `intervals`; a new one where there is none.
+/// Finds the table of a connection interval among a clock's `intervals`, or adds one.
 fn interval_in(clock: &mut dyn TableLike, interval_secs: f64) -> Option<&mut dyn TableLike> {
     if !clock.contains_key("intervals") {
         clock.insert("intervals", value(Array::new()));

@@ -1,4 +1,4 @@
-//! The two signals of a bag that are compared.
+//! Reads the two signals of a bag that `calibrate` compares.
 
 use std::fmt;
 use std::str::FromStr;
@@ -22,12 +22,12 @@ use crate::failure::Failure;
 use crate::output;
 use crate::study::is_near;
 
-/// The most numbers that are read from a stream: half an hour of nine channels at 1 kHz, 128 MB.
+/// The most numbers that are read from a stream: half an hour of nine channels at 1 kHz, or 128 MB.
 const MOST_NUMBERS: usize = 16 << 20;
 /// Message types that only report that something happened.
 const MOMENTS: [&str; 2] = ["std_msgs/msg/Empty", "std_msgs/msg/String"];
 
-/// The stream to read, and the part of it.
+/// A stream to read, or one channel, field or label of it.
 #[derive(Clone, Debug)]
 pub(in crate::commands) struct Wanted {
     stream: String,
@@ -64,7 +64,7 @@ pub(in crate::commands) struct Span {
 }
 
 impl Span {
-    /// The part between two times after the bag's start.
+    /// Returns the part between two times, given in seconds after the bag's start.
     pub(in crate::commands) fn of(bag: &Bag, from_secs: Option<f64>, to_secs: Option<f64>) -> Span {
         let (first, last) = bag.bounds().unwrap_or_default();
         let after = |secs: f64| Time::from_nanos(first.nanos().saturating_add((secs * 1e9) as i64));
@@ -75,11 +75,11 @@ impl Span {
 /// What was read from the bag.
 pub(in crate::commands) struct Recorded {
     pub seen: [SeenBy; 2],
-    /// Whether the times of the second stream have a fixed latency subtracted.
+    /// Whether a fixed latency was subtracted from the times of the second stream.
     pub has_latency: bool,
     /// The devices from whose streams the second stream was computed.
     pub devices: Vec<String>,
-    /// Whether all of the bag could be read.
+    /// Whether the whole bag could be read.
     pub is_whole: bool,
 }
 
@@ -123,7 +123,7 @@ pub(in crate::commands) fn record(
     Ok(Recorded { seen, has_latency, devices, is_whole })
 }
 
-/// The names of a stream and of those that it was computed from, whose clock it goes by, and their devices.
+/// Returns a stream's name with the names of all streams that it was computed from, and the devices at their origin.
 fn origins(bag: &Bag, stream: &Stream) -> (Vec<String>, Vec<String>) {
     let mut names = vec![stream.name.clone()];
     let mut devices: Vec<String> = Vec::new();
@@ -142,7 +142,7 @@ fn origins(bag: &Bag, stream: &Stream) -> (Vec<String>, Vec<String>) {
     (names, devices)
 }
 
-/// Whether a message is the status of one of these streams and reports that its clock subtracts a latency.
+/// Whether a message is the status of one of these streams and reports a clock that subtracts a latency.
 fn states_latency(message: &Message, streams: &[String]) -> bool {
     let with_latency = [ClockKind::OneWay as u8, ClockKind::SampleIndex as u8];
     match decode(msgs::StreamStatus::NAME, &message.cdr).map(|decoded| decoded.data) {
@@ -159,7 +159,7 @@ pub(in crate::commands) struct SeenBy {
     place: usize,
     mode: ReadMode,
     times: Vec<i64>,
-    /// Sample by sample, each of the same width.
+    /// The values of all samples, one sample after the other; all samples have the same width.
     values: Vec<f64>,
     width: Option<usize>,
     numbers: Vec<f64>,
@@ -168,11 +168,11 @@ pub(in crate::commands) struct SeenBy {
 
 /// How the numbers of a stream are read.
 enum ReadMode {
-    /// All events, or those with this label or of this kind.
+    /// All events, or only those with this label or of this kind.
     Events(Option<String>),
     /// All messages.
     Moments,
-    /// The numbers of its samples: all of them, or the one at an index.
+    /// The values of samples: all channels, or the one at an index.
     Own(Option<usize>),
     /// Fields of its messages.
     Fields { fields: Fields, by_header: bool },
@@ -191,17 +191,17 @@ impl SeenBy {
         Ok(SeenBy { stream, place, mode, times, values, width: None, numbers, link })
     }
 
-    /// The connection interval of the link over which its messages came [s], where arrivals show one.
+    /// Returns the connection interval of the link that carried the messages [s], if their arrival times show one.
     pub(super) fn interval_secs(&self) -> Option<f64> {
         self.link.secs()
     }
 
-    /// The times of its events or samples [ns].
+    /// Returns the times of the events or samples [ns].
     pub(in crate::commands) fn times(&self) -> &[i64] {
         &self.times
     }
 
-    /// The times of its samples [ns], and their numbers sample by sample.
+    /// Returns the times of the samples [ns] and their values, one sample after the other.
     pub(in crate::commands) fn samples(&self) -> (&[i64], &[f64]) {
         (&self.times, &self.values)
     }
@@ -213,12 +213,12 @@ impl SeenBy {
         }
     }
 
-    /// The name of the device in the study.
+    /// Returns the name of the device in the study.
     pub(super) fn device(&self) -> String {
         clocks::device_of(&self.stream).to_owned()
     }
 
-    /// Takes in a message; skips one that can't be read.
+    /// Adds a message; skips it if it can't be read.
     fn take(&mut self, message: &Message) {
         self.link.push(message.log_time.nanos());
         match &self.mode {
@@ -257,7 +257,7 @@ impl SeenBy {
         }
     }
 
-    /// Takes in a sample, unless its width differs from that of the ones before.
+    /// Adds a sample, unless its width differs from the width of earlier samples.
     fn push(&mut self, time: i64, numbers: &[f64]) {
         let numbers = match self.mode {
             ReadMode::Own(Some(place)) => numbers.get(place..=place).unwrap_or_default(),
@@ -287,16 +287,21 @@ impl ReadMode {
             }
             Shape::Message(schema) => {
                 let definition = readout::definition(schema).ok_or_else(|| {
-                    Failure::to(format!("read {}: the bag has no definition of it", schema.name))
+                    Failure::to(format!(
+                        "read {}: the bag has no definition of this type",
+                        schema.name
+                    ))
                 })?;
                 ReadMode::of_fields(stream, &definition, wanted)
             }
-            _ => Err(Failure::to(format!("find events in {wanted}: it describes streams"))
-                .hint("`teampulse info` lists the streams of the bag")),
+            _ => Err(Failure::to(format!(
+                "find events in {wanted}: it only describes other streams"
+            ))
+            .hint("`teampulse info` lists the streams of the bag")),
         }
     }
 
-    /// The named field, all numbers within it, or the channels that the stream declares.
+    /// Reads the named field, all numbers within it, or the channels that the stream declares.
     fn of_fields(
         stream: &Stream,
         definition: &Definition,
@@ -327,7 +332,7 @@ fn names(stream: &Stream) -> impl Iterator<Item = &str> {
     stream.channels.iter().map(|channel| channel.name.as_str())
 }
 
-/// The index of the requested channel, given by its name or its number from 0.
+/// Returns the index of the requested channel, given by its name or its number from 0.
 fn own_channel(stream: &Stream, wanted: &Wanted) -> Result<Option<usize>, Failure> {
     let Some(channel) = &wanted.channel else { return Ok(None) };
     let named = stream.place_of(channel);
@@ -338,7 +343,7 @@ fn own_channel(stream: &Stream, wanted: &Wanted) -> Result<Option<usize>, Failur
     })
 }
 
-/// The type of its messages.
+/// Returns the type of a stream's messages.
 fn own_type(stream: &Stream) -> &str {
     match &stream.shape {
         Shape::Message(schema) => &schema.name,

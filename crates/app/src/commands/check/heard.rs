@@ -1,4 +1,5 @@
-//! What `check` receives: every raw stream with its last status, and who publishes phases of their own.
+//! What `check` receives: every raw stream with its latest status, and the publishers of phases for single people or
+//! robots.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,22 +17,22 @@ use super::worn::{self, Newest};
 /// Everything that was received.
 #[derive(Debug, Default)]
 pub struct Heard {
-    /// Every raw stream with its last status, by the name in its status.
+    /// Every raw stream with its latest status, found by the name in the status.
     pub streams: Vec<(Arc<Stream>, StreamStatus)>,
-    /// People and robots with phases of their own, each with the stream that publishes them.
+    /// The people and robots that have their own phases, each with the stream that publishes them.
     pub own_phases: BTreeMap<String, String>,
     /// The newest values that wearables report about their batteries and their contact with the skin.
     pub worn: Vec<Newest>,
-    /// What failed, each once.
+    /// The distinct faults.
     pub faults: Vec<String>,
 }
 
-/// Keeps the last status of every raw stream.
+/// A sink that keeps the latest status of every raw stream.
 #[derive(Clone, Default)]
 pub struct Listener(Arc<Mutex<Heard>>);
 
 impl Listener {
-    /// What was received so far.
+    /// Returns what was received so far, and clears it.
     pub fn heard(&self) -> Heard {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -105,7 +106,7 @@ fn is_subject(stream: &Stream) -> bool {
     matches!(stream.about, About::Person | About::Robot)
 }
 
-/// The raw streams with a status, with their newest descriptions.
+/// Returns the raw streams that have a status, each with its newest description.
 fn with_statuses(
     streams: Vec<(StreamId, Arc<Stream>)>,
     statuses: BTreeMap<String, StreamStatus>,
@@ -113,7 +114,7 @@ fn with_statuses(
     let mut named = HashMap::new();
     for (_, stream) in streams.into_iter().filter(|(_, stream)| stream.origin == Origin::Raw) {
         if let Shape::Message(schema) = &stream.shape {
-            // The name of a second type on the same topic.
+            // The name that a second type on the same topic is given.
             let second = format!("{} ({})", stream.name, schema.name);
             named.entry(second).or_insert_with(|| Arc::clone(&stream));
         }

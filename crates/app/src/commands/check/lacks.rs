@@ -1,15 +1,15 @@
-//! Streams that are received but lack information that makes a recording useful.
+//! Notes on received streams that lack information which a useful recording needs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use teampulse_core::stream::{About, Shape, Stream};
 
-/// Remarks on the streams that were received.
+/// Returns notes on the streams that were received.
 pub fn notes<'a>(streams: impl Iterator<Item = &'a Stream> + Clone) -> Vec<String> {
     undefined(streams.clone()).chain(undescribed(streams)).collect()
 }
 
-/// Types without a definition, each with one of its topics.
+/// Notes types without a definition, each with one of its topics.
 fn undefined<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<Item = String> {
     let mut types = BTreeMap::<&str, BTreeSet<&str>>::new();
     for stream in streams {
@@ -26,12 +26,12 @@ fn undefined<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<Ite
             count => format!(" and {} others", count - 1),
         };
         format!(
-            "{first}{others}: no definition of {name} was found, so it is recorded as bytes that other tools can't read; set its folder as `messages` below [session]"
+            "{first}{others}: no definition of {name} was found, so it is recorded as bytes that other tools can't read; set `messages` in [session] to the folder with its definition"
         )
     })
 }
 
-/// Streams of people's numbers without a description.
+/// Notes numeric streams of people that lack a description.
 fn undescribed<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<Item = String> {
     let has_numbers = |stream: &&Stream| matches!(stream.shape, Shape::Sample | Shape::Wave);
     let is_blank = |stream: &&Stream| {
@@ -47,10 +47,10 @@ fn undescribed<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<I
     })
 }
 
-/// People and robots with phases of their own, where the study has phases, too.
+/// Notes people and robots that have their own phases although the study has phases, too.
 pub fn overruled(has_phases: bool, own: &BTreeMap<String, String>) -> Vec<String> {
     let lacks = own.iter().filter(|_| has_phases).map(|(id, stream)| {
-        format!("phases of {id} are published on {stream}: for {id} they replace the study's")
+        format!("phases of {id} are published on {stream} and replace the study's phases for {id}")
     });
     lacks.collect()
 }

@@ -1,4 +1,5 @@
-//! Streams of Lab Streaming Layer that the study reads, and whether others can be found at all.
+//! Finds the streams of Lab Streaming Layer that the study reads, and checks whether streams of other computers can be
+//! found at all.
 
 use std::time::Duration;
 
@@ -13,14 +14,14 @@ use crate::study::Study;
 /// How long the senders have to reply.
 const PATIENCE: Duration = Duration::from_millis(1500);
 
-/// What a study uses of LSL.
+/// How a study uses LSL.
 #[derive(Debug, Default)]
 pub struct Wanted {
     sources: Vec<Lsl>,
     has_outlets: bool,
 }
 
-/// What was found: lines to print, and the requested streams that no sender has.
+/// The results of a search: lines to print, and the requested streams that no sender offers.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Findings {
     lines: Vec<String>,
@@ -28,13 +29,13 @@ struct Findings {
 }
 
 impl Wanted {
-    /// What a study reads from LSL, and whether it offers anything.
+    /// Reads from a study which streams it reads from LSL, and whether it offers any.
     pub fn of(study: &Study) -> Result<Wanted, Failure> {
         let has_outlets = study.kinds("sinks").iter().any(|kind| kind == "lsl");
         Ok(Wanted { sources: study.settings_of("sources", "lsl")?, has_outlets })
     }
 
-    /// Looks for its streams and prints what was found; the streams that are missing.
+    /// Searches for the requested streams and prints what was found; returns the missing streams.
     pub async fn look(&self) -> Vec<String> {
         let Findings { lines, missing } = self.findings().await;
         output::lines(lines);
@@ -47,7 +48,7 @@ impl Wanted {
             return findings;
         }
         for lsl in &self.sources {
-            // A query that can't be made has been refused where the source was built.
+            // An invalid query was already rejected when the source was built.
             let Ok(query) = lsl.query() else { continue };
             match resolve(&query, &lsl.peers, PATIENCE).await {
                 Ok(found) => take(&mut findings, lsl, &query, &found),
@@ -75,7 +76,7 @@ fn take(findings: &mut Findings, lsl: &Lsl, query: &str, found: &[FoundStream]) 
     findings.lines.extend(read.iter().copied().map(line));
     findings.lines.extend(own.first().map(|found| {
         format!(
-            "note     LSL: {} with {query} from teampulse itself, whose streams are read only by name or source_id, such as name = \"{}\"",
+            "note     LSL: {} with {query} come from teampulse itself and are only read if selected by name or source_id, such as name = \"{}\"",
             counted(own.len(), "stream", "streams"),
             found.info.name
         )

@@ -1,4 +1,4 @@
-//! Topics that the study names and nothing publishes.
+//! Notes on topics that the study names but nothing publishes.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use teampulse_core::stream::{About, Stream};
 use teampulse_sources::robots::{Robots, unheard};
 use teampulse_sources::topics::{Topics, unpublished};
 
-/// A note on each topic that the study names for robots and that none of the robots present has.
+/// Returns a note on each topic that the study names for robots but no present robot has.
 pub fn notes<'a>(
     wanted: &[Robots],
     streams: impl Iterator<Item = &'a Stream> + Clone,
@@ -26,7 +26,7 @@ pub fn notes<'a>(
     notes.collect()
 }
 
-/// The topics that sources of `topics` name in full and that nothing publishes.
+/// Returns a note on each topic that sources of type `topics` name in full but nothing publishes.
 pub fn unpublished_topics<'a>(
     wanted: &[Topics],
     streams: impl Iterator<Item = &'a Stream>,
@@ -36,7 +36,7 @@ pub fn unpublished_topics<'a>(
     named.filter(|topic| !received.contains(topic)).map(unpublished).collect()
 }
 
-/// The topics named in settings, with the name of the setting.
+/// Returns the topics named in the settings, each with the name of its setting.
 fn topics(robots: &Robots) -> Vec<(&'static str, &str)> {
     let commands = robots.commands.iter().map(|topic| ("commands", topic.as_str()));
     robots.named().into_iter().chain(commands).collect()

@@ -1,4 +1,4 @@
-//! Robots, people and topics that are present but not named in the study.
+//! Notes on robots, people and topics that are present but not named in the study.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use teampulse_sources::ros_people::{NAMESPACE, RosPeople};
 
 use crate::commands::scan::robot;
 
-/// The most lines of one kind; there may be thousands of topics.
+/// The most lines of one kind: there may be thousands of topics.
 const MOST: usize = 20;
 
 /// The type of computed features.
@@ -23,7 +23,7 @@ const COMPUTED: &str = "teampulse_msgs/msg/Feature";
 /// A topic and its type.
 pub type Topic = (String, String);
 
-/// All topics that others publish on the joined buses.
+/// Returns all topics that other programs publish on the joined buses.
 pub fn topics(buses: &Buses) -> BTreeSet<Topic> {
     let mut topics = BTreeSet::new();
     for bus in buses.joined() {
@@ -35,7 +35,7 @@ pub fn topics(buses: &Buses) -> BTreeSet<Topic> {
     topics
 }
 
-/// The robots, the people and people's topics that are present and not recorded.
+/// Notes the robots, the people and their topics that are present but not recorded.
 pub fn notes(
     wanted: &[Robots],
     people: &[RosPeople],
@@ -55,7 +55,7 @@ pub fn notes(
     notes
 }
 
-/// Robots that match no settings.
+/// Notes robots that match no settings.
 fn robots(wanted: &[Robots], left: &[&Topic]) -> Vec<String> {
     let choices: Vec<Choice> = wanted.iter().filter_map(|each| Choice::new(each).ok()).collect();
     let of_person = Pattern::parse(NAMESPACE).ok();
@@ -74,7 +74,7 @@ fn robots(wanted: &[Robots], left: &[&Topic]) -> Vec<String> {
     said.collect()
 }
 
-/// People who are present, where the study watches no people.
+/// Notes people who are present although the study watches no people.
 fn absent_people(people: &[RosPeople], left: &[&Topic]) -> Vec<String> {
     if !people.is_empty() {
         return Vec::new();
@@ -91,7 +91,7 @@ fn absent_people(people: &[RosPeople], left: &[&Topic]) -> Vec<String> {
     said.collect()
 }
 
-/// Faces and bodies that other programs see, where the study receives none.
+/// Notes that other programs detect faces or bodies although the study receives none.
 fn unseen(left: &[&Topic]) -> Option<String> {
     let (topic, _) = left.iter().find(|(topic, type_name)| hri::sees(topic, type_name))?;
     Some(format!(
@@ -99,26 +99,26 @@ fn unseen(left: &[&Topic]) -> Option<String> {
     ))
 }
 
-/// Topics of people with unsupported types.
+/// Notes topics of people that have unsupported types.
 fn odd_topics(people: &[RosPeople], left: &[&Topic]) -> Vec<String> {
     let is_odd = |each: &&&Topic| {
         let (topic, type_name) = &**each;
         let is_below = |people: &RosPeople| people.namespace.split(topic).is_some();
-        // Features that another session computed are recorded by that session.
+        // Features that another session computed are recorded by that other session.
         type_name != COMPUTED
             && people.iter().any(is_below)
             && !people.iter().any(|people| people.hears(topic, type_name))
     };
     let said = left.iter().filter(is_odd).map(|(topic, type_name)| {
         format!(
-            "{topic} is not recorded: `people` receives teampulse_msgs/Wave, Sample and Event at <namespace>/<device>/<signal>, but its type is {type_name}; name it in [[sources]] with \
-             type = \"topics\" to keep it as it is"
+            "{topic} is not recorded: `people` receives teampulse_msgs/Wave, Sample and Event at <namespace>/<device>/<signal>, but its type is {type_name}; to record it unchanged, name it in [[sources]] with \
+             type = \"topics\""
         )
     });
     said.collect()
 }
 
-/// Shortens the list to what a person will read.
+/// Shortens a list of notes to a readable length.
 fn cut(mut lines: Vec<String>) -> Vec<String> {
     if lines.len() > MOST {
         let more = lines.len() + 1 - MOST;

@@ -1,4 +1,4 @@
-//! What the workers of a study need: streams, and descriptors of models.
+//! What the workers of a study need: streams and model descriptors.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ pub struct Workers {
 }
 
 impl Workers {
-    /// Those of a study.
+    /// Reads the streams and descriptors that a study's workers name.
     pub fn of(study: &Study) -> Result<Workers, StudyError> {
         let programs: Vec<Program> = study.settings_of("workers", "program")?;
         let models: Vec<Model> = study.settings_of("workers", "model")?;
@@ -33,7 +33,7 @@ impl Workers {
         })
     }
 
-    /// The descriptors that cannot be read, each with the reason.
+    /// Returns a message for each descriptor that can't be read, with the reason.
     pub fn unread(&self) -> Vec<String> {
         self.descriptors.iter().filter_map(|path| failure(path)).collect()
     }

@@ -8,26 +8,26 @@ use teampulse_sources::session::Phase;
 /// Below this, an unknown device may not last through a session \[%\].
 const LOW_PERCENT: f64 = 20.0;
 
-/// How long makers say that a full battery lasts \[h\], by the device of its streams.
+/// The battery life that the maker specifies for a full battery \[h\], by the device of its streams.
 const LIVES_HOURS: [(&str, f64); 3] = [
     ("polar_h10", 400.0),         // Polar H10, technical specifications
     ("polar_verity_sense", 20.0), // Polar Verity Sense, technical specifications, first generation
     ("polar_oh1", 12.0),          // Polar OH1, technical specifications
 ];
 
-/// The newest values of a stream of a wearable.
+/// A stream of a wearable with its newest values.
 pub type Newest = (Arc<Stream>, Vec<f64>);
 
-/// Whether the newest values of a stream are relevant here.
+/// Whether a stream reports a battery or skin contact of a person.
 pub fn wants(stream: &Stream) -> bool {
     let has_contact = stream.place_of("contact").is_some();
     stream.about == About::Person && (stream.signal == Signal::Battery || has_contact)
 }
 
-/// What was found about each device, and which of it is no-go.
+/// The findings about each device, and the reasons for a no-go.
 #[derive(Debug, Default, PartialEq)]
 pub struct Found {
-    /// A line for each.
+    /// A line for each finding.
     pub lines: Vec<String>,
     /// The reasons for a no-go.
     pub missing: Vec<String>,
@@ -65,7 +65,7 @@ impl Found {
 
     fn judge_contact(&mut self, stream: &Stream, values: &[f64]) {
         let contact = stream.place_of("contact").and_then(|place| values.get(place));
-        // A device that does not measure contact reports none.
+        // A device that does not measure contact reports NaN.
         let Some(contact) = contact.filter(|contact| contact.is_finite()) else { return };
         let (device, person) = (&stream.device, &stream.id);
         if *contact > 0.0 {
@@ -73,13 +73,13 @@ impl Found {
         } else {
             self.lines.push(format!("contact  none  {device} of {person}"));
             self.missing.push(format!(
-                "contact of {device} of {person} with the skin: is it worn tightly, with moistened electrodes?"
+                "{device} of {person} has no skin contact: is it worn tightly, with moistened electrodes?"
             ));
         }
     }
 }
 
-/// The charge \[%\], if a stream reports it.
+/// Returns the charge of a battery \[%\], if a stream reports it.
 fn percent(stream: &Stream, values: &[f64]) -> Option<f64> {
     let place = stream.channels.iter().position(|channel| channel.unit == "%")?;
     let is_battery = stream.signal == Signal::Battery;
@@ -91,7 +91,7 @@ fn life_hours(device: &str) -> Option<f64> {
     LIVES_HOURS.iter().find(|(name, _)| *name == device).map(|(_, hours)| *hours)
 }
 
-/// How long the phases of a study last together \[s\]; `None` where a phase has no end.
+/// Returns the total duration of a study's phases \[s\]; `None` if a phase has no end.
 pub fn planned_secs(phases: &[Phase]) -> Option<f64> {
     let mut end_secs = None;
     for phase in phases {

@@ -24,22 +24,22 @@ impl Worn {
         Ok(Worn { folder, has_bluetooth: is_installed().await })
     }
 
-    /// Where they are reached.
+    /// Returns the folder through which the devices are reached.
     pub fn folder(&self) -> PathBuf {
         self.folder.path().to_owned()
     }
 
-    /// How many sockets and ports lead to them.
+    /// Returns the number of sockets and ports that lead to the devices.
     pub const fn places(&self) -> usize {
         1 + self.has_bluetooth as usize
     }
 
-    /// How the Bluetooth devices are reached.
+    /// Returns the connection to the Bluetooth devices.
     pub fn bluetooth(&self) -> Bluetooth {
         Bluetooth::at(format!("unix:path={}", self.folder.path().join("bus").display()))
     }
 
-    /// The lines of a study that emulate and read them.
+    /// Returns the lines of a study that emulate the devices and read them.
     pub fn study(&self) -> String {
         let radios = [("polar", "polar_h10", H10), ("myo", "myo", MYO)];
         let radios = radios.into_iter().filter(|_| self.has_bluetooth);
@@ -65,7 +65,7 @@ port   = {port}
         )
     }
 
-    /// What is worn, in words for the user.
+    /// Describes to the user what the operator wears.
     pub const fn words(&self) -> &'static str {
         if self.has_bluetooth {
             "the operator wears an emulated Polar H10 and Myo (Bluetooth) and Shimmer3 (serial \

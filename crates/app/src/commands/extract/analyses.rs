@@ -10,14 +10,14 @@ use super::table::{Decimal, Wanted};
 use crate::exit::Exit;
 use crate::failure::Failure;
 
-/// How far the sum of intervals may be from the times of their beats [s]: rounding errors add up, and no
-/// interval is as short.
+/// The largest allowed difference between the sum of intervals and the times of their beats [s]: rounding errors add
+/// up, and no interval is this short.
 pub const BEATS_ASTRAY_SECS: f64 = 0.1;
 
 /// How skin conductance is split into tonic and phasic components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Phasic {
-    /// High-pass filter: what changes faster than 0.05 Hz
+    /// High-pass filter: the phasic component is what changes faster than 0.05 Hz
     HighPass,
     /// Convex optimisation (cvxEDA)
     Cvxeda,
@@ -26,7 +26,7 @@ pub enum Phasic {
 /// How artefacts among intervals are treated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Artefacts {
-    /// Artefacts stay, and are only counted
+    /// Artefacts stay and are only counted
     Kept,
     /// Artefacts are corrected (Lipponen and Tarvainen)
     Corrected,
@@ -54,12 +54,10 @@ impl From<Artefacts> for hrv::Treatment {
 pub fn signal() -> impl TypedValueParser<Value = &'static Analysis> {
     let value = |each: &Analysis| PossibleValue::new(each.word()).help(each.table.help);
     let words = PossibleValuesParser::new(ANALYSES.iter().map(value));
-    words.try_map(|word| {
-        ANALYSES.iter().find(|each| each.word() == word).ok_or("it is in no row of the table")
-    })
+    words.try_map(|word| ANALYSES.iter().find(|each| each.word() == word).ok_or("unknown signal"))
 }
 
-/// The columns that an analysis needs from a table.
+/// Returns what an analysis needs from a table.
 pub fn wanted(
     analysis: &Analysis,
     columns: Vec<String>,
@@ -80,7 +78,7 @@ pub fn wanted(
     }
 }
 
-/// Names of channels; a single column without a name has none.
+/// Returns the names of the channels; the name of a single unnamed column is empty.
 pub fn named(channels: &[String]) -> Vec<String> {
     match channels {
         [name] if name.starts_with("ch") => vec![String::new()],
@@ -88,7 +86,7 @@ pub fn named(channels: &[String]) -> Vec<String> {
     }
 }
 
-/// Why a signal can't be analysed, for the user.
+/// Explains to the user why a signal can't be analysed.
 pub fn failure(analysis: &Analysis, error: SignalError) -> Failure {
     let (exit, hint) = match error {
         SignalError::Rate { .. } | SignalError::Setting { .. } | SignalError::Frequency { .. } => (
@@ -97,7 +95,7 @@ pub fn failure(analysis: &Analysis, error: SignalError) -> Failure {
         ),
         SignalError::TooShort { .. } => (Exit::Failed, "a longer recording is needed"),
         SignalError::NothingFinite => {
-            (Exit::Failed, "the column holds no number: choose another with --column")
+            (Exit::Failed, "the column holds no numbers: choose another with --column")
         }
         _ => (Exit::Failed, ""),
     };

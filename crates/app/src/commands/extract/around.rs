@@ -18,23 +18,24 @@ use super::truth::{Axis, Events};
 use crate::exit::Exit;
 use crate::failure::Failure;
 
-/// A longer interval is a hole between beats, over which nothing is corrected [s].
+/// An interval longer than this is a gap between beats, across which nothing is corrected [s].
 const LONGEST_INTERVAL_SECS: f64 = 2.5;
-/// The minimum share of the span around an event that must have data; with less, its values are missing.
+/// The minimum share of the span around an event that must have data; below it, the event's values are missing.
 const LEAST_COVERAGE: f64 = 0.95;
 
-/// Around which events values are computed, and over which spans.
+/// The events around which values are computed, and the spans before and after each.
 #[derive(Debug, Args)]
 pub struct AroundArgs {
     /// A table of events (column `time_secs`, in seconds on the time axis of the table or as dates, or `sample`; also
-    /// an `events.tsv`, or the events of an export): the heart rate around each, of an ECG, a PPG or intervals, or the
-    /// response of the skin to each
+    /// an `events.tsv`, or the events of an export): computes the heart rate around each event from an ECG, a PPG or
+    /// intervals, or the skin's response to each event
     #[arg(long, value_name = "FILE")]
     around: Option<std::path::PathBuf>,
     /// Length of the baseline before each event [s], for the heart rate
     #[arg(long, value_name = "SECS", value_parser = seconds, requires = "around", default_value = "2")]
     baseline: f64,
-    /// Time after each event [s]: by default 6 for the heart rate; 4 for the skin, the longest time to a response
+    /// Time after each event [s]: by default 6 for the heart rate, and 4 for the skin, where it is the longest time to
+    /// a response
     #[arg(long, value_name = "SECS", value_parser = seconds, requires = "around")]
     after: Option<f64>,
 }
@@ -48,7 +49,7 @@ pub struct Around {
     pub events: Vec<(f64, Measured)>,
     /// The label of each event; empty where it has none.
     pub labels: Vec<String>,
-    /// Notes on events without values: those without a time, or all of them if none is within the recording.
+    /// Notes on events without values: those without a time, or all of them if none lies within the recording.
     pub notes: Vec<String>,
 }
 
@@ -56,22 +57,22 @@ pub struct Around {
 pub struct Analysed<'a> {
     /// What was measured.
     pub signal: &'static Analysis,
-    /// Samples a second [Hz].
+    /// Samples per second [Hz].
     pub rate_hz: f64,
-    /// When it begins [ns].
+    /// The start of the recording [ns].
     pub begin_ns: i64,
-    /// When it ends [ns].
+    /// The end of the recording [ns].
     pub end_ns: i64,
     /// Whether artefacts among the beats are corrected.
     pub is_corrected: bool,
-    /// Its events.
+    /// The events found in the recording.
     pub events: &'a [Event],
-    /// The values of any span.
+    /// Computes the values of any span.
     pub windows: &'a dyn Windows,
 }
 
 impl AroundArgs {
-    /// Whether values around events are wanted.
+    /// Whether values around events are requested.
     pub fn are_given(&self) -> bool {
         self.around.is_some()
     }
@@ -106,14 +107,14 @@ impl AroundArgs {
         Ok(())
     }
 
-    /// The values around the events of the table; nothing where no table is given.
+    /// Computes the values around the events of the table; returns nothing if no table is given.
     pub fn find(&self, analysed: &Analysed<'_>) -> Result<Around, Failure> {
         let Some(path) = &self.around else { return Ok(Around::default()) };
         let Events { secs, labels, left_out, note } = events(path, analysed)?;
         let failed = |error: SignalError| Failure::new(error.to_string()).exit(Exit::BadArguments);
         let without_time = (left_out > 0).then(|| {
             let events = counted(left_out, "event", "events");
-            format!("{events} of --around without a time: left out")
+            format!("{events} of --around left out, for lack of a time")
         });
         let notes = note.into_iter().chain(without_time).chain(analysed.outside(&secs)).collect();
         let around = match kind(analysed.signal) {
@@ -176,7 +177,7 @@ impl AroundArgs {
     }
 }
 
-/// What is computed around events.
+/// The kind of response to an event.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Heart,
@@ -192,12 +193,12 @@ fn kind(signal: &Analysis) -> Option<Kind> {
 }
 
 impl Analysed<'_> {
-    /// A time since the beginning [s].
+    /// Converts to a time since the start of the recording [s].
     fn secs(&self, at_ns: i64) -> f64 {
         at_ns.saturating_sub(self.begin_ns) as f64 / 1e9
     }
 
-    /// The note that no event is within the recording.
+    /// Returns the note that no event lies within the recording, if so.
     fn outside(&self, events_secs: &[f64]) -> Option<String> {
         let [begin_secs, end_secs] = [self.begin_ns, self.end_ns].map(|at_ns| at_ns as f64 / 1e9);
         if events_secs.iter().any(|secs| (begin_secs..=end_secs).contains(secs)) {
@@ -212,7 +213,7 @@ impl Analysed<'_> {
         ))
     }
 
-    /// The values of the recording from one time to another [s]; anything outside of it is empty.
+    /// Measures the recording between two times [s]; a span that is not entirely within it has no values.
     fn measure(&self, from_secs: f64, to_secs: f64) -> Measured {
         let [begin_ns, end_ns] = [from_secs, to_secs].map(|secs| (secs * 1e9) as i64);
         if begin_ns < self.begin_ns || end_ns > self.end_ns || end_ns <= begin_ns {
@@ -222,7 +223,7 @@ impl Analysed<'_> {
     }
 }
 
-/// Whether there are enough data in a span.
+/// Whether a span has enough usable data; the reason if not.
 fn usable(whole: &Measured) -> Result<(), Reason> {
     if whole.coverage < LEAST_COVERAGE {
         return Err(Reason::Gap);
@@ -233,7 +234,7 @@ fn usable(whole: &Measured) -> Result<(), Reason> {
     if is_any_poor && !is_any_known { Err(Reason::Quality) } else { Ok(()) }
 }
 
-/// The events, with their times on the axis of the recording.
+/// Reads the events, with their times on the axis of the recording.
 fn events(path: &Path, analysed: &Analysed<'_>) -> Result<Events, Failure> {
     let samples = |sample: f64| analysed.begin_ns as f64 / 1e9 + sample / analysed.rate_hz;
     let rate_hz = analysed.signal.is_even().then_some(analysed.rate_hz);
@@ -250,7 +251,7 @@ fn events(path: &Path, analysed: &Analysed<'_>) -> Result<Events, Failure> {
     })
 }
 
-/// Beats without their artefacts, stretch by stretch.
+/// Corrects the artefacts among beats, separately in each stretch between gaps.
 fn corrected(beats_secs: &[f64]) -> Vec<f64> {
     let is_hole = |before: f64, after: f64| after - before > LONGEST_INTERVAL_SECS;
     let stretches = Beats::detected(beats_secs).split(is_hole);

@@ -13,7 +13,7 @@ const ARTEFACTS: [&str; 4] = ["HRV_Ectopic", "HRV_Missed", "HRV_Extra", "HRV_Lon
 /// How events and windows are reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// They are kept, and reported at the end as one JSON object.
+    /// Events and windows are kept, and reported at the end as one JSON object.
     Kept,
     /// Windows are printed.
     Windows,
@@ -26,34 +26,34 @@ pub struct Found {
     purpose: Purpose,
     /// The name, unit and recipe of each value.
     pub values: Vec<Value>,
-    /// Events in the order in which they became known, if they are kept.
+    /// Events in the order in which they were detected, if they are kept.
     pub events: Vec<Event>,
     /// Each window with its results, if they are kept.
     pub windows: Vec<(Span, Measured)>,
     /// The values around events.
     pub around: Around,
-    /// The artefacts among intervals, in windows that do not overlap.
+    /// The number of artefacts among intervals, in windows that do not overlap.
     pub artefacts: usize,
-    /// The end of the last of these windows [ns].
+    /// The end of the last window whose artefacts were counted [ns].
     artefacts_until_ns: i64,
     heading: Heading,
     scored: Option<&'static str>,
-    /// Places of the events of the scored kind [samples].
+    /// Sample positions of the events of the scored kind.
     pub places: Vec<f64>,
     /// The number of events of each kind.
     pub counts: Vec<(&'static str, usize)>,
-    /// The time of the last one [ns].
+    /// The time of the latest event [ns].
     pub last_event_ns: i64,
     /// Notes on the table that were printed on standard error.
     pub notes: Vec<String>,
     /// The number of samples that are missing according to their times.
     pub missing: usize,
-    /// Rows that were skipped because they are not after the row before them.
+    /// Rows that were skipped because they are not later than the row before them.
     pub left_out: Oddity,
 }
 
 impl Found {
-    /// No results yet; for events of a `scored` kind, the places are kept.
+    /// Creates empty results; for events of a `scored` kind, the sample positions are kept.
     pub fn new(purpose: Purpose, scored: Option<&'static str>) -> Found {
         Found {
             purpose,
@@ -80,7 +80,7 @@ impl Found {
         self.notes.push(note);
     }
 
-    /// Takes in an event.
+    /// Adds an event.
     pub fn event(&mut self, event: Event) {
         match self.counts.iter_mut().find(|(kind, _)| *kind == event.kind) {
             Some((_, count)) => *count += 1,
@@ -88,7 +88,7 @@ impl Found {
         }
         self.last_event_ns = self.last_event_ns.max(event.at_ns);
         if self.scored == Some(event.kind) {
-            // A skin response is placed at its peak, but marked at its onset.
+            // A skin response is reported at its peak, but scored at its onset.
             let is_response = event.kind == "response";
             let onset =
                 event.details.iter().find(|(name, _)| is_response && *name == "onset_sample");
@@ -101,14 +101,14 @@ impl Found {
         }
     }
 
-    /// Completes the table of events, if they are printed.
+    /// Completes the printed table of events, if events are printed.
     pub fn end_events(&self) {
         if self.purpose == Purpose::Events {
             self.heading.end();
         }
     }
 
-    /// Takes in the results of a window.
+    /// Adds the results of a window.
     pub fn window(&mut self, span: Span, measured: Measured) {
         if span.begin_ns >= self.artefacts_until_ns {
             self.artefacts += artefacts(&self.values, &measured);
@@ -121,7 +121,7 @@ impl Found {
         }
     }
 
-    /// Counts the samples that are missing before the row of a line; `None` for a row that was skipped.
+    /// Counts the samples that are missing before the row in a line; `None` marks a row that was skipped.
     pub fn count(&mut self, missing: Option<usize>, line: usize) {
         match missing {
             Some(missing) => self.missing += missing,
@@ -130,7 +130,7 @@ impl Found {
     }
 }
 
-/// How many artefacts the values of a window count.
+/// Returns the number of artefacts counted in a window.
 fn artefacts(values: &[Value], measured: &Measured) -> usize {
     let counted = values.iter().zip(&measured.values);
     let counted = counted.filter(|(value, _)| ARTEFACTS.contains(&&*value.name));

@@ -1,14 +1,14 @@
-//! Pulses that are upside down: in some sensors, the signal falls when blood arrives.
+//! Detects pulses that are upside down: in some sensors, the signal falls when blood arrives.
 
 use teampulse_core::stream::Signal;
 use teampulse_features::analyses::{Analysis, Chosen};
 use teampulse_signal::analysis::{Reason, Recording, Span, Whole};
 
-/// The lowest quality of the inverted signal at which a signal whose own quality is too poor counts as upside down:
-/// pulses reach it, noise does not.
+/// The minimum quality of the inverted signal at which a signal of poor quality counts as upside down: pulses reach it,
+/// noise does not.
 const LEAST_QUALITY: f64 = 0.7;
 
-/// The note on a signal whose quality is poor as recorded and good when inverted; `None` for any other.
+/// Returns a note on a signal whose quality is poor as recorded and good when inverted; `None` for any other.
 pub fn note(
     signal: &Analysis,
     chosen: &Chosen,
@@ -25,7 +25,8 @@ pub fn note(
     let is_fine = inverted.windows.measure(span).quality >= LEAST_QUALITY
         && matches!(rate(&inverted, span), Some(Ok(_)));
     is_fine.then(|| {
-        "the pulses look upside down, and are good when inverted: use --scale -1".to_owned()
+        "the pulses look upside down, as their quality is good when inverted: give --scale -1"
+            .to_owned()
     })
 }
 

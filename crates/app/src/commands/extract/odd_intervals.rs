@@ -1,4 +1,4 @@
-//! Intervals that are not those between two beats of a heart.
+//! Odd intervals between heartbeats: zero or negative, very long, or overlapping.
 
 use super::analyses::BEATS_ASTRAY_SECS;
 use super::plausible::INTERVALS_MS;
@@ -9,27 +9,27 @@ use super::table::{Oddity, Row};
 pub struct OddIntervals {
     left_out: Oddity,
     long: Oddity,
-    /// Those that begin before the beat before them, where times are those of beats.
+    /// Intervals that start before the previous beat, where times are those of beats.
     overlapping: Oddity,
-    /// Whether times are those of the beats that end the intervals.
+    /// Whether times are those of the beats at the end of the intervals.
     are_of_beats: bool,
-    /// The end of the last one [ms]; NaN before the first.
+    /// The end of the latest interval [ms]; NaN before the first.
     end_ms: f64,
 }
 
 impl OddIntervals {
-    /// No intervals yet.
+    /// Starts without intervals.
     pub fn new(are_of_beats: bool) -> OddIntervals {
         let none = Oddity::default();
         let (left_out, long, overlapping) = (none, none, none);
         OddIntervals { left_out, long, overlapping, are_of_beats, end_ms: f64::NAN }
     }
 
-    /// Whether a row is one with an interval [ms], or without a number; an interval of zero or less is left out.
+    /// Checks a row and returns whether it is kept: an interval of zero or less [ms] is left out.
     pub fn takes(&mut self, row: &Row) -> bool {
         let Some(&interval_ms) = row.values.first() else { return true };
         let is_above = interval_ms.is_nan() || interval_ms > 0.0;
-        // By the times in a table it takes no time.
+        // Where the table states times, a long interval does not shift later beats.
         let is_long = interval_ms > INTERVALS_MS.1 && row.at_ns.is_none();
         self.left_out.add(usize::from(!is_above), row.line);
         self.long.add(usize::from(is_long), row.line);
@@ -40,8 +40,8 @@ impl OddIntervals {
         is_above
     }
 
-    /// Whether an interval that a beat ends reaches too far beyond that beat when appended to the last one, so that the
-    /// analysis leaves it out [ms].
+    /// Whether an interval [ms] that ends at a beat, when appended to the previous one, extends too far beyond that
+    /// beat, so that the analysis leaves it out.
     fn overlaps(&mut self, at_ms: f64, interval_ms: f64) -> bool {
         let end_ms = self.end_ms + interval_ms;
         let (ahead_ms, most_ms) = (end_ms - at_ms, 1e3 * BEATS_ASTRAY_SECS);
@@ -49,17 +49,18 @@ impl OddIntervals {
         ahead_ms > most_ms
     }
 
-    /// The note on intervals that an analysis of beats leaves out, because of their times.
+    /// Returns a note on the intervals that an analysis of beats leaves out because of their times.
     pub fn overlapping(self, rows: usize) -> Option<String> {
         let what = self.overlapping.words(
             "interval is longer than the time since the beat before",
             "intervals are longer than the time since the beat before them",
         );
-        (self.overlapping.count > 0)
-            .then(|| format!("{what}: not used, only their beats (of all {rows} rows)"))
+        (self.overlapping.count > 0).then(|| {
+            format!("{what}: their beats are used, but not the intervals (of {rows} rows)")
+        })
     }
 
-    /// The note on each kind.
+    /// Returns a note on each kind of odd interval.
     pub fn notes(self, rows: usize) -> impl Iterator<Item = String> {
         let long = |verb| format!("{verb} longer than {} s", INTERVALS_MS.1 / 1e3);
         let (is_long, are_long) = (long("interval is"), long("intervals are"));
@@ -67,10 +68,14 @@ impl OddIntervals {
         let long = self.long.words(&is_long, &are_long);
         [
             (self.left_out, left_out, "left out"),
-            (self.long, long, "by the sum of all intervals, what follows is that much later"),
+            (
+                self.long,
+                long,
+                "times are sums of intervals, so all later beats are shifted by as much",
+            ),
         ]
         .into_iter()
         .filter(|(oddity, ..)| oddity.count > 0)
-        .map(move |(_, what, so)| format!("{what}: {so} (of all {rows} rows)"))
+        .map(move |(_, what, so)| format!("{what}: {so} (of {rows} rows)"))
     }
 }

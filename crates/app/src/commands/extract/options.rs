@@ -30,7 +30,7 @@ pub fn failure(error: TableError) -> Failure {
     Failure::to(error).hint(hint).exit(exit)
 }
 
-/// Prints on standard error what the table lacked.
+/// Prints notes on what the table lacks on standard error.
 pub fn warn(read: &Rows, found: &mut Found) {
     let (rows, missing, left_out) = (read.table().rows(), found.missing, found.left_out);
     read.oddities().chain(read.overlapping()).for_each(|note| found.note(note));
@@ -38,7 +38,7 @@ pub fn warn(read: &Rows, found: &mut Found) {
         let lacking = counted(missing, "row is", "rows are");
         let besides = counted(rows, "row", "rows");
         found.note(format!(
-            "{lacking} missing according to the times: their samples count as missing (besides {besides})"
+            "{lacking} missing according to the times: their samples count as missing (the table has {besides})"
         ));
     }
     if left_out.count > 0 {

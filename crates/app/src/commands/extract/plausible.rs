@@ -1,4 +1,4 @@
-//! Plausibility of a table's numbers for their signal and unit.
+//! Checks whether the numbers in a table are plausible for their signal and unit.
 
 use teampulse_core::stream::Signal;
 
@@ -9,27 +9,27 @@ use crate::failure::Failure;
 pub const FIRST: usize = 20;
 /// Usual intervals between beats [ms].
 pub const INTERVALS_MS: (f64, f64) = (200.0, 3000.0);
-/// A usual interval that is shorter is that of no person [ms]: over 220 beats a minute.
+/// A usual interval shorter than this is not a person's [ms]: over 220 beats per minute.
 const LEAST_USUAL_MS: f64 = 273.0;
 /// Highest skin conductance [uS].
 const MOST_EDA_US: f64 = 100.0;
-/// A recording whose largest number is smaller is one in another unit: of a skin conductance, in siemens [uS]; of an
-/// EEG, in volts or millivolts [uV].
+/// A recording whose largest number is smaller than this is in another unit: a skin conductance in siemens [uS], an EEG
+/// in volts or millivolts [uV].
 const LEAST_EDA_US: f64 = 5e-5;
 const LEAST_EEG_UV: f64 = 0.1;
 /// Lowest and highest skin temperature of a living person [degC].
 const SKIN_DEG_C: (f64, f64) = (-20.0, 60.0);
-/// The largest sample of audio, of which 1 is full scale: a signal may exceed that a little.
+/// The largest plausible sample of audio, where 1 is full scale: a signal may exceed that a little.
 const MOST_AUDIO: f64 = 8.0;
 /// Highest typical acceleration of a person [g].
 const MOST_ACCELERATION_G: f64 = 4.0;
 
-/// The first rows of a signal, in the unit that it is analysed in.
+/// The first rows of a signal, in the unit in which it is analysed.
 pub struct Plausible {
     signal: Signal,
     first: Vec<f64>,
     are_whole: bool,
-    /// The largest magnitude of all numbers.
+    /// The largest magnitude of all numbers so far.
     largest: f64,
 }
 
@@ -38,7 +38,7 @@ impl Plausible {
         Plausible { signal, first: Vec::with_capacity(FIRST), are_whole: true, largest: 0.0 }
     }
 
-    /// Takes in a row: its first number, or the magnitude of the three of an acceleration.
+    /// Adds a row: its first number, or the magnitude of the three numbers of an acceleration.
     pub fn take(&mut self, values: &[f64]) {
         let number = match self.signal {
             Signal::Acceleration => values.iter().map(|value| value * value).sum::<f64>().sqrt(),
@@ -51,7 +51,7 @@ impl Plausible {
         }
     }
 
-    /// Why the numbers of a whole recording are too small, with a remedy. Zeros alone are not in another unit.
+    /// Fails if the numbers of a whole recording are too small, with a remedy. Zeros alone do not show another unit.
     pub fn too_small(&self) -> Result<(), Failure> {
         let largest = self.largest;
         if largest <= 0.0 || self.first.len() < FIRST {
@@ -78,25 +78,25 @@ impl Plausible {
         first.get(first.len() / 2).copied()
     }
 
-    /// A doubt about the numbers, which are used all the same.
+    /// Returns a doubt about the numbers, which are used nevertheless.
     pub fn note(&self) -> Option<String> {
         let usual_ms = self.usual().filter(|_| self.signal == Signal::Interval)?;
         (usual_ms < LEAST_USUAL_MS).then(|| {
             format!(
-                "the usual interval, {usual_ms} ms, is a heart rate of {:.0} a minute: give --unit or --scale if it is \
+                "the usual interval, {usual_ms} ms, means a heart rate of {:.0} per minute: give --unit or --scale if it is \
                  not in milliseconds, such as --unit s/1024",
                 60_000.0 / usual_ms
             )
         })
     }
 
-    /// Why the numbers are implausible, with a remedy.
+    /// Fails if the numbers are implausible, with a remedy.
     pub fn refused(&self) -> Result<(), Failure> {
         let Some(usual) = self.usual() else { return Ok(()) };
         let counts = if self.are_whole { ": they look like raw counts of a converter" } else { "" };
         let (message, hint) = match self.signal {
             Signal::Interval if !(INTERVALS_MS.0..=INTERVALS_MS.1).contains(&usual) => (
-                format!("intervals of {usual} ms are not those of a heart"),
+                format!("intervals of {usual} ms are not heartbeat intervals"),
                 "give --unit s (or --scale 1000) if they are in seconds; a heart rate is not an interval",
             ),
             Signal::Eda if usual > MOST_EDA_US => (

@@ -19,7 +19,7 @@ pub struct Heading {
 }
 
 impl Heading {
-    /// Prints the header where there was no event: its details are known from events only.
+    /// Prints the header if there was no event: only events show the columns of their details.
     pub fn end(&self) {
         if self.names.is_none() {
             output::line(EVENT.join(","));
@@ -84,7 +84,7 @@ pub fn recipes(values: &[Value], method: &str) {
     let mut groups: Vec<(&str, Vec<(&str, &str)>)> = Vec::new();
     for value in values {
         let (recipe, common) = value.method.split_once("; ").unwrap_or((&value.method, ""));
-        // The recipe of one channel is the same for all.
+        // The recipe is the same for every channel of a value.
         let (name, _) = Value::parts(&value.name);
         match groups.iter_mut().find(|(each, _)| *each == common) {
             Some((_, recipes)) if recipes.contains(&(name, recipe)) => {}
@@ -101,12 +101,12 @@ pub fn recipes(values: &[Value], method: &str) {
     }
 }
 
-/// The name of a value in its column: a longer one than all of ours is followed by a space, too.
+/// Pads the name of a value to the width of its column; a longer name is followed by a space, too.
 fn padded(name: &str) -> String {
     format!("{name:<31} ")
 }
 
-/// The number of events, in words.
+/// Formats the number of events of each kind.
 pub fn counts(counts: &[(&'static str, usize)]) -> String {
     let words = counts.iter().map(|(kind, count)| counted(*count, kind, &format!("{kind}s")));
     let words: Vec<String> = words.collect();
@@ -114,7 +114,7 @@ pub fn counts(counts: &[(&'static str, usize)]) -> String {
 }
 
 impl Score {
-    /// The agreement, in words.
+    /// Describes the agreement in words.
     pub fn shown(&self) -> String {
         let percent = |share: Option<f64>| {
             share.map_or("-".into(), |share| format!("{:.2} %", 100.0 * share))
@@ -133,12 +133,12 @@ impl Score {
     }
 }
 
-/// A time to the millisecond.
+/// Formats a time to the millisecond.
 fn shown_secs(secs: f64) -> String {
     format!("{secs:.3}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A number with six significant digits.
+/// Formats a number with six significant digits.
 fn shown(value: f64) -> String {
     if value == 0.0 {
         return "0".into();

@@ -8,11 +8,11 @@ use teampulse_signal::analysis::{Event, Measured, Span, Value};
 
 use super::found::Found;
 
-/// All results.
+/// All results of `extract`.
 #[derive(Debug, Serialize)]
 pub struct Report {
     signal: &'static str,
-    /// Null for intervals, which have no rate.
+    /// The sampling rate; null for intervals, which have none.
     rate_hz: Option<f64>,
     method: &'static str,
     /// Notes on the table, as printed on standard error.
@@ -30,7 +30,7 @@ pub struct Report {
 #[derive(Debug, Serialize)]
 struct Row {
     name: String,
-    /// Null exactly when `reason` says why.
+    /// Null if and only if `reason` is given.
     value: Option<f64>,
     unit: String,
     start_secs: f64,
@@ -45,11 +45,11 @@ struct Row {
 #[derive(Debug, Serialize)]
 struct EventRow {
     name: String,
-    /// Null exactly when `reason` says why.
+    /// Null if and only if `reason` is given.
     value: Option<f64>,
     unit: String,
     event_secs: f64,
-    /// What its table calls it.
+    /// The label of the event in its table.
     #[serde(skip_serializing_if = "String::is_empty")]
     label: String,
     coverage: f64,
@@ -58,7 +58,7 @@ struct EventRow {
     reason: Option<String>,
 }
 
-/// An event, as one object: its position and its details.
+/// An event with its position and details, written as one object.
 #[derive(Debug)]
 struct Happened {
     kind: &'static str,
@@ -80,7 +80,7 @@ impl Serialize for Happened {
     }
 }
 
-/// Agreement with an expert's events.
+/// The agreement with the true events.
 #[derive(Debug, Serialize)]
 pub struct Score {
     pub(super) tolerance_ms: f64,
@@ -95,7 +95,7 @@ pub struct Score {
 }
 
 impl Score {
-    /// The agreement of events in samples at a rate.
+    /// Computes the agreement of events, given in samples, at a sampling rate.
     pub fn new(tolerance_secs: f64, agreement: &Agreement, rate_hz: f64) -> Score {
         Score {
             tolerance_ms: tolerance_secs * 1e3,
@@ -111,7 +111,7 @@ impl Score {
 }
 
 impl Report {
-    /// The results for a signal.
+    /// Creates a report for a signal.
     pub fn new(
         signal: &'static str,
         rate_hz: Option<f64>,
@@ -185,12 +185,12 @@ fn around<'a>(
     })
 }
 
-/// Nanoseconds in seconds.
+/// Converts nanoseconds to seconds.
 pub fn secs(at_ns: i64) -> f64 {
     at_ns as f64 / 1e9
 }
 
-/// A number that is not written as `-0.0`, which an empty sum is.
+/// Turns `-0.0`, which an empty sum may yield, into `0.0`.
 fn positive_zero(value: f64) -> f64 {
     value + 0.0
 }

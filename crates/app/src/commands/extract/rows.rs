@@ -1,4 +1,4 @@
-//! The rows of a table as input of an analysis: in its unit, and with their times.
+//! The rows of a table as input of an analysis: in the signal's unit, and with their times.
 
 use teampulse_core::stream::Signal;
 use teampulse_core::units::{Conversion, accepted};
@@ -17,14 +17,14 @@ const BEATS: usize = 64;
 /// Combined rounding error of a time and an interval [ms].
 const ROUNDING_MS: f64 = 2.5;
 
-/// Rows of a table, one after the other.
+/// The rows of a table, read one after the other.
 pub struct Rows {
     table: Table,
     scaling: Scaling,
     times: Times,
     are_of_beats: bool,
     plausible: Plausible,
-    /// The odd ones, if rows are intervals.
+    /// Odd intervals, if the rows are intervals.
     intervals: Option<OddIntervals>,
 }
 
@@ -32,12 +32,12 @@ pub struct Rows {
 pub struct Said<'a> {
     /// A factor, applied first.
     pub scale: f64,
-    /// The unit after that.
+    /// The unit after scaling.
     pub unit: Option<&'a str>,
 }
 
 impl Rows {
-    /// The rows of a table. Fails where a column's unit can't be converted to the signal's.
+    /// Creates the rows of a table. Fails if a column's unit can't be converted to the signal's.
     pub fn new(
         signal: &'static Analysis,
         mut table: Table,
@@ -52,13 +52,13 @@ impl Rows {
         Ok(Rows { table, scaling, times, are_of_beats, plausible, intervals })
     }
 
-    /// Whether the times of intervals are those of the beats that end them, as in the files of an E4 and in
-    /// our own; otherwise they are the times at which a strap sent them.
+    /// Whether the times of intervals are those of the beats that end them, as in the files of an E4 and in our own;
+    /// otherwise they are the times at which a strap sent the intervals.
     pub fn are_of_beats(&self) -> bool {
         self.are_of_beats
     }
 
-    /// The table.
+    /// The table that the rows are read from.
     pub fn table(&self) -> &Table {
         &self.table
     }
@@ -68,19 +68,19 @@ impl Rows {
         &self.times
     }
 
-    /// Oddities of the rows, in words.
+    /// Describes the oddities of the rows.
     pub fn oddities(&self) -> impl Iterator<Item = String> {
         let rows = self.table.rows();
         let intervals = self.intervals.into_iter().flat_map(move |odd| odd.notes(rows));
         self.table.oddities().chain(intervals).chain(self.plausible.note())
     }
 
-    /// Intervals between beats that are not used because of the times of the beats, in words.
+    /// Describes intervals between beats that are not used because of the times of the beats.
     pub fn overlapping(&self) -> Option<String> {
         self.intervals?.overlapping(self.table.rows())
     }
 
-    /// The next row in the signal's unit, and its time [ns].
+    /// Returns the next row in the signal's unit, and its time [ns].
     pub fn next(&mut self) -> Result<Option<(i64, Row)>, Failure> {
         let row = loop {
             let Some(mut row) = self.table.next_row().map_err(failure)? else {
@@ -106,7 +106,7 @@ impl Rows {
         }
     }
 
-    /// Fails where times go back at the row of this line, which was read last.
+    /// Fails if times go back at the row in this line, which was read last.
     pub fn in_order(&self, line: usize) -> Result<(), Failure> {
         match self.times.back_secs() {
             Some(step_secs) => Err(failure(TableError::Back { line, step_secs })),
@@ -115,7 +115,8 @@ impl Rows {
     }
 }
 
-/// When the first interval begins [ns]: with the file, if that states it; else its length before its end.
+/// Returns when the first interval starts [ns]: at the start time that the file states, if any; otherwise its length
+/// before its end.
 fn begin_ns(table: &mut Table, scaling: &Scaling) -> Result<i64, Failure> {
     let dated_ns = table.begin_ns();
     let first = table.peek(1).map_err(failure)?.next().cloned();
@@ -174,15 +175,15 @@ impl Scaling {
     }
 }
 
-/// Fails for another unit of a voltage; other signals without a unit to convert to may have any.
+/// Fails if the unit of a voltage is not one of voltage; other signals that are not converted may have any unit.
 fn known(signal: &'static Analysis, unit: Option<&str>) -> Result<(), Failure> {
     let is_voltage = matches!(signal.signal, Signal::Ecg | Signal::Emg);
     let is_of_voltage =
         |unit: &str| is_raw(unit) || unit == "1" || Conversion::between(unit, "mV").is_some();
     let Some(other) = unit.filter(|unit| is_voltage && !is_of_voltage(unit)) else { return Ok(()) };
     let what = if is_unit(other) { "not a unit of voltage" } else { "not a known unit" };
-    let message = format!("--unit {other} of {} is {what}", signal.word());
-    let hint = format!("known are {}, and counts of a converter", accepted("mV").join(", "));
+    let message = format!("--unit {other} for {} is {what}", signal.word());
+    let hint = format!("known units are {}, and raw counts", accepted("mV").join(", "));
     Err(Failure::new(message).hint(hint).exit(Exit::BadArguments))
 }
 
@@ -225,8 +226,8 @@ mod tests {
         assert_eq!(
             rows.oddities().collect::<Vec<_>>(),
             [
-                "8 intervals are not above 0, the first in line 2: left out (of all 28 rows)",
-                "4 intervals are longer than 3 s, the first in line 6: by the sum of all intervals, what follows is that much later (of all 28 rows)",
+                "8 intervals are not above 0, the first in line 2: left out (of 28 rows)",
+                "4 intervals are longer than 3 s, the first in line 6: times are sums of intervals, so all later beats are shifted by as much (of 28 rows)",
             ]
         );
     }

@@ -37,28 +37,27 @@ use line_reader::{LineReader, TextLine};
 use oddity::Oddities;
 use times::Uneven;
 
-/// Rows from which the sampling is estimated, and the most cells of them.
+/// The most rows, and the most cells, from which the sampling is estimated.
 const FIRST_ROWS: usize = 20_000;
 const FIRST_CELLS: usize = 1 << 20;
 
 /// A table that is read row by row.
 ///
-/// Separated by commas, semicolons, bars, tabs or spaces, with decimal points or commas; with or without a
-/// header, and with or without a line of units below it. Empty lines are ignored, but in a column of samples alone one
-/// between others is a missing sample. Comments begin with `#` or `%`; a sampling rate in
-/// them is used, as are the two first lines of Empatica's E4. Times are numbers of any unit, or dates.
-/// Parsed here, not by a library: half of the tables in this field are columns of text between comments,
-/// not CSV.
+/// Cells are separated by commas, semicolons, bars, tabs or spaces, with decimal points or commas; with or without a
+/// header, and with or without a line of units below it. Empty lines are ignored, except in a table of only a column of
+/// samples, where an empty line between others is a missing sample. Comments start with `#` or `%`; a sampling rate in
+/// them is used, as are the first two lines of a file of Empatica's E4. Times are numbers in any unit, or dates. Parsed
+/// here, not by a library: half of the tables in this field are columns of text between comments, not CSV.
 pub struct Table {
     lines: LineReader,
     /// Rows that were read ahead to estimate the rate.
     ahead: VecDeque<Row>,
     columns: Columns,
     head: Head,
-    /// Whether an empty line between others is a missing sample: where a line holds one sample and nothing else.
+    /// Whether an empty line between others is a missing sample: only if each line holds one sample and nothing else.
     counts_empty: bool,
     sampling: Sampling,
-    /// Rows that were returned.
+    /// The number of rows returned so far.
     rows: usize,
     oddities: Oddities,
 }
@@ -72,15 +71,15 @@ pub struct Row {
     pub at_ns: Option<i64>,
     /// The number of its line, from 1.
     pub line: usize,
-    /// Whether its line has as many cells as the others.
+    /// How the number of cells in its line compares with that of other lines.
     width: Width,
 }
 
-/// Whether a line has as many cells as the others.
+/// How the number of cells in a line compares with that of other lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Width {
     Usual,
-    /// It ends before a wanted cell.
+    /// The line ends before a wanted cell.
     Short,
     /// The cells can't be assigned to columns.
     Other,
@@ -113,17 +112,17 @@ impl Table {
         self.head.begin_ns.or(self.columns.begin_ns)
     }
 
-    /// Samples a second [Hz].
+    /// Samples per second [Hz].
     pub fn rate_hz(&self) -> f64 {
         self.sampling.rate_hz
     }
 
-    /// How rows with times are sampled.
+    /// How rows with times are sampled; `None` without a column of times.
     pub fn sampling(&self) -> Option<Sampling> {
         self.columns.time.is_some().then_some(self.sampling)
     }
 
-    /// The times of the next rows, up to this many [ns].
+    /// Returns the times of up to `count` of the next rows [ns].
     pub fn following_ns(&mut self, count: usize) -> Result<Vec<i64>, TableError> {
         Ok(self.peek(count)?.filter_map(|row| row.at_ns).collect())
     }
@@ -138,27 +137,27 @@ impl Table {
         &self.columns.units
     }
 
-    /// Choices made in reading the table that the user did not ask for.
+    /// Notes on choices made in reading the table that the user did not ask for.
     pub fn notes(&self) -> &[String] {
         &self.columns.notes
     }
 
-    /// The share of the file that was read [0..1]; `None` when its length is not known.
+    /// The fraction of the file that was read [0..1]; `None` if its length is not known.
     pub fn read_share(&self) -> Option<f64> {
         self.lines.read_share()
     }
 
-    /// How many rows were read.
+    /// The number of rows read so far.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Oddities of the rows, in words.
+    /// Describes the oddities of the rows.
     pub fn oddities(&self) -> impl Iterator<Item = String> {
         self.oddities.notes(self.rows)
     }
 
-    /// The first rows, up to this many, without consuming them.
+    /// Returns up to `count` of the next rows without consuming them.
     pub fn peek(&mut self, count: usize) -> Result<impl Iterator<Item = &Row>, TableError> {
         while self.ahead.len() < count
             && let Some(row) = self.read_row()?
@@ -168,7 +167,7 @@ impl Table {
         Ok(self.ahead.iter().take(count))
     }
 
-    /// The next row.
+    /// Returns the next row.
     pub fn next_row(&mut self) -> Result<Option<Row>, TableError> {
         let next = match self.ahead.pop_front() {
             Some(row) => Some(row),
@@ -192,7 +191,7 @@ impl Table {
         oddity.add(count, row.line);
     }
 
-    /// The sampling of the rows, at the known rate if there is one [Hz].
+    /// Estimates the sampling of the rows, at the known rate if there is one [Hz].
     fn learnt(&mut self, wanted: &Wanted, known_hz: Option<f64>) -> Result<Sampling, TableError> {
         if !wanted.is_even {
             return Ok(Sampling::even(known_hz.unwrap_or(1.0)));

@@ -1,4 +1,4 @@
-//! Events that an expert marked.
+//! Events in tables: the true ones that detected events are scored against, and those around which values are computed.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -7,17 +7,17 @@ use super::options::failure;
 use super::table::{Table, TableError, Wanted, dates_secs, text_column};
 use crate::failure::Failure;
 
-/// Events that an expert marked.
+/// True events that an expert marked.
 pub enum Marks {
-    /// Their places [samples].
+    /// Their positions [samples].
     Samples(Vec<f64>),
     /// Their times [s].
     Secs(Vec<f64>),
 }
 
 impl Marks {
-    /// Reads a table's column `sample`, or `time_secs` or `onset`, or the first column of a table without names as
-    /// samples, which is noted.
+    /// Reads the column `sample`, or `time_secs` or `onset`, of a table. In a table without names, the first column is
+    /// read as samples, and a note says so.
     pub fn read(path: &Path) -> Result<(Marks, Option<String>), Failure> {
         let there = match column(path, "sample") {
             Err(TableError::NoColumn { there, .. }) => there,
@@ -28,20 +28,21 @@ impl Marks {
             return Ok((Marks::Secs(column(path, times).map_err(failure)?), None));
         }
         if there.first().is_some_and(|name| name == "1") {
-            let note = "the first column of --truth has no name and is taken as sample numbers: name it `time_secs` if it \
+            let note = "the first column of --truth has no name and is read as sample numbers: name it `time_secs` if it \
                         holds times";
             let samples = column(path, "1").map_err(failure)?;
             return Ok((Marks::Samples(samples), Some(note.to_owned())));
         }
         let no_column = TableError::NoColumn { wanted: "sample".to_owned(), there };
         Err(failure(no_column).hint(
-            "the table of --truth needs the places of its events in a column `sample`, or their times in `time_secs` or \
+            "the table of --truth needs the positions of its events in a column `sample`, or their times in `time_secs` or \
              `onset`",
         ))
     }
 
-    /// Their places in a recording from one time to another [s] at a rate [Hz], and a note on what they are taken as.
-    /// Times are on the axis of the recording; if none lies within it, they are times after its first sample.
+    /// Returns the positions [samples] in a recording between two times [s] at a rate [Hz], and a note on how the times
+    /// were interpreted. Times are on the axis of the recording; if none lies within it, they count from its first
+    /// sample.
     pub fn places(
         self,
         (begin_secs, end_secs): (f64, f64),
@@ -60,8 +61,8 @@ impl Marks {
                 let (offset_secs, note) = match (is_on_axis, is_after_first) {
                     (true, _) => (begin_secs, None),
                     (false, true) => (0.0, Some(
-                        "the times of --truth are taken as those after the first sample: none of them lies within the \
-                         recording on its own time axis".to_owned(),
+                        "the times of --truth are counted from the first sample: none of them lies within the \
+                         recording on its time axis".to_owned(),
                     )),
                     (false, false) => (begin_secs, Some(outside(begin_secs, end_secs))),
                 };
@@ -79,11 +80,11 @@ fn outside(begin_secs: f64, end_secs: f64) -> String {
     )
 }
 
-/// The columns with the times of events [s]: of tables that `extract` reads and writes, of `events.tsv`, and of events
+/// The columns with the times of events [s]: in tables that `extract` reads and writes, in `events.tsv`, and in events
 /// that `export` writes.
 const TIMES: [&str; 3] = ["time_secs", "onset", "measured_secs"];
 
-/// The column of an `events.tsv` with the times of events as dates, where the others are times in the session.
+/// The column of an `events.tsv` that holds the times of events as dates; its other columns hold times in the session.
 const DATES: &str = "time";
 
 /// The columns with the labels of events.
@@ -91,29 +92,29 @@ const LABELS: [&str; 2] = ["trial_type", "label"];
 
 /// The time axis of a recording.
 pub struct Axis<'a> {
-    /// When it begins and ends [s].
+    /// The start and end of the recording [s].
     pub within: RangeInclusive<f64>,
-    /// The time of a sample [s], where samples are even.
+    /// Returns the time of a sample [s], if the recording is sampled evenly.
     pub of_sample: Option<&'a dyn Fn(f64) -> f64>,
 }
 
 /// Events with their times.
 #[derive(Debug, PartialEq)]
 pub struct Events {
-    /// The time of each [s].
+    /// The time of each event [s].
     pub secs: Vec<f64>,
-    /// The label of each; empty where it has none.
+    /// The label of each event; empty if it has none.
     pub labels: Vec<String>,
-    /// How many more have no time, or no number where one was expected.
+    /// The number of events left out, which have no time, or text instead of a number.
     pub left_out: usize,
-    /// How their times are read, if that is not stated.
+    /// A note on how the times are read, if the table does not state it.
     pub note: Option<String>,
 }
 
 impl Events {
-    /// Reads the times of events from a table's column `time_secs`, `onset` or `measured_secs`, in seconds or as dates,
-    /// or `sample` where samples have times; and their labels from `trial_type` or `label`. Where none of these times
-    /// is within the recording, but dates in `time` are, as in an `events.tsv`, those are read.
+    /// Reads the times of events from the column `time_secs`, `onset` or `measured_secs` of a table, in seconds or as
+    /// dates, or from `sample` if samples have times; and their labels from `trial_type` or `label`. If none of these
+    /// times is within the recording, but dates in `time` are, as in an `events.tsv`, the dates are used.
     pub fn read(path: &Path, axis: &Axis<'_>) -> Result<Events, TableError> {
         let (secs, note) = match (times(path)?, axis.of_sample) {
             (Some(times), _) => times,
@@ -143,7 +144,7 @@ impl Events {
     }
 }
 
-/// The times in the first column of times that a table has, NaN where there is none, with a note on how dates are read.
+/// Reads the first column of times that a table has, NaN where a time is missing, with a note on how dates are read.
 fn times(path: &Path) -> Result<Option<(Vec<f64>, String)>, TableError> {
     for name in TIMES {
         let Some(texts) = text_column(path, name)? else { continue };
@@ -155,14 +156,14 @@ fn times(path: &Path) -> Result<Option<(Vec<f64>, String)>, TableError> {
     Ok(None)
 }
 
-/// The numbers in a column.
+/// Returns the finite numbers in a column.
 fn column(path: &Path, name: &str) -> Result<Vec<f64>, TableError> {
     let mut numbers = cells(path, name)?;
     numbers.retain(|number| number.is_finite());
     Ok(numbers)
 }
 
-/// The cells of a column, NaN where there is no number.
+/// Returns the cells of a column, NaN where there is no number.
 fn cells(path: &Path, name: &str) -> Result<Vec<f64>, TableError> {
     let wanted = Wanted {
         signal: "true events",

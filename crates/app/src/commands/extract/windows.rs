@@ -2,12 +2,12 @@
 
 use teampulse_signal::analysis::Span;
 
-/// Windows of equal length that begin at regular intervals from the start of a recording.
+/// Windows of equal length that start at regular intervals from the start of a recording.
 pub struct Windows {
     begin_ns: i64,
     /// `None` for a single window.
     lengths: Option<Lengths>,
-    /// The number of hops before the next one begins.
+    /// The number of hops before the start of the next window.
     next: i64,
 }
 
@@ -19,12 +19,13 @@ pub struct Lengths {
 }
 
 impl Lengths {
-    /// The end of the first window, and each earlier hop [ns after the start].
+    /// The first time at which a live analysis reports, so that one report falls on the end of the first window [ns
+    /// after the start].
     pub fn first_ns(self) -> i64 {
         (self.window_ns - 1).rem_euclid(self.hop_ns) + 1
     }
 
-    /// Windows of `window_secs` [s], a new one every `hop_secs` [s], or without overlap.
+    /// Windows of `window_secs` [s] that start every `hop_secs` [s], or without overlap.
     pub fn new(window_secs: Option<f64>, hop_secs: Option<f64>) -> Option<Lengths> {
         let nanos = |secs: f64| (secs * 1e9).round() as i64;
         let window_ns = nanos(window_secs?);
@@ -33,12 +34,12 @@ impl Lengths {
 }
 
 impl Windows {
-    /// The windows of a recording that begins at a time [ns].
+    /// Creates the windows of a recording that starts at this time [ns].
     pub fn new(begin_ns: i64, lengths: Option<Lengths>) -> Windows {
         Windows { begin_ns, lengths, next: 0 }
     }
 
-    /// Whether a reported window is one of these; earlier ones are not reported again.
+    /// Whether a reported window is one of these windows; windows up to it are not reported again.
     pub fn take(&mut self, span: Span) -> bool {
         let Some(Lengths { hop_ns, .. }) = self.lengths else { return false };
         let from_begin_ns = span.begin_ns - self.begin_ns;
@@ -49,14 +50,14 @@ impl Windows {
         true
     }
 
-    /// Skips those that end before a time [ns], as there are no data for them.
+    /// Skips windows that end before a time [ns], as there are no data for them.
     pub fn skip_until(&mut self, end_ns: i64) {
         let Some(Lengths { window_ns, hop_ns }) = self.lengths else { return };
         let from_first_ns = end_ns - self.begin_ns - window_ns;
         self.next = self.next.max(from_first_ns.div_euclid(hop_ns));
     }
 
-    /// The remaining windows of a recording that ends at a time [ns]: those that end by then, and a shorter
+    /// Returns the remaining windows of a recording that ends at this time [ns]: those that end by then, and a shorter
     /// last one if they do not reach its end.
     pub fn rest(mut self, end_ns: i64) -> Vec<Span> {
         let Some(Lengths { window_ns, hop_ns }) = self.lengths else {

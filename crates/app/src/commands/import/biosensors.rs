@@ -1,6 +1,6 @@
-//! Recordings of the package `ros2-foxy-wearable-biosensors`: its topics become streams of a person.
+//! Converts topics in recordings of the package `ros2-foxy-wearable-biosensors` to streams of a person.
 //!
-//! All messages stay in the bag as they are.
+//! All messages are also kept in the bag unchanged.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +10,10 @@ use teampulse_core::stream::Stream;
 use teampulse_messages::convert::type_name;
 use teampulse_sources::biosensors::{LowBytes, Topic};
 
-/// Reads the topics of wearables in the messages of a bag.
+/// Reads the topics of wearables from the messages of a bag.
 #[derive(Debug)]
 pub struct Biosensors {
-    /// The person of topics whose namespace names nobody.
+    /// The person for topics whose namespace names nobody.
     person: String,
     /// What each topic contains; `None` for a topic that is not from a wearable.
     known: BTreeMap<String, Option<Topic>>,
@@ -21,7 +21,7 @@ pub struct Biosensors {
 }
 
 impl Biosensors {
-    /// Topics without a namespace are of this person.
+    /// Creates a reader that assigns topics without a namespace to this person.
     pub fn of(person: &str) -> Biosensors {
         let (known, low_bytes) = (BTreeMap::new(), LowBytes::default());
         Biosensors { person: person.to_owned(), known, low_bytes }

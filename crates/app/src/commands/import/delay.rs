@@ -1,24 +1,25 @@
-//! How much later a recording shows an event than a session does, which no clock can show.
+//! How much later an event appears in a recording than in a session, which no clock can show.
 
 use teampulse_core::stream::Signal;
 use teampulse_timefilter::clock::Latency;
 
-/// Events, by what they are and what saw them.
+/// A kind of event, and the device that recorded it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Seen<'a> {
     pub kind: Kind,
-    /// As a token of a topic; empty where it is unknown.
+    /// The device as a token of a topic; empty if it is unknown.
     pub device: &'a str,
 }
 
 impl Seen<'_> {
-    /// Whether the pulses on both sides are of one kind of device.
+    /// Whether both are pulses from the same kind of device.
     pub(super) fn is_as(self, other: Seen<'_>) -> bool {
         self == other && self.kind == Kind::Pulses && !self.device.is_empty()
     }
 }
 
-/// How much later a recording shows an event than a session, where the person's pulse arrival time may be known.
+/// Returns how much later an event appears in the recording than in the session, given the person's pulse arrival time,
+/// if it is known.
 pub(super) fn delay(
     session: Seen<'_>,
     recording: Seen<'_>,
@@ -36,7 +37,7 @@ pub(super) fn delay(
         (Kind::Beats, Kind::Pulses) => arrival,
         (Kind::Beats, Kind::PulseIntervals) => to_peak,
         (Kind::Beats, _) => BETWEEN_ECGS,
-        // The session's pulses are known by their peaks, like those of the recording.
+        // The session's pulses are timed at their peaks, like those of the recording.
         (Kind::Pulses, Kind::Pulses) => BETWEEN_PLACES,
         (_, Kind::Pulses | Kind::PulseIntervals) => Latency::new(0.0, PULSE_RISE.uncertainty_secs),
         (_, _) => Latency::new(-to_peak.secs, to_peak.uncertainty_secs),
@@ -45,26 +46,27 @@ pub(super) fn delay(
 
 /// From the R wave to the foot of the pulse at the wrist or finger: 200 to 300 ms in 95 % of adults at rest.
 const PULSE_ARRIVAL: Latency = Latency::new(0.250, 0.050);
-/// From there to the systolic peak, of which a device stamps its own intervals, and what its filters add.
+/// From the foot of the pulse to the systolic peak, at which a device stamps its intervals, including the delay of its
+/// filters.
 const PULSE_RISE: Latency = Latency::new(0.140, 0.100);
-/// Two places on the body whose pulses are compared.
+/// Between pulses measured at two places on the body.
 const BETWEEN_PLACES: Latency = Latency::new(0.0, 0.060);
-/// The pulses of one kind of wristband, which are mostly the same samples, found once as they came and once as a
-/// whole; a second one on the other wrist sees them up to some milliseconds apart.
+/// Between the pulses of one kind of wristband. They mostly come from the same samples, detected once live and once in
+/// the whole recording; a second wristband on the other wrist differs by up to some milliseconds.
 pub(super) const SAME_DEVICE: Latency = Latency::new(0.0, 0.010);
-/// A detector's systematic difference between two kinds of ECG.
+/// The systematic difference of a detector between two kinds of ECG.
 const BETWEEN_ECGS: Latency = Latency::new(0.0, 0.005);
-/// Two places on the body to which a movement spreads: a step takes tens of milliseconds from the foot to the head.
+/// Between movements measured at two places on the body: a step takes tens of milliseconds from the foot to the head.
 const BETWEEN_SENSORS: Latency = Latency::new(0.0, 0.025);
 
-/// What events are.
+/// The kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// R waves.
     Beats,
-    /// Pulses; of the recording both the foot and the peak are known, of the session the peak.
+    /// Pulses: in the recording both the foot and the peak are known, in the session only the peak.
     Pulses,
-    /// Beats by the intervals of a device that sees the pulse.
+    /// Beats from the intervals of a device that measures the pulse.
     PulseIntervals,
     /// Samples of acceleration.
     Movement,
@@ -72,7 +74,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// What a signal of the heart that a device measures shows; `None` for any other signal.
+    /// Returns what a device's heart signal shows; `None` for any other signal.
     pub(super) fn of(signal: Signal, device: &str) -> Option<Kind> {
         match signal {
             Signal::Ppg => Some(Kind::Pulses),
@@ -82,13 +84,13 @@ impl Kind {
         }
     }
 
-    /// Whether it is known by the peaks of pulses.
+    /// Whether these events are timed at the peaks of pulses.
     pub(super) fn is_of_pulses(self) -> bool {
         matches!(self, Kind::Pulses | Kind::PulseIntervals)
     }
 }
 
-/// Whether the intervals that a device reports lie between pulses: those of straps lie between R waves.
+/// Whether the intervals that a device reports lie between pulses; those of chest straps lie between R waves.
 fn sees_pulses(device: &str) -> bool {
     ["empatica", "embrace", "polar_verity_sense", "polar_oh1"]
         .iter()

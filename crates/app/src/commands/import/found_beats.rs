@@ -1,4 +1,4 @@
-//! The beats that a session has of a person.
+//! Finds the beats of a person in a session.
 
 use teampulse_bag::{Bag, BagStream};
 use teampulse_core::stream::{Origin, Shape, Signal};
@@ -7,7 +7,7 @@ use super::delay::{Kind, Seen};
 use super::hearts::shown_by;
 use super::imported::DeviceRecording;
 
-/// Beats that were found in a session, and in what.
+/// Beats detected in a session, and the signal in which they were detected.
 pub(super) struct FoundBeats<'a> {
     pub known: &'a BagStream,
     signal: Signal,
@@ -15,7 +15,7 @@ pub(super) struct FoundBeats<'a> {
 }
 
 impl<'a> FoundBeats<'a> {
-    /// `None` for a stream of anything else.
+    /// Returns the beats in a stream; `None` if the stream holds anything else.
     pub(super) fn of(bag: &Bag, known: &'a BagStream) -> Option<FoundBeats<'a>> {
         let stream = &known.stream;
         let is_beats = stream.shape == Shape::Event
@@ -37,13 +37,13 @@ impl<'a> FoundBeats<'a> {
         Seen { kind: self.kind, device: &self.known.stream.device }
     }
 
-    /// Whether the device of a recording saw them, too.
+    /// Whether the recording is from the same kind of device as these beats.
     pub(super) fn is_of(&self, device: &DeviceRecording) -> bool {
         shown_by(device)
             .is_some_and(|kind| self.seen().is_as(Seen { kind, device: &device.device }))
     }
 
-    /// Less for what is nearer to the heart.
+    /// Ranks the kind of signal: lower is closer to the heart.
     pub(super) fn rank(&self) -> u8 {
         match (self.signal, self.kind) {
             (Signal::Ecg, _) => 0,

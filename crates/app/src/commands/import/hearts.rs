@@ -1,4 +1,4 @@
-//! The heartbeats in a recording of a device.
+//! Finds the heartbeats in a recording of a device.
 
 use teampulse_core::stream::Signal;
 use teampulse_formats::{Content, Run};
@@ -10,11 +10,11 @@ use super::imported::{DeviceRecording, Imported};
 use super::joining::Happened;
 use crate::failure::Failure;
 
-/// The heartbeats in a recording: from its ECG, else its pulse wave, else its intervals.
+/// Finds the heartbeats in a recording: in its ECG, else its pulse wave, else its intervals.
 pub(super) fn of_heart(device: &DeviceRecording, session: Kind) -> Result<Happened, Failure> {
     let Some((signal, kind)) = best(device) else {
         return Err(Failure::new(format!("{} has no heart signal", device.name))
-            .hint("join by a marker that both have, with --at"));
+            .hint("join by a marker that is in both, with --at"));
     };
     let at_ns = match signal.stream.signal {
         Signal::Ecg => beats(signal),
@@ -24,7 +24,7 @@ pub(super) fn of_heart(device: &DeviceRecording, session: Kind) -> Result<Happen
     Ok(Happened::events(device.name.clone(), at_ns, kind).seen_by(&device.device))
 }
 
-/// What shows the heart in a recording; `None` where nothing does.
+/// Returns the kind of heart events in a recording; `None` if it has no heart signal.
 pub(super) fn shown_by(device: &DeviceRecording) -> Option<Kind> {
     best(device).map(|(_, kind)| kind)
 }
@@ -50,7 +50,8 @@ fn beats(signal: &Imported) -> Vec<i64> {
     })
 }
 
-/// The feet of pulses for R waves, and their peaks for pulses of the session, which are known by their peaks.
+/// Finds pulses: their feet if the session has R waves, and their peaks if the session has pulses, which are timed at
+/// their peaks.
 fn pulses(signal: &Imported, session: Kind) -> Vec<i64> {
     in_runs(signal, |samples, rate_hz| {
         let pulses = find_pulses(samples, rate_hz).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The signals of a file as streams of a person, still on the clock of the device.
+//! The signals of a file as streams of a person, still in the time of the device's clock.
 
 use std::path::Path;
 
@@ -19,28 +19,28 @@ const MOST_BYTES: u64 = 2 << 30;
 
 /// A signal with its stream.
 pub struct Imported {
-    /// Its stream, without a description of its times.
+    /// The stream of the signal, without a description of its times.
     pub stream: Stream,
-    /// Its samples, by the device's clock.
+    /// The samples, timed by the device's clock.
     pub content: Content,
 }
 
-/// What one device recorded.
+/// A recording from one device.
 pub struct DeviceRecording {
-    /// The files, for messages.
+    /// The names of its files, for messages.
     pub name: String,
     /// The device, as a token of a topic.
     pub device: String,
-    /// Whether the device's clock knows the date.
+    /// Whether the device's clock states the date.
     pub is_dated: bool,
-    /// The date of its times that the file states, where the clock does not know it.
+    /// The date that the file states, if the device's clock does not state one.
     pub date: Option<StatedDate>,
     /// The signals.
     pub signals: Vec<Imported>,
 }
 
 impl DeviceRecording {
-    /// Reads files of devices; files with dates of one device are one recording.
+    /// Reads files of devices; files of one device that contain dates become one recording.
     pub fn of_files(
         files: &[impl AsRef<Path>],
         asked: &Asked,
@@ -68,7 +68,7 @@ impl DeviceRecording {
         Ok(recordings.into_iter().map(device).collect())
     }
 
-    /// Tables, of which all began together or contain dates.
+    /// Reads tables that all started together or contain dates.
     pub fn of_tables(tables: Tables) -> Result<DeviceRecording, Failure> {
         let (name, device) = (tables.name(), tables.device());
         let is_dated = tables.is_dated();
@@ -76,7 +76,7 @@ impl DeviceRecording {
         Ok(DeviceRecording { name, device, is_dated, date: None, signals })
     }
 
-    /// When its first sample was measured, by the device's clock [ns].
+    /// When the first sample was measured, by the device's clock [ns].
     pub fn first_ns(&self) -> i64 {
         let firsts = self.signals.iter().filter_map(|signal| signal.content.first_ns());
         firsts.min().unwrap_or_default()
@@ -103,7 +103,7 @@ impl DeviceRecording {
     }
 }
 
-/// Whether a file is one of a format that is recognised by its first bytes.
+/// Whether a file has a format that is recognised by its first bytes.
 pub fn is_of_device(start: &[u8]) -> bool {
     ["PK\x03\x04", "Obj\x01", "XDF:", "0       "]
         .iter()
@@ -119,8 +119,8 @@ fn recording(path: &Path) -> Result<Recording, Failure> {
             .hint("export a shorter part of the recording"));
     }
     let bytes = std::fs::read(path).map_err(unreadable)?;
-    let recording = read(&bytes)
-        .ok_or_else(|| Failure::to(format!("read {shown}: its format is not known")))?;
+    let recording =
+        read(&bytes).ok_or_else(|| Failure::to(format!("read {shown}: its format is unknown")))?;
     let recording = recording
         .map_err(|error| Failure::to(format!("read {shown}: {error}")).hint(error.hint()))?;
     recording.notes.iter().for_each(|note| output::note(format!("note: {shown}: {note}")));
@@ -147,13 +147,13 @@ fn add(known: &mut Recording, more: Recording, path: &Path) {
 fn note_repeated(file: &str, signal: &str, count: usize) {
     if count > 0 {
         output::note(format!(
-            "note: {file}: left out {} of {signal} with times that other samples have already",
+            "note: {file}: left out {} of {signal} with times that other samples already have",
             counted(count, "sample", "samples")
         ));
     }
 }
 
-/// A name as a token of a topic.
+/// Turns a name into a token of a topic.
 fn token(name: &str) -> String {
     let fits =
         |each: char| if each.is_ascii_alphanumeric() { each.to_ascii_lowercase() } else { '_' };
@@ -166,7 +166,7 @@ fn token(name: &str) -> String {
     }
 }
 
-/// The name, with a number where a signal of the device has it already.
+/// Appends a number to a name that another signal of the device already has.
 fn unused(name: &str, device: &str, taken: &mut Vec<String>) -> String {
     let mut number = 1;
     let mut free = name.to_owned();
@@ -178,7 +178,7 @@ fn unused(name: &str, device: &str, taken: &mut Vec<String>) -> String {
     free
 }
 
-/// The names, with a number where another channel has the same.
+/// Appends a number to each name that another channel already has.
 pub fn unlike(names: impl Iterator<Item = String>) -> impl Iterator<Item = String> {
     let mut taken = Vec::new();
     names.map(move |name| unused(&name, "", &mut taken))

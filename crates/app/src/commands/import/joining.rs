@@ -1,4 +1,4 @@
-//! Where a device's recording belongs within the session that it was part of.
+//! Places a device's recording in the session that it belongs to.
 
 use std::path::{Path, PathBuf};
 
@@ -21,9 +21,9 @@ use crate::commands::calibrate::signals::{Span, Wanted, record};
 use crate::exit::Exit;
 use crate::failure::Failure;
 
-/// How far the clock of a device that knows the date may be off, by default [s].
+/// How far the clock of a device that states the date may be off, by default [s].
 const DATED_OFFSET_SECS: f64 = 600.0;
-/// Half of the step in which devices stamp the presses of their button [s].
+/// Half of the step in which devices stamp presses of their button [s].
 const MARK_SECS: f64 = 0.005;
 
 /// The options for files that join a session.
@@ -34,21 +34,21 @@ pub struct Into {
     /// is not changed
     #[arg(id = "into", long = "into", value_name = "BAG")]
     session: Option<PathBuf>,
-    /// Joins by an event that both recorded: the label of markers in the session, and after `=` that of those
-    /// in the file (by default all in the file). Without this, heartbeats are matched, or else movement
+    /// Joins by an event that both recorded: the label of markers in the session and, after `=`, the label of marks in
+    /// the file (by default all marks in the file). Without this, heartbeats are matched, or else movement
     #[arg(long, value_name = "LABEL[=LABEL]", requires = "into", conflicts_with = "against")]
     at: Option<Labels>,
-    /// The stream of the session whose heartbeats, or whose acceleration, is matched; by default the pulses of the
-    /// same kind of device, where it was streamed live, else the person's beats from an ECG, else from intervals, else
-    /// pulses; else, or where the file has none, the person's acceleration
+    /// The stream of the session whose heartbeats or acceleration is matched; by default the pulses of the same kind of
+    /// device if it was streamed live, else the person's beats from an ECG, else from intervals, else pulses; if there
+    /// are none, or the file has no heart signal, the person's acceleration
     #[arg(long, value_name = "STREAM", requires = "into")]
     against: Option<Wanted>,
-    /// The time from the R wave of an ECG to the foot of the pulse where the device was worn, and its uncertainty
-    /// (95 %) after a colon [ms]. Differs between people; measure it in a recording with a tap
+    /// The time from the R wave of an ECG to the foot of the pulse where the device was worn and, after a colon, its
+    /// uncertainty (95 %) [ms]. It differs between people: measure it in a recording with a tap
     #[arg(long, value_name = "MS[:MS]", requires = "into", value_parser = pulse_arrival)]
     pulse_arrival: Option<Latency>,
-    /// The largest distance between the clocks of session and device [s]; by default 600 where the file has a date
-    /// with its time zone, and any where it has none
+    /// The largest offset between the clocks of session and device [s]; by default 600 if the file has a date with its
+    /// time zone, and unlimited if it has none
     #[arg(long, value_name = "SECS", requires = "into", value_parser = positive)]
     max_offset: Option<f64>,
 }
@@ -69,14 +69,14 @@ fn pulse_arrival(text: &str) -> Result<Latency, String> {
     Ok(Latency::new(centre, uncertainty))
 }
 
-/// The failure to place a file. Where no offset fits well, the true one may be beyond those that were searched.
+/// Reports the failure to place a file. If no offset fits well, the true one may be beyond those that were searched.
 fn refused(name: &str, error: &JoinError, search: &Search) -> Failure {
     let most_secs = search.max_offset_secs;
     let is_bounded = most_secs.is_finite();
     let may_be_beyond = matches!(error, JoinError::Ambiguous { .. } | JoinError::Unlike { .. });
     let beyond = if is_bounded && may_be_beyond {
         format!(
-            "; or the true offset is larger than {most_secs} s (give a larger --max-offset), or the file is of another \
+            "; or the true offset is larger than {most_secs} s (give a larger --max-offset), or the file is from another \
              person"
         )
     } else {
@@ -90,18 +90,18 @@ fn refused(name: &str, error: &JoinError, search: &Search) -> Failure {
 pub struct Joined {
     /// Converts times of the device.
     pub session_from_device: SessionFromDevice,
-    /// For example "placed by 612 heartbeats …: within 41 ms (95 %)".
+    /// Such as "placed by 612 heartbeats …: within 41 ms (95 %)".
     pub words: String,
 }
 
-/// The events of one of the two.
+/// The events of a session or a recording.
 pub(super) struct Happened {
     name: String,
     at_ns: Vec<i64>,
     /// The magnitude of acceleration at each time.
     magnitudes: Vec<f64>,
     kind: Kind,
-    /// What saw them, as a token of a topic.
+    /// The device that recorded the events, as a token of a topic.
     device: String,
 }
 
@@ -110,7 +110,7 @@ impl Happened {
         Happened { name, at_ns, magnitudes: Vec::new(), kind, device: String::new() }
     }
 
-    /// The same, as a device saw them.
+    /// Sets the device that recorded the events.
     pub(super) fn seen_by(self, device: &str) -> Happened {
         Happened { device: device.to_owned(), ..self }
     }
@@ -123,7 +123,7 @@ impl Happened {
         Happened { magnitudes: values, ..Happened::events(name, at_ns, Kind::Movement) }
     }
 
-    /// The samples of acceleration, at these times [s].
+    /// Returns the acceleration, with these times [s].
     fn felt(&self, secs: &[f64]) -> Vec<Movement> {
         let samples = secs.iter().zip(&self.magnitudes);
         samples.map(|(&secs, &magnitude)| Movement { secs, magnitude }).collect()
@@ -131,12 +131,12 @@ impl Happened {
 }
 
 impl Into {
-    /// The bag of the session.
+    /// The bag of the session to join.
     pub fn bag(&self) -> Option<&Path> {
         self.session.as_deref()
     }
 
-    /// Finds where a recording belongs in the session.
+    /// Places a recording in the session.
     pub fn join(
         &self,
         bag: &Bag,
@@ -177,21 +177,22 @@ impl Into {
         let words = words(&found, &session, ends, search.delay, zero_ns.is_some());
         let session_from_device = Box::new(move |at_ns: i64| {
             let secs = at_ns.saturating_sub(device_ns) as f64 / 1e9;
-            // What is added is small, so that no digits of the time itself are lost.
+            // What is added is small, so no digits of the time itself are lost.
             let added_ns = ((found.session_from_device(secs) - secs) * 1e9).round() as i64;
             at_ns.saturating_sub(device_ns).saturating_add(origin_ns).saturating_add(added_ns)
         });
         Ok(Joined { session_from_device, words })
     }
 
-    /// What dates the times of a device [ns since 1970]; `None` where nothing does. The date of a header without a time
-    /// zone is taken as UTC if the user says how far it may be off.
+    /// The date at which the device's times start [ns since 1970]; `None` if it is unknown. A header's date without a
+    /// time zone is read as UTC if the user states how far the clock may be off.
     fn zero_ns(&self, device: &DeviceRecording) -> Option<i64> {
         let stated = device.date.filter(|date| date.has_zone || self.max_offset.is_some());
         if device.is_dated { Some(0) } else { stated.map(|date| date.zero_ns) }
     }
 
-    /// The movement of both, where that is asked for or their hearts can't be compared; `None` where they are.
+    /// The movement in the session and in the recording, if it is requested or their heartbeats can't be compared;
+    /// `None` otherwise.
     fn of_movement(
         &self,
         bag: &Bag,
@@ -214,15 +215,15 @@ impl Into {
                 return Ok(None);
             }
             return Err(Failure::new(format!("{} has no acceleration", device.name))
-                .hint("match heartbeats, or join by a marker that both have, with --at"));
+                .hint("match heartbeats, or join by a marker that is in both, with --at"));
         };
         let ours = movement::of_session(bag, &name)?;
         let theirs = Happened::movement(device.name.clone(), theirs);
         Ok(Some((Happened::movement(name, ours), theirs)))
     }
 
-    /// The beats of the person in the session: the pulses of the same kind of device, so that a recording lies on
-    /// what came live of it, else what is nearest to the heart.
+    /// Finds the beats of the person in the session: preferably the pulses of the same kind of device, so that the
+    /// recording is aligned with its live stream; otherwise the beats closest to the heart.
     fn beats_of(
         &self,
         bag: &Bag,
@@ -242,7 +243,7 @@ impl Into {
             let names: Vec<&str> = beats.iter().map(FoundBeats::name).collect();
             let hint = match names.as_slice() {
                 [] => "join by a marker with --at, or compute the session's beats with `teampulse replay`".to_owned(),
-                names => format!("the session has {}: name one with --against, or its --person", names.join(", ")),
+                names => format!("the session has {}: name one with --against, or its person with --person", names.join(", ")),
             };
             let whose =
                 self.against.as_ref().map_or_else(|| format!("of {person}"), ToString::to_string);
@@ -263,7 +264,7 @@ fn times(bag: &Bag, stream: &str) -> Result<Vec<i64>, Failure> {
     Ok(recorded.seen[0].times().to_vec())
 }
 
-/// Markers of the session and marks of the file.
+/// Returns the markers of the session and the marks of the file.
 fn of_marks(
     bag: &Bag,
     labels: &Labels,
@@ -279,7 +280,7 @@ fn of_marks(
     Ok((Happened::events(name, ours, kind), recording))
 }
 
-/// A description of a placement.
+/// Describes a placement.
 fn words(
     found: &Placement,
     session: &Happened,
@@ -305,7 +306,7 @@ fn words(
             ", with ±{ms:.0} ms for the time that a movement takes from one sensor to the other"
         )
     } else if delay == SAME_DEVICE {
-        format!(", which came live of the same kind of device, {}", session.device)
+        format!(", which is the live stream of the same kind of device, {}", session.device)
     } else if delay.secs == 0.0 {
         String::new()
     } else {
@@ -314,17 +315,20 @@ fn words(
             ", with {secs:.0} ± {uncertainty:.0} ms from the heart to where the pulse was measured"
         )
     };
-    let unconfirmed =
-        if found.pairs == 1 { ", if this is the same event, which no other confirms" } else { "" };
+    let unconfirmed = if found.pairs == 1 {
+        ", if this is the same event, which no second event confirms"
+    } else {
+        ""
+    };
     format!(
         "placed by {} in common with {} ({share:.0} % of the file's): {clock}; \
-         times are within {ms:.0} ms (95 %) of those of that stream{of_delay}{unconfirmed}",
+         times are within {ms:.0} ms (95 %) of the times in that stream{of_delay}{unconfirmed}",
         counted(found.pairs, one, several),
         session.name
     )
 }
 
-/// A description of the device's clock: how far behind it was, if it has a date [s], and how slow, if that is known.
+/// Describes the device's clock: how far behind it was [s], if it states a date, and how slow it was, if that is known.
 fn clock(behind_secs: Option<f64>, slow: Option<&str>) -> String {
     let offset = behind_secs.map(|behind| {
         let side = if behind < 0.0 { "ahead" } else { "behind" };
@@ -332,9 +336,13 @@ fn clock(behind_secs: Option<f64>, slow: Option<&str>) -> String {
     });
     match (offset, slow) {
         (Some(offset), Some(slow)) => format!("{offset} and {slow}"),
-        (Some(offset), None) => format!("{offset}, and it is too short to show its skew"),
-        (None, Some(slow)) => format!("its clock has no date, and was {slow}"),
-        (None, None) => "its clock has no date, and it is too short to show its skew".to_owned(),
+        (Some(offset), None) => {
+            format!("{offset}, and the recording is too short to show its skew")
+        }
+        (None, Some(slow)) => format!("its clock has no date and was {slow}"),
+        (None, None) => {
+            "its clock has no date, and the recording is too short to show its skew".to_owned()
+        }
     }
 }
 
@@ -386,12 +394,12 @@ mod tests {
         );
         assert_eq!(
             clock(Some(-0.5), None),
-            "its clock was 0.500 s ahead, and it is too short to show its skew"
+            "its clock was 0.500 s ahead, and the recording is too short to show its skew"
         );
         assert_eq!(clock(None, slow), "its clock has no date, and was +3.0 ± 0.1 ppm slow");
         assert_eq!(
             clock(None, None),
-            "its clock has no date, and it is too short to show its skew"
+            "its clock has no date, and the recording is too short to show its skew"
         );
     }
 }

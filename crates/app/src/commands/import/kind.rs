@@ -1,4 +1,4 @@
-//! The kind of a file, by its first bytes.
+//! Detects the kind of a file by its first bytes.
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -8,7 +8,7 @@ use super::imported::is_of_device;
 use super::tables::signal_of;
 use crate::failure::Failure;
 
-/// What to import.
+/// The kind of a file or folder to import.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A ROS recording.
@@ -21,12 +21,13 @@ pub enum Kind {
     Device,
 }
 
-/// The first bytes of recordings: MCAP, `SQLite`, Zstandard, and ROS 1; opening the file decides.
+/// The first bytes of recordings: MCAP, `SQLite`, Zstandard and ROS 1; whether the file is valid shows when it is
+/// opened.
 const BEGINNINGS: [&[u8]; 4] =
     [b"\x89MCAP", b"SQLite format 3\0", &[0x28, 0xb5, 0x2f, 0xfd], b"#ROSBAG V"];
 
 impl Kind {
-    /// The kind of a file or a folder.
+    /// Detects the kind of a file or a folder.
     pub fn of(path: &Path) -> Result<Kind, Failure> {
         let unreadable = |error| Failure::to(format!("open {}: {error}", path.display()));
         if fs::metadata(path).map_err(unreadable)?.is_dir() {
@@ -56,7 +57,7 @@ impl Kind {
     }
 }
 
-/// The format, other than a table, that the name of a file indicates.
+/// Returns the format, other than a table, that the name of a file indicates.
 fn named_format(path: &Path) -> Option<&'static str> {
     let formats = [
         ("edf", "EDF"),
@@ -72,7 +73,7 @@ fn named_format(path: &Path) -> Option<&'static str> {
     formats.iter().find(|(name, _)| ending.eq_ignore_ascii_case(name)).map(|(_, format)| *format)
 }
 
-/// The tables in a folder whose names indicate a signal; none where it contains a recording.
+/// Returns the tables in a folder whose names indicate a signal; none if the folder contains a ROS recording.
 pub fn tables_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let unreadable = |error| Failure::to(format!("open {}: {error}", folder.display()));
     let entries = fs::read_dir(folder).map_err(unreadable)?;

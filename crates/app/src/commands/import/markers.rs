@@ -1,4 +1,4 @@
-//! The markers by which a recording joins a session, chosen by their labels.
+//! The markers that align a recording with a session, chosen by their labels.
 
 use std::collections::BTreeSet;
 use std::str::FromStr;
@@ -22,7 +22,7 @@ const MOST: usize = 8;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Labels {
     session: String,
-    /// All marks of the file without it.
+    /// The label of marks in the file; `None` for all marks.
     file: Option<String>,
 }
 
@@ -35,7 +35,7 @@ impl FromStr for Labels {
             None => (text, None),
         };
         if session.is_empty() || file.as_ref().is_some_and(String::is_empty) {
-            let expected = "expected the label of markers in the session, and after `=` that of those in the file";
+            let expected = "expected the label of markers in the session and, after `=`, the label of marks in the file";
             return Err(format!("{expected}: tap, or tap=tag"));
         }
         Ok(Labels { session: session.to_owned(), file })
@@ -43,12 +43,12 @@ impl FromStr for Labels {
 }
 
 impl Labels {
-    /// The events of the session with the label, as a stream and its channel.
+    /// Names the events of the session with this label, as a stream and its channel.
     pub fn in_session(&self) -> String {
         format!("{SESSION_EVENTS}:{}", self.session)
     }
 
-    /// The times of the marks in a file with the label [ns].
+    /// Returns the times of the marks in a file with this label [ns].
     pub fn in_file(&self, device: &DeviceRecording) -> Result<Vec<i64>, Failure> {
         let is_meant = |mark: &&Mark| self.file.as_ref().is_none_or(|label| *label == mark.label);
         let at_ns: Vec<i64> = marks(device).filter(is_meant).map(|mark| mark.at_ns).collect();
@@ -60,7 +60,7 @@ impl Labels {
         Err(none_in(&device.name, self.file.as_deref(), &known, form))
     }
 
-    /// The session has no marker with the label.
+    /// The failure if the session has no marker with this label.
     pub fn none_in_session(&self, bag: &Bag) -> Failure {
         let form = |label: &str| match &self.file {
             Some(file) => format!("{label}={file}"),
@@ -70,7 +70,7 @@ impl Labels {
     }
 }
 
-/// The failure where markers are missing; the hint lists the known ones, and how one of them is written.
+/// Builds the failure for missing markers; the hint lists the known ones and shows how to give one of them.
 fn none_in(
     which: &str,
     label: Option<&str>,
@@ -81,9 +81,9 @@ fn none_in(
     let listed: Vec<String> = known.iter().take(MOST).map(|each| format!("`{each}`")).collect();
     let more = if known.len() > MOST { " and others" } else { "" };
     let hint = match known.first() {
-        None => "it has no markers: without --at heartbeats or movement are matched".to_owned(),
+        None => "it has no markers: omit --at to match heartbeats or movement".to_owned(),
         Some(first) => {
-            format!("its markers are {}{more}: write --at \"{}\"", listed.join(", "), form(first))
+            format!("its markers are {}{more}: give --at \"{}\"", listed.join(", "), form(first))
         }
     };
     Failure::new(format!("{which} has no {what}")).hint(hint).exit(Exit::BadArguments)
@@ -97,7 +97,7 @@ fn marks(device: &DeviceRecording) -> impl Iterator<Item = &Mark> {
     marks.flatten()
 }
 
-/// The labels of the markers of a session.
+/// Returns the labels of the markers in a session.
 fn labels_of(bag: &Bag) -> BTreeSet<String> {
     let place = bag.streams().iter().position(|known| known.stream.name == SESSION_EVENTS);
     let events = bag.messages(None).flatten().filter(|message| Some(message.stream) == place);

@@ -8,12 +8,12 @@ use super::imported::{DeviceRecording, Imported};
 use crate::commands::calibrate::signals::{Span, Wanted, record};
 use crate::failure::Failure;
 
-/// The lowest rate that shows how somebody moved [Hz].
+/// The lowest rate at which acceleration shows movement [Hz].
 const LEAST_HZ: f64 = 20.0;
 /// The axes of an accelerometer.
 const AXES: usize = 3;
 
-/// The length of the vector of acceleration at each time.
+/// The magnitude of the acceleration at each time.
 #[derive(Debug, Default)]
 pub(super) struct Magnitudes {
     pub at_ns: Vec<i64>,
@@ -27,13 +27,13 @@ impl Magnitudes {
     }
 }
 
-/// The person's acceleration in a session; of several streams, the one with the highest rate.
+/// Finds the person's acceleration in a session; of several streams, the one with the most messages.
 pub(super) fn acceleration_of<'a>(bag: &'a Bag, person: &str) -> Option<&'a BagStream> {
     let is_meant = |known: &&BagStream| is_acceleration(known) && known.stream.id == person;
     bag.streams().iter().filter(is_meant).max_by_key(|known| known.messages)
 }
 
-/// Whether a stream of a session shows how somebody moved.
+/// Whether a stream of a session shows a person's movement.
 pub(super) fn is_acceleration(known: &BagStream) -> bool {
     let stream = &known.stream;
     let is_slow = stream.rate_hz > 0.0 && stream.rate_hz < LEAST_HZ;
@@ -44,7 +44,7 @@ pub(super) fn is_acceleration(known: &BagStream) -> bool {
         && !is_slow
 }
 
-/// The movement in a stream of a session.
+/// Reads the movement in a stream of a session.
 pub(super) fn of_session(bag: &Bag, stream: &str) -> Result<Magnitudes, Failure> {
     let wanted: Wanted = stream.parse().map_err(Failure::new)?;
     let recorded = record(bag, [&wanted, &wanted], Span::of(bag, None, None))?;
@@ -56,7 +56,7 @@ pub(super) fn of_session(bag: &Bag, stream: &str) -> Result<Magnitudes, Failure>
     Ok(movement)
 }
 
-/// The movement in a recording of a device; `None` where it has no accelerometer.
+/// Reads the movement in a recording of a device; `None` if it has no accelerometer.
 pub(super) fn of_device(device: &DeviceRecording) -> Option<Magnitudes> {
     let is_meant = |signal: &&Imported| {
         let stream = &signal.stream;

@@ -1,16 +1,16 @@
-//! Samples at times that other samples of their signal have already: of a file that was given twice, of files that
-//! overlap, and of a clock that was set back.
+//! Removes samples whose times other samples of their signal already have: from a file that was given twice, from files
+//! that overlap, and from a clock that was set back.
 
 use std::collections::BTreeSet;
 
 use teampulse_formats::{Content, Mark, Run, Signal};
 
-/// A run may begin this much before the end of the one before it [ns]: that much two files of a device that follow each
-/// other may overlap, as clocks are imperfect.
+/// A run may start this much before the end of the previous one [ns]: consecutive files of a device may overlap by as
+/// much, since clocks are imperfect.
 const OVERLAP_NS: i64 = 1_000_000_000;
 
-/// Adds samples of another file, without the marks and the samples with times of their own that are there already;
-/// returns how many those are. `None`, with nothing added, where they have another form.
+/// Adds the content of another file. Marks, and samples with their own times, that are already there are left out, and
+/// their number is returned. Returns `None` and adds nothing if the content has another form.
 pub fn append(known: &mut Content, more: &Content, width: usize) -> Option<usize> {
     match (known, more) {
         (Content::Even(runs), Content::Even(more)) => {
@@ -45,7 +45,7 @@ pub fn append(known: &mut Content, more: &Content, width: usize) -> Option<usize
     }
 }
 
-/// Removes the samples of runs that lie within an earlier run; returns how many.
+/// Removes samples of runs that lie within an earlier run; returns their number.
 pub fn without_overlaps(signal: &mut Signal) -> usize {
     let width = signal.channels.len().max(1);
     let Content::Even(runs) = &mut signal.content else { return 0 };
@@ -66,7 +66,7 @@ pub fn without_overlaps(signal: &mut Signal) -> usize {
     removed
 }
 
-/// The time after this many samples of a run [ns].
+/// The time this many samples after the start of a run [ns].
 fn after(run: &Run, samples: usize) -> i64 {
     run.start_ns.saturating_add((samples as f64 * run.period_ns).round() as i64)
 }

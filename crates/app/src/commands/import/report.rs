@@ -1,4 +1,4 @@
-//! The imported data, on one screen.
+//! Summarises the imported data on one screen.
 
 use teampulse_bag::{Bag, BagStream};
 use teampulse_core::counted::counted;
@@ -7,10 +7,10 @@ use teampulse_messages::convert::type_name;
 
 use crate::commands::info::damage;
 
-/// The number of topics that are named; those with most messages.
+/// The most topics that are named: those with the most messages.
 const MOST_TOPICS: usize = 16;
 
-/// The contents of a ROS recording.
+/// Describes the contents of a ROS recording.
 pub fn of_bag(bag: &Bag) -> Vec<String> {
     let (first, last) = bag.bounds().unwrap_or_default();
     let (messages, topics) = (bag.messages_count(), bag.streams().len());
@@ -33,7 +33,7 @@ pub fn of_bag(bag: &Bag) -> Vec<String> {
     let undefined = streams.iter().filter(|known| is_undefined(known)).count();
     if undefined > 0 {
         lines.push(format!(
-            "note: {undefined} of them have no definition of their type: they are kept as bytes"
+            "note: {undefined} of them have no definition of their type and are kept as bytes"
         ));
     }
     lines.extend(damage(bag).into_iter().map(|each| format!("damaged: {each}")));

@@ -1,4 +1,4 @@
-//! Tables of samples as a source: several of one person, in the order of their times.
+//! Tables of samples as a source: several tables of one person, in the order of their times.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,44 +23,44 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
 
-/// Samples within this time form one run [s]: the stamp of its first sample lies within one second of its
-/// arrival, and so is trusted.
+/// The longest run of samples [s]: the stamp of its first sample lies within one second of its arrival, and so is
+/// trusted.
 const RUN_SECS: f64 = 0.9;
-/// A sample that comes later than this many periods after the previous one begins another run.
+/// A sample that comes more than this many periods after the previous one starts another run.
 const GAP_PERIODS: f64 = 1.5;
-/// Times before this contain no date [ns]: 2001-01-01.
+/// Earlier times are not dates [ns since 1970]: 2001-01-01.
 pub const DATED_NS: i64 = 978_307_200_000_000_000;
 
-/// The device of a table, unless it is named.
+/// The device of a table, unless the user names one.
 const TABLE: &str = "table";
-/// The person, unless they are named.
+/// The person, unless the user names one.
 const PERSON: &str = "p001";
 
 /// The options for tables.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Options of tables")]
 pub struct Asked {
-    /// What a table measures, where its name does not say
+    /// What a table measures, if its file name does not show it
     #[arg(long, value_parser = signal())]
     signal: Option<&'static Analysis>,
     #[command(flatten)]
     table: TableArgs,
-    /// The pseudonym of the person who was measured; `p001` if it is not given
+    /// The pseudonym of the person who was measured; by default `p001`
     #[arg(long, value_name = "ID", value_parser = person)]
     person: Option<String>,
-    /// The device that measured; by default what its file states, or `table`
+    /// The device that measured; by default the one that its file states, or `table`
     #[arg(long, value_name = "NAME", default_value = TABLE, value_parser = token)]
     device: String,
 }
 
-/// The id of a person, as in a study: a letter, then letters, digits and `_`.
+/// Parses the id of a person, as in a study: a letter, then letters, digits and `_`.
 fn person(text: &str) -> Result<String, String> {
     token(&text.to_ascii_lowercase()).map(|_| text.to_owned()).map_err(|_error| {
         "expected at most 64 characters of a-z, A-Z, 0-9 and _, beginning with a letter".into()
     })
 }
 
-/// A token of a topic: a lower-case letter, then letters, digits and `_`.
+/// Parses a token of a topic: a lower-case letter, then lower-case letters, digits and `_`.
 fn token(text: &str) -> Result<String, String> {
     let is_token = text.starts_with(|first: char| first.is_ascii_lowercase())
         && text.chars().all(|each| matches!(each, 'a'..='z' | '0'..='9' | '_'))
@@ -72,7 +72,7 @@ fn token(text: &str) -> Result<String, String> {
     }
 }
 
-/// The signal in a table with this name, following the file names that devices use.
+/// Returns the signal in a table with this file name, by the names that devices give their files.
 pub fn signal_of(path: &Path) -> Option<&'static Analysis> {
     let stem = path.file_stem()?.to_string_lossy().to_ascii_lowercase();
     let words: Vec<&str> = stem.split(|each: char| !each.is_ascii_alphanumeric()).collect();
@@ -80,8 +80,7 @@ pub fn signal_of(path: &Path) -> Option<&'static Analysis> {
     ANALYSES.iter().find(is_of)
 }
 
-/// Whether a file of this name is one that an E4 writes beside its samples: a mean heart rate, or presses of its
-/// button.
+/// Whether an E4 writes a file of this name in addition to its samples: a mean heart rate, or presses of its button.
 pub fn is_extra_of_e4(path: &Path) -> bool {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().to_ascii_lowercase());
     stem.is_some_and(|stem| ["hr", "tags"].contains(&&*stem))
@@ -98,13 +97,14 @@ impl Asked {
         self.person.as_deref().unwrap_or(PERSON)
     }
 
-    /// The note that nobody was named, if so.
+    /// Returns the note on the default person, if the user named nobody.
     pub fn unnamed(&self) -> Option<String> {
-        let note = format!("note: the person is recorded as {PERSON}: --person names another");
+        let note =
+            format!("note: the person is recorded as {PERSON}: give --person to name another");
         self.person.is_none().then_some(note)
     }
 
-    /// The device, if it was named; else its own name.
+    /// The device that the user named, or else `own`.
     pub fn device_or<'a>(&'a self, own: &'a str) -> &'a str {
         if self.device == TABLE { own } else { &self.device }
     }
@@ -119,15 +119,15 @@ pub struct Tables {
 pub struct Report(Vec<String>);
 
 impl Report {
-    /// One line for each table.
+    /// One line per table.
     pub fn lines(self) -> impl Iterator<Item = String> {
         self.0.into_iter()
     }
 }
 
 impl Tables {
-    /// Opens all of them, and reads their first rows. They are read through before: what can't be imported is refused
-    /// before a bag is begun.
+    /// Opens all tables and reads their first rows. Each is first read to its end, so that a table that can't be
+    /// imported is rejected before a bag is created.
     pub fn open(files: &[PathBuf], asked: &Asked) -> Result<Tables, Failure> {
         let mut each = Vec::<Reader>::new();
         for file in files {
@@ -146,15 +146,15 @@ impl Tables {
         }
         let is_dated: Vec<bool> = each.iter().map(Reader::is_dated).collect();
         if is_dated.contains(&true) && is_dated.contains(&false) {
-            let message = "some of the tables contain the date, and some do not";
+            let message = "some of the tables contain a date, and some do not";
             let hint =
-                "import only tables that began together, or name the column of times with --time";
+                "import only tables that started together, or name the column of times with --time";
             return Err(Failure::new(message).hint(hint).exit(Exit::BadArguments));
         }
         Ok(Tables { each })
     }
 
-    /// The same with a date, where they contain none.
+    /// Places the tables at a date if they contain none.
     #[must_use]
     pub fn with_date(mut self) -> Tables {
         if !self.is_dated() {
@@ -166,34 +166,34 @@ impl Tables {
         self
     }
 
-    /// Whether their times contain the date.
+    /// Whether the times in all tables contain a date.
     pub fn is_dated(&self) -> bool {
         self.each.iter().all(Reader::is_dated)
     }
 
-    /// The files, for messages.
+    /// The names of the files, for messages.
     pub fn name(&self) -> String {
         let names: Vec<String> =
             self.each.iter().map(|reader| reader.path.display().to_string()).collect();
         names.join(", ")
     }
 
-    /// The device, as in the names of the streams.
+    /// The device, as it appears in the names of the streams.
     pub fn device(&self) -> String {
         let name = self.each.first().map_or("", |reader| &reader.stream.name);
         name.rsplit('/').nth(1).unwrap_or_default().to_owned()
     }
 
-    /// All samples, with the times in the tables.
+    /// Returns all samples, with the times in the tables.
     pub fn collected(self) -> Result<Vec<Imported>, Failure> {
         self.each.into_iter().map(Reader::collected).collect()
     }
 
-    /// What is imported.
+    /// Describes what is imported.
     pub fn report(&self) -> Report {
         let line = |reader: &Reader| {
             let Stream { name, rate_hz, channels, .. } = &reader.stream;
-            let rate = if *rate_hz > 0.0 { format!("{rate_hz} Hz") } else { "as they come".into() };
+            let rate = if *rate_hz > 0.0 { format!("{rate_hz} Hz") } else { "irregular".into() };
             let unit =
                 channels.first().map(|channel| &*channel.unit).filter(|unit| !unit.is_empty());
             let unit = unit.unwrap_or("unit unknown");
@@ -203,7 +203,7 @@ impl Tables {
     }
 }
 
-/// One table, with its next run of samples.
+/// A table with its next run of samples.
 struct Reader {
     path: PathBuf,
     signal: &'static Analysis,
@@ -223,13 +223,13 @@ struct Run {
 }
 
 impl Run {
-    /// Whether another run follows without a gap.
+    /// Whether the next run follows without a gap.
     fn goes_on_with(&self, next: &Run, rate_hz: f64) -> bool {
         let after_ns = next.first_ns.saturating_sub(self.last_ns);
         after_ns > 0 && (after_ns as f64) < GAP_PERIODS * 1e9 / rate_hz
     }
 
-    /// The same with the period between its first and its last sample.
+    /// Converts to a run of even samples, with the mean period between its first and its last sample.
     fn even(self, width: usize, rate_hz: f64) -> formats::Run {
         let periods = (self.samples.len() / width).saturating_sub(1);
         let span_ns = self.last_ns.saturating_sub(self.first_ns) as f64;
@@ -246,7 +246,7 @@ impl Reader {
             } else {
                 "name it with --signal, such as --signal ecg"
             };
-            Failure::new(format!("what {} measures is not known", path.display()))
+            Failure::new(format!("it is not known what {} measures", path.display()))
                 .hint(hint)
                 .exit(Exit::BadArguments)
         })?;
@@ -257,7 +257,7 @@ impl Reader {
         Ok(Reader { path: path.to_owned(), signal, stream, rows, ahead, shift_ns: 0 })
     }
 
-    /// Reads all rows, and notes what was chosen or is odd.
+    /// Reads all rows, and prints notes on what was chosen or is odd.
     fn check(mut self) -> Result<(), Failure> {
         for note in self.rows.table().notes() {
             output::note(format!("note: {note}"));
@@ -276,7 +276,7 @@ impl Reader {
                 "row is not later than all rows before",
                 "rows are not later than all rows before them",
             );
-            format!("{}: the times are kept", early.words(one, several))
+            format!("{}: their times are kept", early.words(one, several))
         });
         let path = self.path.display();
         let odd = self.rows.oddities().chain(early);
@@ -284,7 +284,7 @@ impl Reader {
         Ok(())
     }
 
-    /// All its samples.
+    /// Returns all samples of the table.
     fn collected(mut self) -> Result<Imported, Failure> {
         let too_many =
             Failure::to(format!("read {}: it has too many numbers", self.path.display()))
@@ -324,7 +324,7 @@ impl Reader {
         self.ahead.as_ref().is_some_and(|(at_ns, _)| *at_ns >= DATED_NS)
     }
 
-    /// Takes the next run; `None` at the end of the table.
+    /// Reads the next run; `None` at the end of the table.
     fn next(&mut self) -> Result<Option<Run>, Failure> {
         let Some((first_ns, row)) = self.ahead.take() else { return Ok(None) };
         let mut run = Run { first_ns, last_ns: first_ns, samples: row.values };
@@ -348,7 +348,7 @@ impl Reader {
     }
 }
 
-/// The stream of a table, in the unit in which its signal is analysed.
+/// Creates the stream of a table, in the unit in which its signal is analysed.
 fn stream(signal: &Analysis, table: &Table, asked: &Asked) -> Stream {
     let subject = Subject { about: About::Person, id: asked.person().to_owned() };
     let persons = NAMESPACE.trim_end_matches('*');
@@ -403,7 +403,7 @@ impl Source for Tables {
     }
 }
 
-/// A run as a reading and its arrival: the time of its last sample.
+/// Converts a run to a reading, with the time of its last sample as its arrival.
 fn reading(stream: StreamId, reader: &Reader, run: Run) -> (Reading, Time) {
     let at = |nanos: i64| Time::from_nanos(nanos.saturating_add(reader.shift_ns));
     let data = if reader.stream.rate_hz > 0.0 {
@@ -420,13 +420,13 @@ fn reading(stream: StreamId, reader: &Reader, run: Run) -> (Reading, Time) {
     (Reading { stream, index: None, device_time: None, source_time, data }, arrival)
 }
 
-/// A failure about one of several files.
+/// Adds the path of the file to a failure.
 fn of_file(path: &Path, failure: &Failure) -> Failure {
     let (message, hint) = failure.words();
     Failure::new(format!("{}: {message}", path.display())).hint(hint).exit(failure.exit)
 }
 
-/// Why a table that was read before can't be read again.
+/// The error for a table that was read before and can't be read again.
 fn broken(error: &Failure) -> SourceError {
     let (message, hint) = error.words();
     let message = message
@@ -493,7 +493,7 @@ mod tests {
         }
         let secs = "0.8\n".repeat(100);
         let (message, hint) = opened(&[&secs], &["--signal", "interval"]).err().unwrap().words();
-        assert_eq!(message, "intervals of 0.8 ms are not those of a heart");
+        assert_eq!(message, "intervals of 0.8 ms are not heartbeat intervals");
         assert!(hint.contains("--unit s"), "{hint}");
     }
 }

@@ -12,21 +12,21 @@ use teampulse_formats::{Content, Run};
 
 use super::imported::Imported;
 
-/// Samples within this time are handed over together [s]: the stamp of the first lies within one second of its
-/// arrival, and so is trusted.
+/// Samples within this time are sent together [s]: the stamp of the first lies within one second of its arrival, and so
+/// is trusted.
 const PIECE_SECS: f64 = 0.9;
 
-/// Converts a time of a device [ns] to the session's.
+/// Converts a device's time [ns] to the session's.
 pub type SessionFromDevice = Box<dyn Fn(i64) -> i64 + Send + Sync>;
 
-/// Signals that are placed on the session's clock.
+/// Signals placed on the session's clock.
 pub struct Placed {
     streams: Vec<Stream>,
     /// Pieces of the signals, in the order of their last samples.
     pieces: Vec<Piece>,
 }
 
-/// Samples that are handed over together.
+/// Samples that are sent together.
 struct Piece {
     stream: usize,
     first_ns: i64,
@@ -35,7 +35,7 @@ struct Piece {
 }
 
 impl Placed {
-    /// No signals yet.
+    /// Starts without signals.
     pub fn new() -> Placed {
         Placed { streams: Vec::new(), pieces: Vec::new() }
     }
@@ -72,14 +72,14 @@ impl Placed {
         self.streams.push(signal.stream);
     }
 
-    /// When the first sample was measured, and the last [ns].
+    /// When the first and the last sample were measured [ns].
     pub fn span_ns(&self) -> Option<(i64, i64)> {
         let first = self.pieces.iter().map(|piece| piece.first_ns).min()?;
         Some((first, self.pieces.iter().map(|piece| piece.last_ns).max()?))
     }
 }
 
-/// A run in pieces.
+/// Splits a run into pieces.
 fn waves(
     run: &Run,
     width: usize,
@@ -93,7 +93,7 @@ fn waves(
         )
     };
     let samples = run.samples.len() / width;
-    // The session's period, over the whole run: rounding to nanoseconds would show in a single piece.
+    // The period on the session's clock, over the whole run: in a single piece, rounding to nanoseconds would show.
     let last = samples.saturating_sub(1).max(1);
     let span_ns = at(last).saturating_sub(at(0)) as f64;
     let period_ns = span_ns / last as f64;
@@ -117,7 +117,7 @@ impl Source for Placed {
             let source_time = Some(Time::from_nanos(first_ns));
             let reading =
                 Reading { stream: ids[stream], index: None, device_time: None, source_time, data };
-            // It arrived when its last sample was measured.
+            // The arrival is just after the last sample was measured.
             let arrival = Time::from_nanos(last_ns.saturating_add(1));
             if outlet.send(reading, arrival).await.is_err() {
                 return Ok(());

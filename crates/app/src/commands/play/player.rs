@@ -20,32 +20,32 @@ use crate::stop::Stop;
 
 /// How often to check whether the end is reached, and whether a browser still shows the page.
 const LOOK: Duration = Duration::from_millis(200);
-/// After the end, how many checks in a row must find no browser before the command ends: a page that is reloaded is
-/// back soon.
+/// The number of successive checks after the end that must find no browser before the command ends: a page that is
+/// being reloaded is soon back.
 const PATIENCE: u32 = 15;
 
 /// Plays a bag.
 pub(super) struct Player {
     pub bag: Arc<Bag>,
     pub playhead: Playhead,
-    /// Where it is published; `None` where it is only shown.
+    /// The bus on which the bag is published; `None` if it is only shown.
     pub bus: Option<Arc<dyn Bus>>,
     /// Whether `/clock` is published, too.
     pub has_clock: bool,
     pub shown: Option<Shown>,
-    /// Whether it starts again at the end.
+    /// Whether the bag starts again at the end.
     pub is_endless: bool,
     pub stop: Stop,
     pub unread: Arc<Unread>,
 }
 
-/// Why a stretch of playing ended.
+/// Why playback of a stretch ended.
 enum Ended {
-    /// It was asked to stop.
+    /// The command was asked to stop.
     Stopped,
     /// The position was moved.
     Moved,
-    /// The bag is over.
+    /// The end of the bag was reached.
     Over,
 }
 
@@ -53,8 +53,8 @@ enum Ended {
 type Asked = Pin<Box<dyn Future<Output = ()> + Send>>;
 
 impl Player {
-    /// Plays until the end, or until it is asked to stop; from the start of the bag, and from the new position whenever
-    /// it is moved.
+    /// Plays until the end, or until asked to stop. Starts at the start of the bag or at the current position, and
+    /// continues from the new position whenever it is moved.
     pub(super) async fn play(&self, is_from_start: bool, mut asked: Asked) -> Exit {
         let mut exit = Exit::Fine;
         let mut from = (!is_from_start).then(|| self.playhead.now());
@@ -80,7 +80,7 @@ impl Player {
         }
     }
 
-    /// Publishes the bag in step with the position, until that is moved.
+    /// Publishes the bag in step with the position, until the position jumps.
     async fn publish(
         &self,
         bus: &Arc<dyn Bus>,
@@ -114,7 +114,7 @@ impl Player {
         (ended, conclude(outcome))
     }
 
-    /// Resolves when the position is moved to another time; until then it keeps pace with the position.
+    /// Resolves when the position jumps to another time; until then, passes changes of speed and pauses on to `pace`.
     async fn moved(&self, jumps: u64, pace: &Pace) {
         let mut changes = self.playhead.changes();
         loop {
@@ -130,7 +130,7 @@ impl Player {
         }
     }
 
-    /// Waits for the end of the bag where nothing is published.
+    /// Waits for the end of the bag if nothing is published.
     async fn pass(&self, asked: &mut Asked) -> Ended {
         let over = async {
             while !self.playhead.is_over() {
@@ -143,8 +143,8 @@ impl Player {
         }
     }
 
-    /// Waits at the end as long as a browser shows the page, or, with nothing to publish, until it is asked to stop;
-    /// returns whether it continues from another time.
+    /// Waits at the end as long as a browser shows the page or, if the bag is only shown, until asked to stop. Returns
+    /// whether playback continues from another time.
     async fn is_moved(&self, asked: &mut Asked) -> bool {
         let Some(shown) = &self.shown else { return false };
         let is_only_shown = self.bus.is_none();

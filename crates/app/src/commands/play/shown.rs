@@ -1,4 +1,4 @@
-//! A bag in a browser.
+//! Shows a bag in a browser.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -47,7 +47,8 @@ pub(super) fn show(
         }
         Err(error) => {
             let message = format!("dashboard: failed to {error}");
-            Err(Failure::new(message).hint("choose another --port, or none with --no-dashboard"))
+            Err(Failure::new(message)
+                .hint("choose another --port, or omit the dashboard with --no-dashboard"))
         }
     }
 }
@@ -61,7 +62,7 @@ fn bytes_of(path: &Path) -> u64 {
     }
 }
 
-/// A bag as the dashboard reads it.
+/// A bag whose recorded data the dashboard reads.
 struct Shows {
     recorded: Recorded,
     has_warned: AtomicBool,
@@ -81,7 +82,7 @@ impl Recording for Shows {
             Ok(record) => Some(record),
             Err(error) => {
                 if !self.has_warned.swap(true, Ordering::Relaxed) {
-                    tracing::warn!("failed to {error}: unreadable parts are not shown");
+                    tracing::warn!("failed to {error}: parts that can't be read are not shown");
                 }
                 None
             }

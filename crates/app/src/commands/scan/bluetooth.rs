@@ -1,4 +1,4 @@
-//! The Bluetooth devices in range that people wear.
+//! Wearable Bluetooth devices in range.
 
 use serde::Serialize;
 use teampulse_core::counted::counted;
@@ -12,7 +12,7 @@ use crate::output;
 pub struct Device {
     name: String,
     address: String,
-    /// The type of its source.
+    /// The type of the source that reads it.
     #[serde(rename = "type")]
     kind: &'static str,
     rssi_dbm: Option<i16>,
@@ -20,7 +20,7 @@ pub struct Device {
 }
 
 impl Device {
-    /// A device in range; `None` where no source reads it.
+    /// Describes a device in range; `None` if no source reads it.
     pub fn of(seen: &Seen) -> Option<Device> {
         Some(Device {
             name: seen.name.clone(),

@@ -1,21 +1,21 @@
-//! The cameras of this computer.
+//! This computer's cameras.
 
 use serde::Serialize;
 use teampulse_sources::camera::FoundCamera;
 
 use crate::output;
 
-/// A camera.
+/// A camera of this computer.
 #[derive(Debug, PartialEq, Eq, Serialize)]
 pub struct Camera {
     device: String,
     name: String,
-    /// The command that permits this user to open it, where that is lacking.
+    /// The command that gives this user permission to open it, if that is missing.
     permit: Option<&'static str>,
 }
 
 impl Camera {
-    /// The cameras of this machine.
+    /// Returns all cameras of this computer.
     pub fn all() -> Vec<Camera> {
         FoundCamera::all().iter().map(Camera::of).collect()
     }
@@ -33,7 +33,7 @@ impl Camera {
         format!("  {name:<38} {device}{}", permit.unwrap_or_default())
     }
 
-    /// The lines of a study that read it. Its pictures are not recorded until `record` says so.
+    /// Returns the lines of a study that read it. Its pictures are not recorded unless `record` is set.
     fn source(&self) -> String {
         let device = toml::Value::from(self.device.as_str());
         format!("[[sources]]\ntype   = \"camera\"\nperson = \"p001\"\ndevice = {device}\n")
@@ -48,7 +48,7 @@ pub fn show(cameras: &[Camera]) {
     output::line(format!("cameras: {}", cameras.len()));
     output::lines(cameras.iter().map(Camera::line));
     output::line(
-        "\nlines for a study, each with the person that it shows, or `robot`, or neither:",
+        "\nlines for a study, each with the `person` or `robot` that it shows, or neither:",
     );
     output::lines(cameras.iter().map(Camera::source));
 }

@@ -1,4 +1,4 @@
-//! The keyboards, mice and gamepads of this computer.
+//! This computer's keyboards, mice and gamepads.
 
 use serde::Serialize;
 use teampulse_sources::inputs::FoundInput;
@@ -11,12 +11,12 @@ pub struct Input {
     device: String,
     name: String,
     kinds: Vec<&'static str>,
-    /// The command that permits this user to read it, where that is lacking.
+    /// The command that gives this user permission to read it, if that is missing.
     permit: Option<&'static str>,
 }
 
 impl Input {
-    /// The input devices of this machine.
+    /// Returns all input devices of this computer.
     pub fn all() -> Vec<Input> {
         FoundInput::all().iter().map(Input::of).collect()
     }
@@ -55,7 +55,7 @@ pub fn show(inputs: &[Input]) {
     output::line(source());
 }
 
-/// The lines of a study that read them all.
+/// Returns the lines of a study that read all input devices.
 fn source() -> &'static str {
     "[[sources]]\ntype   = \"inputs\"\nperson = \"p001\"\n"
 }

@@ -1,4 +1,4 @@
-//! The streams of Lab Streaming Layer in range.
+//! Streams of Lab Streaming Layer in range.
 
 use serde::Serialize;
 use teampulse_core::counted::counted;
@@ -20,7 +20,7 @@ pub struct LslStream {
 }
 
 impl LslStream {
-    /// A stream in range.
+    /// Describes a stream in range.
     pub fn of(found: &FoundStream) -> LslStream {
         let info = &found.info;
         LslStream {
@@ -46,7 +46,7 @@ impl LslStream {
 
     fn source(&self) -> String {
         let person = if self.format == "string" { "" } else { "person = \"p001\"\n" };
-        // As TOML writes a text, whatever is in it.
+        // Written as a TOML string, since it may contain anything.
         let name = toml::Value::from(self.name.as_str());
         format!("[[sources]]\ntype   = \"lsl\"\n{person}name   = {name}\n")
     }
@@ -57,7 +57,7 @@ pub fn show(streams: &[LslStream]) {
     output::line(format!("LSL: {}", counted(streams.len(), "stream", "streams")));
     output::lines(streams.iter().map(LslStream::line));
     if !streams.is_empty() {
-        output::line("\nlines for a study; name the person if a stream is about one:");
+        output::line("\nlines for a study; name the person whom a stream is about:");
     }
     output::lines(streams.iter().map(LslStream::source));
 }

@@ -1,11 +1,11 @@
-//! The microphones of this computer.
+//! This computer's microphones.
 
 use serde::Serialize;
 use teampulse_sources::microphone::FoundMicrophone;
 
 use crate::output;
 
-/// A microphone.
+/// A microphone of this computer.
 #[derive(Debug, PartialEq, Eq, Serialize)]
 pub struct Microphone {
     device: String,
@@ -13,7 +13,7 @@ pub struct Microphone {
 }
 
 impl Microphone {
-    /// The microphones of this machine.
+    /// Returns all microphones of this computer.
     pub async fn all() -> Vec<Microphone> {
         FoundMicrophone::all().await.into_iter().map(Microphone::of).collect()
     }
@@ -26,7 +26,7 @@ impl Microphone {
         format!("  {:<38} {}", self.name, self.device)
     }
 
-    /// The lines of a study that read it.
+    /// Returns the lines of a study that read it.
     fn source(&self) -> String {
         let device = toml::Value::from(self.device.as_str());
         format!("[[sources]]\ntype   = \"microphone\"\nperson = \"p001\"\ndevice = {device}\n")

@@ -1,11 +1,11 @@
-//! The serial ports with a device attached, and which device it is, as far as the kernel knows.
+//! The serial ports with a device attached, and the device as far as the kernel identifies it.
 
 use serde::Serialize;
 use teampulse_sources::serial::FoundPort;
 
 use crate::output;
 
-/// A serial port.
+/// A serial port with a device attached.
 #[derive(Debug, PartialEq, Eq, Serialize)]
 pub struct Port {
     #[serde(rename = "port")]
@@ -14,12 +14,12 @@ pub struct Port {
     /// The type of the source that reads it, if one is known.
     #[serde(rename = "type")]
     kind: Option<&'static str>,
-    /// The command that permits this user to open it, where that is lacking.
+    /// The command that gives this user permission to open it, if that is missing.
     permit: Option<String>,
 }
 
 impl Port {
-    /// The serial ports of this machine.
+    /// Returns all serial ports of this computer.
     pub fn all() -> Vec<Port> {
         FoundPort::all().iter().map(Port::of).collect()
     }
@@ -52,7 +52,8 @@ impl Port {
     }
 }
 
-/// A Shimmer is reached over a port that `rfcomm` bound, as no other wearable here is, or gives its name over USB.
+/// Whether a port leads to a Shimmer: it was bound by `rfcomm`, which no other supported wearable needs, or the device
+/// gives its name over USB.
 fn is_shimmer(found: &FoundPort) -> bool {
     let is_named = |text: &str| text.to_ascii_lowercase().contains("shimmer");
     found.bluetooth.is_some() || is_named(&found.device) || is_named(&found.path.to_string_lossy())

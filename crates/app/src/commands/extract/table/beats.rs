@@ -1,17 +1,17 @@
-//! Tables of heartbeats without names: the time of each beat, and the interval before it, as Kubios HRV
-//! reads them and as in our `intervals.txt`.
+//! Tables of heartbeats without column names: the time of each beat and the interval before it, in the form that Kubios
+//! HRV reads and our `intervals.txt` has.
 
 use super::line::number;
 
-/// The number of intervals that is sufficient to recognise such a table.
+/// The number of intervals that suffices to recognise such a table.
 const ENOUGH: usize = 3;
 /// The largest combined rounding error of a time and an interval [s].
 const ROUNDING_SECS: f64 = 0.002;
 /// The shortest and the longest interval of a heart [s].
 const INTERVALS_SECS: (f64, f64) = (0.2, 3.0);
 
-/// The units of the times and of the intervals in these rows, if they are such a table: most intervals
-/// equal the time since the previous beat. Where data are missing they are shorter.
+/// Returns the units of the times and intervals in these rows if they form such a table: most intervals equal the time
+/// since the previous beat, or are shorter where data are missing.
 pub fn units(rows: &[Vec<String>]) -> Option<[&'static str; 2]> {
     let pair = |cells: &Vec<String>| match &cells[..] {
         [time, interval] => number(time).zip(number(interval)),

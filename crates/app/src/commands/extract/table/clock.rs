@@ -8,7 +8,7 @@ use super::units::in_brackets;
 
 /// Units of time, with their lengths [ns].
 const UNITS: [(&str, i64); 4] = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)];
-/// Words in names of columns, with the lengths of their units [ns]; those that contain another one come first.
+/// Words in column names, with the lengths of their units [ns]; a word that contains another one comes before it.
 const WORDS: [(&str, i64); 6] = [
     ("nano", 1),
     ("micro", 1_000),
@@ -17,15 +17,15 @@ const WORDS: [(&str, i64); 6] = [
     ("minute", 60_000_000_000),
     ("hour", 3_600_000_000_000),
 ];
-/// A number at least this large is a time since 1970, or since 2000, in nanoseconds, microseconds or
-/// milliseconds: in a larger unit it would be thousands of years.
+/// A number at least this large is a time since 1970, or since 2000, in nanoseconds, microseconds or milliseconds: in a
+/// larger unit it would mean thousands of years.
 const SINCE_1970: [(f64, i64); 3] = [(1e17, 1), (1e14, 1_000), (1e11, 1_000_000)];
 /// The highest sampling rate of a signal of a person [Hz].
 const MOST_HZ: f64 = 100_000.0;
-/// Dates of spreadsheets count days from 1899-12-30: this one is 1970-01-01 [days].
+/// Spreadsheets store dates as days since 1899-12-30; this is 1970-01-01 [days].
 const EXCEL_1970: i64 = 25_569;
-/// The range of such dates, 2000 to 2099 [days], if they give rows a plausible rate [Hz]: read as seconds they would
-/// exceed 17 kHz.
+/// The range of such dates, 2000 to 2099 [days], and of plausible rates of their rows [Hz]: read as seconds, the same
+/// numbers would exceed 17 kHz.
 const EXCEL_DAYS: std::ops::Range<f64> = 36_526.0..73_051.0;
 const EXCEL_HZ: std::ops::RangeInclusive<f64> = 0.2..=5_000.0;
 
@@ -38,13 +38,13 @@ pub struct Clock {
     /// The last time of day [ns], and how many midnights have passed.
     last_ns: i64,
     midnights: i64,
-    /// A note on how the column was read, for readers of the results; empty if there is nothing to note.
+    /// A note on how the column was read; empty if there is nothing to note.
     pub note: String,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form {
-    /// Numbers of a unit with this length [ns].
+    /// Numbers in a unit of this length [ns].
     Number(i64),
     /// A date with a time of day.
     Date(Order),
@@ -69,12 +69,12 @@ pub fn unit_of_name_ns(name: &str) -> Option<i64> {
 }
 
 impl Clock {
-    /// Numbers of a unit with this length [ns].
+    /// Creates a clock for numbers in a unit of this length [ns].
     pub fn of_unit(ns: i64) -> Clock {
         Clock::new(Form::Number(ns), String::new())
     }
 
-    /// The clock named after a column of times: a unit, `excel` or `mm:ss`.
+    /// Returns the clock for the unit given with a column of times: a unit of time, `excel` or `mm:ss`.
     pub fn named(unit: &str) -> Option<Clock> {
         match unit {
             "mm:ss" => Some(Clock::new(Form::Minutes, String::new())),
@@ -83,7 +83,7 @@ impl Clock {
         }
     }
 
-    /// Days since 1900, as spreadsheets keep dates.
+    /// Creates a clock for days since 1900, as spreadsheets store dates.
     fn excel(note: String) -> Clock {
         let days = Clock::new(Form::Number(DAY_NS), note);
         Clock { offset_ns: -EXCEL_1970 * DAY_NS, ..days }
@@ -93,9 +93,8 @@ impl Clock {
         Clock { form, offset_ns: 0, last_ns: 0, midnights: 0, note }
     }
 
-    /// How to read these cells of a column without a stated unit: dates and times of day by their form,
-    /// numbers by their size, and by the lowest plausible rate of a signal [Hz]. `None` where they are not
-    /// times.
+    /// Finds how to read these cells of a column without a stated unit: dates and times of day by their form, numbers
+    /// by their size and by the lowest plausible rate of a signal [Hz]. Returns `None` if they are not times.
     pub fn recognised(name: &str, cells: &[&str], least_hz: f64) -> Option<Clock> {
         let cells: Vec<&str> = cells.iter().copied().filter(|cell| !cell.is_empty()).collect();
         if let Some((order, is_open)) = order(&cells) {
@@ -136,18 +135,18 @@ impl Clock {
         let fits = |(_, ns): &&(&str, i64)| {
             rate_of_unit_hz(*ns).is_some_and(|rate_hz| (least_hz..=MOST_HZ).contains(&rate_hz))
         };
-        // Steps of exactly one may as well be row numbers.
+        // Steps of exactly one may also be row numbers.
         let counts =
             rate_of_unit_hz(UNITS[0].1).is_some_and(|rate_hz| (rate_hz - 1.0).abs() < 1e-9);
         let unit = UNITS.iter().find(fits).filter(|(unit, _)| *unit == "s" || !counts);
         let (unit, ns) = unit.copied().unwrap_or(UNITS[0]);
         let note =
-            format!("the times in column {name} are read as {unit}, because of the resulting rate");
+            format!("the times in column {name} are read as {unit}, which gives a plausible rate");
         Some(Clock::new(Form::Number(ns), if unit == "s" { String::new() } else { note }))
     }
 
-    /// Times of day, or minutes and seconds where a signal needs more than one row per minute. Where it does
-    /// not, times that begin at zero are those of a stopwatch.
+    /// Reads cells as times of day, or as minutes and seconds if the signal needs more than one row per minute.
+    /// Otherwise, times that start at zero are those of a stopwatch.
     fn of_day_or_minutes(name: &str, cells: &[&str], least_hz: f64) -> Clock {
         let note = format!("the times in column {name} are times of day");
         let of_day = Clock::new(Form::TimeOfDay, note);
@@ -158,7 +157,7 @@ impl Clock {
             return Clock::minutes(name);
         }
         let note = format!(
-            "{}, hours and minutes; --time \"{name}:mm:ss\" reads minutes and seconds",
+            "{} (hours and minutes); give --time \"{name}:mm:ss\" if they are minutes and seconds",
             of_day.note
         );
         Clock { note, ..of_day }
@@ -169,7 +168,7 @@ impl Clock {
         Clock::new(Form::Minutes, note)
     }
 
-    /// Days since 1900, where the numbers can't be anything else.
+    /// Returns a clock for days since 1900 if the numbers can't be anything else.
     fn of_spreadsheet(name: &str, cells: &[&str], least_hz: f64) -> Option<Clock> {
         let is_day = |cell: &&str| number(cell).is_some_and(|days| EXCEL_DAYS.contains(&days));
         let note =
@@ -179,13 +178,13 @@ impl Clock {
         (EXCEL_HZ.contains(&rate_hz) && rate_hz >= least_hz).then_some(excel)
     }
 
-    /// Whether these cells are times at a plausible rate, `least_hz` at least [Hz].
+    /// Whether these cells are times at a plausible rate, at least `least_hz` [Hz].
     pub fn fits(&self, cells: &[&str], least_hz: f64) -> bool {
         let times = self.times_of(cells);
         !times.is_empty() && rate_hz(&times).is_none_or(|hz| (least_hz..=MOST_HZ).contains(&hz))
     }
 
-    /// The rate of these cells as times [Hz].
+    /// The rate of rows with these times [Hz].
     pub fn rate_hz(&self, cells: &[&str]) -> Option<f64> {
         rate_hz(&self.times_of(cells))
     }
@@ -195,7 +194,7 @@ impl Clock {
         cells.iter().filter_map(|cell| probe.read(cell).ok().flatten()).collect()
     }
 
-    /// The same clock, shifted so that a cell is at a time [ns].
+    /// Returns the same clock, shifted so that this cell has this time [ns].
     pub fn shifted(self, cell: &str, at_ns: i64) -> Clock {
         let mut probe = self.clone();
         let own_ns = probe.read(cell).ok().flatten();
@@ -203,7 +202,7 @@ impl Clock {
         Clock { offset_ns, ..self }
     }
 
-    /// The time of a cell [ns]; `None` for a cell marked as missing.
+    /// Reads the time of a cell [ns]; `None` if the cell is marked as missing.
     pub fn read(&mut self, cell: &str) -> Result<Option<i64>, ()> {
         if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
             return Ok(None);
@@ -214,7 +213,7 @@ impl Clock {
             Form::Minutes => minutes_ns(cell).ok_or(())?,
             Form::TimeOfDay => {
                 let at_ns = time_of_day_ns(cell).ok_or(())?;
-                // A step back by half a day means midnight.
+                // A step back by more than half a day means that midnight has passed.
                 let back_ns = std::mem::replace(&mut self.last_ns, at_ns) - at_ns;
                 self.midnights += i64::from(back_ns > DAY_NS / 2);
                 at_ns + self.midnights * DAY_NS

@@ -1,4 +1,4 @@
-//! Selects a table's columns.
+//! Selects the columns of a table.
 
 use super::clock::{Clock, unit_ns, unit_of_name_ns};
 use super::dates::{Order, date_ns, order};
@@ -10,14 +10,15 @@ use super::units::{self, unit};
 
 /// The names of the time columns in our own tables [s].
 const OWN_TIMES: [&str; 3] = ["measured_secs", "unix_secs", "time_secs"];
-/// Rates that differ by less count as equal, as far as a few stamps in whole milliseconds can show.
+/// Rates that differ by less than this fraction count as equal: a few stamps in whole milliseconds are no more exact.
 const LIKE_RATES: f64 = 0.05;
 
-/// A column rises evenly if it has this number of steps, and none is larger than the smallest by this factor.
+/// A column rises evenly if it has at least this many steps, and the largest is less than this factor times the
+/// smallest.
 const LEAST_STEPS: usize = 4;
 const MOST_UNEVEN: f64 = 1.5;
 
-/// Times before this contain no date [ns]: 2001-01-01.
+/// Earlier times are not dates [ns since 1970]: 2001-01-01.
 const DATED_NS: i64 = 978_307_200_000_000_000;
 
 /// What to look for in a table.
@@ -25,15 +26,15 @@ const DATED_NS: i64 = 978_307_200_000_000_000;
 pub struct Wanted {
     /// The signal to look for.
     pub signal: &'static str,
-    /// Words that the name of its column may contain.
+    /// Words that may occur in the name of the signal's column.
     pub words: &'static [&'static str],
-    /// Whether all columns are wanted when none is named.
+    /// Whether all columns are wanted if none is named.
     pub takes_all: bool,
     /// The number of columns; `None` for any number.
     pub channels: Option<usize>,
     /// The unit to convert to; `None` if any will do.
     pub unit: Option<&'static str>,
-    /// Whether rows come at an even rate.
+    /// Whether rows are sampled evenly.
     pub is_even: bool,
     /// The lowest plausible sampling rate of the signal [Hz].
     pub least_hz: f64,
@@ -49,12 +50,12 @@ pub struct Wanted {
 pub struct Columns {
     pub places: Vec<usize>,
     pub names: Vec<String>,
-    /// The unit of each, as far as the table states it.
+    /// The unit of each column, if the table states it.
     pub units: Vec<Option<String>>,
     pub time: Option<Time>,
-    /// The start of rows that follow each other at a rate, if a column contains the date [ns since 1970].
+    /// The start of rows whose times follow from a rate, if a column contains the date [ns since 1970].
     pub begin_ns: Option<i64>,
-    /// Choices that the user did not ask for.
+    /// Notes on choices that the user did not ask for.
     pub notes: Vec<String>,
 }
 
@@ -66,8 +67,8 @@ pub struct Time {
 }
 
 impl Columns {
-    /// Selects the columns. A rate that the user gave [Hz], or that the table states, takes precedence over
-    /// times that were not requested.
+    /// Selects the columns. A rate that the user gave [Hz], or that the table states, takes precedence over a column of
+    /// times that the user did not name.
     pub fn choose(
         head: &Head,
         wanted: &Wanted,
@@ -97,7 +98,7 @@ impl Columns {
     }
 }
 
-/// The index of a column by its name, its number from 1, or its name in another case.
+/// Finds the index of a column by its name, its number from 1, or its name in another case.
 fn named(head: &Head, name: &str) -> Result<usize, TableError> {
     let exact = head.names.iter().position(|each| each == name);
     let by_number =
@@ -146,7 +147,7 @@ fn unnamed(
     Ok(chosen)
 }
 
-/// The note that the first of several channels without names looks like times.
+/// Returns a note if the first of several unnamed channels looks like times.
 fn rising(head: &Head, chosen: &[usize]) -> Option<String> {
     let first = chosen.first().copied().filter(|_| head.names.is_empty() && chosen.len() > 1)?;
     let numbers: Vec<f64> = head.cells(first).into_iter().filter_map(number).collect();
@@ -164,7 +165,7 @@ fn rising(head: &Head, chosen: &[usize]) -> Option<String> {
     })
 }
 
-/// Whether a name contains a word: short words must stand alone (`rr`, but not that of `error`).
+/// Whether a name contains a word; a short word must stand alone (`rr`, but not in `error`).
 fn holds(name: &str, word: &str) -> bool {
     match word.len() {
         ..=2 => name.split(|c: char| !c.is_ascii_alphanumeric()).any(|part| part == word),
@@ -172,7 +173,7 @@ fn holds(name: &str, word: &str) -> bool {
     }
 }
 
-/// The first three columns whose names differ only by x, y and z, if three are needed and there are more.
+/// Returns the first three columns whose names differ only by x, y and z, if three are needed and there are more.
 fn axes(head: &Head, places: &[usize], wanted: Option<usize>) -> Vec<usize> {
     let all = places.to_vec();
     if wanted != Some(3) || places.len() <= 3 {
@@ -213,7 +214,7 @@ fn time(
         let whose = if rate_hz.is_some() { "--rate" } else { "the rate in the table" };
         let (name, made) = (head.name(time.place), shown_hz(time.rate_hz(head)));
         notes.push(format!(
-            "{whose} ({known_hz} Hz) is used, not the times in column {name}{made}: rows follow each other without gaps, unless --time \"{name}\" is given"
+            "{whose} ({known_hz} Hz) is used, not the times in column {name}{made}, assuming no gaps between rows; give --time \"{name}\" to use the times"
         ));
         return Ok(None);
     }
@@ -238,7 +239,7 @@ pub fn is_own_time(name: &str) -> bool {
     OWN_TIMES.contains(&name)
 }
 
-/// The column that looks like times, if there is one: by its name, or by cells with dates.
+/// Finds the column that looks like times, by its name or by cells with dates.
 fn recognised(head: &Head, wanted: &Wanted) -> Option<Time> {
     let is_one = |&place: &usize| match head.names.get(place) {
         Some(name) if is_time_like(name) => !is_count_like(name),
@@ -254,7 +255,7 @@ fn recognised(head: &Head, wanted: &Wanted) -> Option<Time> {
     { clocks }.next()
 }
 
-/// The note that the given rate is not the one of the times.
+/// Returns a note if the given rate differs from that of the times.
 fn contradicted(head: &Head, wanted: &Wanted, time: &Time, rate_hz: Option<f64>) -> Option<String> {
     let (asked_hz, made_hz) = (rate_hz.filter(|_| wanted.is_even)?, time.rate_hz(head)?);
     let name = head.name(time.place);
@@ -265,27 +266,27 @@ fn contradicted(head: &Head, wanted: &Wanted, time: &Time, rate_hz: Option<f64>)
     })
 }
 
-/// The note that the given rate is not the one that the table states.
+/// Returns a note if the given rate differs from the one that the table states.
 fn overruled(head: &Head, rate_hz: Option<f64>) -> Option<String> {
     let (asked_hz, own_hz) = (rate_hz?, head.rate_hz?);
     let is_other = (own_hz / asked_hz - 1.0).abs() > f64::EPSILON;
     is_other.then(|| format!("--rate ({asked_hz} Hz) is used, not the {own_hz} Hz in the table"))
 }
 
-/// A rate in brackets, if it is known.
+/// Formats a rate in brackets; empty if the rate is not known.
 fn shown_hz(rate_hz: Option<f64>) -> String {
     let shown = |hz: f64| format!(" ({} Hz)", (hz * 10.0).round() / 10.0);
     rate_hz.map(shown).unwrap_or_default()
 }
 
 impl Time {
-    /// The rate of the first times [Hz].
+    /// The rate of the first rows, by their times [Hz].
     fn rate_hz(&self, head: &Head) -> Option<f64> {
         self.clock.rate_hz(&head.cells(self.place))
     }
 }
 
-/// The order of preference: a sensor's own times, those with a known unit, dates, anything else.
+/// Ranks a column of times by preference: a sensor's own times, those with a known unit, dates, anything else.
 fn rank(head: &Head, place: usize) -> u8 {
     match head.name(place).to_ascii_lowercase() {
         name if name.contains("sensor timestamp") => 0,
@@ -295,8 +296,8 @@ fn rank(head: &Head, place: usize) -> u8 {
     }
 }
 
-/// The first of a sensor's times: from the phone's times beside them (Polar Sensor Logger), or as stated in the file of
-/// an E4.
+/// Sets the start of a sensor's times: from the phone's times next to them (Polar Sensor Logger), or as stated in the
+/// file of an E4.
 fn begun(head: &Head, place: usize, clock: Clock) -> Clock {
     let first = |place: usize| head.cells(place).first().copied().unwrap_or_default();
     if let Some(begin_ns) = head.begin_ns.filter(|_| head.is_e4) {
@@ -311,7 +312,7 @@ fn begun(head: &Head, place: usize, clock: Clock) -> Clock {
     }
 }
 
-/// The column that `NAME`, `NAME:UNIT`, `NAME:mm:ss` or `NAME:excel` refers to.
+/// Finds the column that `NAME`, `NAME:UNIT`, `NAME:mm:ss` or `NAME:excel` refers to.
 fn named_time(
     head: &Head,
     name: &str,
@@ -326,7 +327,7 @@ fn named_time(
         return Ok(Time { place: named(head, name)?, clock });
     }
     let place = named(head, name)?;
-    // A cell that is not a time is reported with its line when it is read.
+    // A cell that is not a time is reported with its line number when it is read.
     let clock = clock(head, place, wanted).unwrap_or_else(|| Clock::of_unit(1_000_000_000));
     notes.extend(Some(clock.note.clone()).filter(|note| !note.is_empty()));
     Ok(Time { place, clock: begun(head, place, clock) })
@@ -339,7 +340,7 @@ fn clock(head: &Head, place: usize, wanted: &Wanted) -> Option<Clock> {
     }
 }
 
-/// The unit of a column of times in numbers [ns], if the table states it.
+/// Returns the unit of a numeric column of times [ns], if the table states it.
 fn stated_unit_ns(head: &Head, place: usize) -> Option<i64> {
     let below = head.units.get(place).and_then(|unit| unit_ns(unit));
     let unit_ns = below.or_else(|| unit_of_name_ns(&head.name(place)));

@@ -3,7 +3,7 @@
 const SEC_NS: i64 = 1_000_000_000;
 pub const DAY_NS: i64 = 86_400 * SEC_NS;
 
-/// The part that a date begins with.
+/// The part that a date starts with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     Year,
@@ -11,9 +11,9 @@ pub enum Order {
     Month,
 }
 
-/// The time of a cell that holds a date and a time of day [ns since 1970]: ISO 8601, or a local form of it
-/// with points, slashes or dashes, seconds with decimals after a point, a comma or a colon, AM or PM, and a
-/// zone. Without a zone it is taken as UTC. `None` for anything else.
+/// Reads a cell that holds a date and a time of day [ns since 1970]: ISO 8601, or a local form of it with points,
+/// slashes or dashes, seconds with decimals after a point, a comma or a colon, AM or PM, and a zone. Without a zone,
+/// UTC is assumed. Returns `None` for anything else.
 pub fn date_ns(cell: &str, order: Order) -> Option<i64> {
     let (date, rest) = split_date(cell)?;
     let (clock, east_ns) = split_zone(rest)?;
@@ -21,19 +21,19 @@ pub fn date_ns(cell: &str, order: Order) -> Option<i64> {
     at_ns.checked_sub(east_ns)
 }
 
-/// Whether a cell holds a date and a time of day, in whatever order the date is written.
+/// Whether a cell holds a date, in any order of its parts, and a time of day.
 pub fn is_date(cell: &str) -> bool {
     [Order::Year, Order::Day, Order::Month].iter().any(|order| date_ns(cell, *order).is_some())
 }
 
-/// Whether a cell names the zone of its time.
+/// Whether a cell states its time zone.
 pub fn has_zone(cell: &str) -> bool {
     let zone =
         split_date(cell).and_then(|(_, rest)| Some(split_zone(rest)?.0.len() < rest.trim().len()));
     zone.unwrap_or(false)
 }
 
-/// The time of a cell that holds a time of day only [ns since midnight].
+/// Reads a cell that holds only a time of day [ns since midnight].
 pub fn time_of_day_ns(cell: &str) -> Option<i64> {
     let cell = cell.trim();
     let lower = cell.to_ascii_lowercase();
@@ -55,7 +55,7 @@ pub fn time_of_day_ns(cell: &str) -> Option<i64> {
     Some(whole_ns + decimals_ns(decimals)?)
 }
 
-/// The time of a cell that holds minutes and seconds since the start [ns], as stopwatches show them: `61:05.250`.
+/// Reads a cell that holds minutes and seconds since the start [ns], as stopwatches show them: `61:05.250`.
 pub fn minutes_ns(cell: &str) -> Option<i64> {
     let (minutes, secs) = cell.trim().split_once(':')?;
     let (secs, decimals) = secs.split_once(['.', ',']).unwrap_or((secs, ""));
@@ -73,8 +73,8 @@ fn decimals_ns(decimals: &str) -> Option<i64> {
     Some(nanos)
 }
 
-/// The order of the parts of dates in these cells; `None` when none of them is a date. The second value is
-/// whether the month remains ambiguous.
+/// Finds the order of the parts of the dates in these cells; `None` unless all of them are dates. The second value is
+/// whether the order of day and month remains ambiguous.
 pub fn order(cells: &[&str]) -> Option<(Order, bool)> {
     let orders = [Order::Year, Order::Day, Order::Month];
     let fits = |order: &Order| cells.iter().all(|cell| date_ns(cell, *order).is_some());
@@ -91,7 +91,7 @@ pub fn order(cells: &[&str]) -> Option<(Order, bool)> {
     }
 }
 
-/// The three parts of a date, and the text after it.
+/// Splits a cell into the three parts of its date and the text after it.
 fn split_date(cell: &str) -> Option<([&str; 3], &str)> {
     let cell = cell.trim();
     let (date, rest) = cell.split_once(['T', 't', ' ', '_'])?;
@@ -106,7 +106,7 @@ fn split_date(cell: &str) -> Option<([&str; 3], &str)> {
     (parts.next().is_none() && date.into_iter().all(is_digits)).then_some((date, rest))
 }
 
-/// A time of day, and the offset of its zone from UTC [ns].
+/// Splits a time of day from its zone; the second value is the offset of the zone from UTC [ns].
 fn split_zone(rest: &str) -> Option<(&str, i64)> {
     let rest = rest.trim();
     for zone in ["Z", "z", "UTC", "GMT"] {
@@ -126,7 +126,7 @@ fn split_zone(rest: &str) -> Option<(&str, i64)> {
     Some((clock, if zone.starts_with('-') { -east_ns } else { east_ns }))
 }
 
-/// Days since 1970 of a date (Howard Hinnant, "chrono-compatible low-level date algorithms").
+/// Returns the number of days from 1970 to a date (Howard Hinnant, "chrono-compatible low-level date algorithms").
 fn days(date: [&str; 3], order: Order) -> Option<i64> {
     let [year, month, day] = match order {
         Order::Year => date,

@@ -15,12 +15,11 @@ pub enum Decimal {
     Comma,
 }
 
-/// The separator of lines of numbers below `names` names (0 for none); `takes_one` when one column is
+/// Returns the separator of lines of numbers below `names` names (0 for none); `takes_one` is set if one column is
 /// wanted and none is named.
 ///
-/// Only commas are ambiguous. They are decimal between numbers that are separated by spaces, below a single
-/// name, or where lines have at most one of them; they separate cells where there are decimal points. A
-/// single comma in each line, as in `-0,05` and `33,07`, is decimal.
+/// Only commas are ambiguous. They are decimal between numbers that are separated by spaces, below a single name, or
+/// where lines have at most one of them, as in `-0,05` and `33,07`; they separate cells where there are decimal points.
 pub fn separator(
     lines: &[TextLine],
     names: usize,
@@ -48,8 +47,7 @@ pub fn separator(
         let (line, cells) = (line.number, usual.width(&line.text));
         return Err(TableError::Ragged { line, cells, names });
     }
-    // Text cells, points, signs and spaces after a comma, and two commas in a line show that it separates
-    // cells.
+    // Text cells, points, signs and spaces after a comma, and two commas in a line, show that it separates cells.
     let Some(parts) = texts().map(halves).collect::<Option<Vec<_>>>() else { return Ok(usual) };
     let is_one = match (decimal, names) {
         (Some(Decimal::Comma), _) | (_, 1) => true,
@@ -66,7 +64,7 @@ pub fn separator(
     Ok(if is_one { Separator::Spaces } else { usual })
 }
 
-/// Whether a line is several numbers with decimal commas between spaces.
+/// Whether a line consists of several numbers with decimal commas, separated by spaces.
 fn is_decimals_between_spaces(line: &str) -> bool {
     let is_number = |cell: &str| {
         let bare = cell.trim_start_matches(['-', '+']);
@@ -77,7 +75,7 @@ fn is_decimals_between_spaces(line: &str) -> bool {
     line.split_whitespace().count() > 1 && line.split_whitespace().all(is_number)
 }
 
-/// Whether all cells of a line between commas are runs of digits.
+/// Whether every cell between the commas of a line is a run of digits.
 fn is_digits(line: &str) -> bool {
     line.split(',').all(|cell| {
         let bare = cell.trim_start_matches('-');
@@ -95,8 +93,8 @@ fn is_pairs(line: &str, names: usize) -> bool {
         })
 }
 
-/// The text before and after the only comma of a line, or all of a line without one; `None` where that is
-/// not a number with a decimal comma.
+/// Splits a line at its only comma; a line without a comma stays whole. Returns `None` if the line is not a number with
+/// a decimal comma.
 fn halves(line: &str) -> Option<(&str, Option<&str>)> {
     let line = line.trim_matches('"');
     let (whole, part) = line.split_once(',').map_or((line, None), |(one, two)| (one, Some(two)));
@@ -109,7 +107,7 @@ fn halves(line: &str) -> Option<(&str, Option<&str>)> {
     (is_whole && is_part && number(line).is_some()).then_some((whole, part))
 }
 
-/// Whether each of these lines is one number; `None` where they may also be two integers.
+/// Whether each of these lines is one number; `None` if each may also be two integers.
 fn evidence(parts: &[(&str, Option<&str>)]) -> Option<bool> {
     let decimals = || parts.iter().filter_map(|(_, part)| *part);
     let is_certain = parts.iter().any(|(whole, part)| part.is_none() || *whole == "-0")
@@ -118,7 +116,7 @@ fn evidence(parts: &[(&str, Option<&str>)]) -> Option<bool> {
     if is_certain {
         return Some(true);
     }
-    // A counting column: the number of a row, or its time.
+    // A column that counts up: row numbers, or times.
     let counts: Vec<i64> = parts.iter().filter_map(|(whole, _)| whole.parse().ok()).collect();
     let is_counting = counts.len() > 2 && counts.windows(2).all(|pair| pair[1] > pair[0]);
     let length = decimals().next().map_or(0, str::len);

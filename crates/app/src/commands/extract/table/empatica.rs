@@ -15,13 +15,13 @@ const SEC_NS: i64 = 1_000_000_000;
 pub struct E4 {
     /// The start time [ns since 1970].
     pub begin_ns: i64,
-    /// The rate [Hz]; `None` for intervals, whose lines state when each ended.
+    /// The rate [Hz]; `None` for intervals, where each line states when the interval ended.
     pub rate_hz: Option<f64>,
 }
 
 impl E4 {
-    /// Parses the first line and those after it, which are consumed if this is such a file: the start time,
-    /// then the rate, both in every column; for intervals between beats the time and the word `IBI`.
+    /// Parses the header of an E4 file: the start time, then the rate, both in every column; for intervals between
+    /// beats, the time and the word `IBI`. Lines after the first are consumed only if this is such a file.
     pub fn read(
         first: &TextLine,
         separator: Separator,
@@ -44,7 +44,7 @@ impl E4 {
     }
 }
 
-/// The number that every cell of a line contains.
+/// Returns the number that all cells of a line contain, if they are equal.
 fn same(line: &str, separator: Separator) -> Option<f64> {
     let mut cells = separator.cells(line).map(number);
     let value = cells.next().flatten()?;

@@ -17,7 +17,7 @@ pub enum TableError {
     /// Reading failed.
     #[error("read line {line}: {error}")]
     Read {
-        /// From 1.
+        /// The line number, from 1.
         line: usize,
         /// The reason.
         error: io::Error,
@@ -31,18 +31,18 @@ pub enum TableError {
     /// The file is not a table.
     #[error("read line {line}: the file is not a text table")]
     NoTable {
-        /// From 1.
+        /// The line number, from 1.
         line: usize,
     },
-    /// The file is sound.
+    /// The file is a sound file.
     #[error("read line 1: the file is a WAV file, not a text table")]
     Wav,
     /// A cell holds text where a number was expected.
     #[error("read line {line}: column {column} holds \"{text}\" where a number was expected")]
     Text {
-        /// From 1.
+        /// The line number, from 1.
         line: usize,
-        /// Its name, or its number from 1.
+        /// The column's name, or its number from 1.
         column: String,
         /// The text.
         text: String,
@@ -50,7 +50,7 @@ pub enum TableError {
     /// A whole column holds text.
     #[error("take column {column}: it holds text (\"{text}\"), not numbers")]
     TextColumn {
-        /// Its name, or its number from 1.
+        /// The column's name, or its number from 1.
         column: String,
         /// The first text in it.
         text: String,
@@ -66,7 +66,7 @@ pub enum TableError {
     /// A column is named twice.
     #[error("use the column {column} twice")]
     Twice {
-        /// Its name, or its number from 1.
+        /// The column's name, or its number from 1.
         column: String,
     },
     /// Several columns match.
@@ -80,7 +80,7 @@ pub enum TableError {
     /// A comma may be decimal, or separate two columns.
     #[error("interpret the comma in line {line}: \"{text}\" may be one number or two")]
     WhichComma {
-        /// From 1.
+        /// The line number, from 1.
         line: usize,
         /// The line.
         text: String,
@@ -90,11 +90,11 @@ pub enum TableError {
         "interpret the commas in line {line}: it has {cells} cells, and there are {names} names"
     )]
     Ragged {
-        /// From 1.
+        /// The line number, from 1.
         line: usize,
-        /// How many cells it has, if all commas separate.
+        /// The number of cells, if all commas separate cells.
         cells: usize,
-        /// How many names there are.
+        /// The number of names.
         names: usize,
     },
     /// Nothing states the rate.
@@ -111,14 +111,14 @@ pub enum TableError {
     },
     /// Rows come in bursts.
     #[error(
-        "find the sampling rate: by column {column} rows come in bursts, with {within_hz:.0} Hz within them and {whole_hz:.0} Hz overall"
+        "find the sampling rate: by column {column}, rows come in bursts, at {within_hz:.0} Hz within a burst and {whole_hz:.0} Hz overall"
     )]
     Bursts {
         /// The column with the times.
         column: String,
-        /// Within a burst [Hz].
+        /// The rate within a burst [Hz].
         within_hz: f64,
-        /// Overall [Hz].
+        /// The rate overall [Hz].
         whole_hz: f64,
     },
     /// Several rows share each time.
@@ -126,26 +126,26 @@ pub enum TableError {
     Coarse {
         /// The column with the times.
         column: String,
-        /// Rows a second [Hz].
+        /// Rows per second [Hz].
         whole_hz: f64,
     },
-    /// Two successive rows lie too far apart.
+    /// Two successive rows are too far apart in time.
     #[error("follow the times: line {line} is {step_secs:.0} s after the one before it")]
     Jump {
-        /// From 1.
+        /// The line number, from 1.
         line: usize,
-        /// How far [s].
+        /// The time between the rows [s].
         step_secs: f64,
     },
-    /// A row lies before an earlier one.
+    /// A row is earlier than one before it.
     #[error("follow the times: line {line} is {step_secs:.1} s before an earlier line")]
     Back {
-        /// From 1.
+        /// The line number, from 1.
         line: usize,
-        /// How far [s].
+        /// How much earlier the row is [s].
         step_secs: f64,
     },
-    /// It begins like a file of Empatica's, but is not one.
+    /// The table starts like a file of Empatica's E4 but is not one.
     #[error("interpret the first line: {value} looks like a time, but no rate follows it")]
     Begin {
         /// The first value.
@@ -171,7 +171,7 @@ impl TableError {
                  that are not in seconds as in --time timer:ms (also timer:mm:ss, timer:excel)"
                     .into()
             }
-            TableError::Twice { .. } => "each column is a channel of its own: name it once".into(),
+            TableError::Twice { .. } => "each column is a separate channel: name it only once".into(),
             TableError::TextColumn { .. }
             | TableError::NoColumn { .. }
             | TableError::WhichColumn { .. } => {
@@ -182,8 +182,8 @@ impl TableError {
                     .into()
             }
             TableError::Ragged { .. } => {
-                "where commas are decimal, save the table with semicolons or tabs, or its cells in quotes; \
-                 give --decimal point where they are not"
+                "if commas are decimal, save the table with semicolons or tabs, or with its cells in quotes; \
+                 if they are not, give --decimal point"
                     .into()
             }
             TableError::NoRate { time: Some(time) } => {
@@ -215,10 +215,10 @@ impl TableError {
     }
 }
 
-/// The most names of columns that are listed.
+/// The most column names that are listed.
 const MOST_LISTED: usize = 30;
 
-/// Names of columns: where there are many, the first of them.
+/// Lists names of columns; of many, only the first.
 fn listed(names: &[String]) -> String {
     match names.len().saturating_sub(MOST_LISTED) {
         0 => names.join(", "),

@@ -1,35 +1,36 @@
-//! The even times of samples behind the uneven stamps of their rows; even stamps are kept, also where their rate
+//! Finds the even times of samples behind the uneven stamps of their rows; even stamps are kept, also where their rate
 //! changes.
 
 use super::sampling::Sampling;
 
 /// The share of a row's deviation by which the line of times is corrected: clocks drift slowly.
 const TRACKING: f64 = 1e-3;
-/// A row keeps its own stamp up to this far from its place on the line [periods]: a step between two such rows is never
-/// so long that a sample would count as missing.
+/// The time of a row differs from its place on the line by at most this much [periods]: a step between two such rows is
+/// never so long that a sample would count as missing.
 const KEPT: f64 = 0.2;
-/// A stamp this far from the line, with those after it, belongs to rows that are missing or too many [periods].
+/// A stamp this far from the line, together with those after it, means that rows are missing or too many [periods].
 const ASTRAY: f64 = 0.5;
-/// Stamps with less jitter than this are believed one by one [periods].
+/// Stamps with less jitter than this are trusted one by one [periods].
 const CLEAN: f64 = 0.1;
 /// The number of rows that must agree on a gap, at least and at most.
 const AGREEING: (f64, f64) = (3.0, 256.0);
-/// A gap longer than this begins another line, with a phase of its own [periods].
+/// A gap longer than this starts another line, with its own phase [periods].
 const SAME_LINE: f64 = 3.0;
 /// A single stamp further from the line than this is a wrong time, not jitter [ns].
 const WRONG_NS: f64 = 1.5e9;
 
-/// Places rows on a line of even times. Jitter and rounding of the stamps move no row; a gap does, when the stamps
+/// Places rows on a line of even times. Jitter and rounding of the stamps do not move a row; a gap does, if the stamps
 /// after it agree.
 #[derive(Clone, Debug)]
 pub struct Grid {
     sampling: Sampling,
     period_ns: f64,
-    /// All times are since the first stamp [ns].
+    /// The first stamp, from which all other times are counted [ns].
     origin_ns: i64,
     /// The place of the last row on the line [ns].
     line_ns: Option<f64>,
-    /// The place of the first row on the line [ns]: the first sample has the first stamp.
+    /// The place of the first row on the line [ns], which is subtracted so that the first sample has the time of the
+    /// first stamp.
     ahead_ns: f64,
     latest_ns: f64,
 }
@@ -39,20 +40,20 @@ pub struct Grid {
 pub struct Placed {
     /// The time of its sample [ns].
     pub at_ns: i64,
-    /// How many periods after the row before it.
+    /// The time since the row before it [periods].
     pub steps: f64,
-    /// Whether it begins another line.
+    /// Whether the row starts another line.
     pub is_apart: bool,
 }
 
 impl Grid {
-    /// A line of rows that are sampled like this.
+    /// Starts a line for rows with this sampling.
     pub fn new(sampling: Sampling) -> Grid {
         let period_ns = 1e9 / sampling.rate_hz;
         Grid { sampling, period_ns, origin_ns: 0, line_ns: None, ahead_ns: 0.0, latest_ns: 0.0 }
     }
 
-    /// How many of the following stamps are needed to place a row with this one [ns].
+    /// The number of following stamps that are needed to place the row with this stamp [ns].
     pub fn needs(&self, stamp_ns: i64) -> usize {
         let count = self.agreeing();
         match self.line_ns {
@@ -63,7 +64,7 @@ impl Grid {
         }
     }
 
-    /// The place of a row without a stamp: one period after the last one [ns].
+    /// Places a row without a stamp one period after the last row [ns].
     pub fn after_last(&mut self) -> Option<i64> {
         let line_ns = self.line_ns.as_mut()?;
         *line_ns += self.period_ns;
@@ -71,7 +72,7 @@ impl Grid {
         Some(self.absolute(line_ns))
     }
 
-    /// The place of the row with this stamp, followed by rows with these [ns].
+    /// Places the row with this stamp, given the stamps of the rows after it [ns].
     pub fn place(&mut self, stamp_ns: i64, following_ns: &[i64]) -> Placed {
         let Some(last_ns) = self.line_ns else { return self.begin(stamp_ns, following_ns) };
         let own = self.deviation(stamp_ns, last_ns);
@@ -117,7 +118,8 @@ impl Grid {
         Placed { at_ns: stamp_ns, steps: 0.0, is_apart: true }
     }
 
-    /// The time of a row: its own where that is close to its place on the line.
+    /// The time of a row: its stamp, limited to within [`KEPT`] of its place on the line; that place if rows share
+    /// stamps.
     fn near(&self, since_ns: f64, line_ns: f64) -> i64 {
         if self.sampling.shared > 1.0 {
             return self.absolute(line_ns);
@@ -131,14 +133,14 @@ impl Grid {
         self.origin_ns.saturating_add((line_ns - self.ahead_ns).round() as i64)
     }
 
-    /// How far a stamp lies after the place that follows this one [periods].
+    /// How far a stamp lies after the place that follows the last one [periods].
     fn deviation(&self, stamp_ns: i64, last_ns: f64) -> f64 {
         let since_ns = stamp_ns.saturating_sub(self.origin_ns) as f64;
         (since_ns - last_ns) / self.period_ns - 1.0
     }
 
-    /// The deviation that a row and those after it have in common [periods]: of clean stamps the one closest to the
-    /// line, so that other gaps among them do not count; else their mean up to the next gap.
+    /// The deviation that a row and those after it have in common [periods]: for clean stamps, the one closest to the
+    /// line, so that other gaps among them do not count; otherwise their mean up to the next gap.
     fn common(&self, stamp_ns: i64, following_ns: &[i64], last_ns: f64) -> f64 {
         let own = self.deviation(stamp_ns, last_ns);
         let count = self.agreeing() - 1;
@@ -162,16 +164,16 @@ impl Grid {
         sum / count
     }
 
-    /// The deviation that a stamp may have without further notice [periods].
+    /// The largest deviation that is treated as jitter [periods].
     fn usual(&self) -> f64 {
         ASTRAY + 0.5 * self.coarse()
     }
 
-    /// The range that the stamps of even times are rounded over [periods]: their unit, unless even times are multiples
-    /// of it.
+    /// The range over which the stamps of even times are rounded [periods]: the unit of the stamps, unless even times
+    /// are multiples of it.
     fn coarse(&self) -> f64 {
         let Sampling { shared, unit, jitter, .. } = self.sampling;
-        // Numbers that are spread evenly over a range deviate by its length divided by the root of 12.
+        // Numbers spread evenly over a range have a standard deviation of its length divided by the root of 12.
         if shared > 1.0 { shared } else { unit.min(12.0_f64.sqrt() * jitter) }
     }
 

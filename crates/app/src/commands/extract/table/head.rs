@@ -15,14 +15,14 @@ use super::units::in_brackets;
 /// The number of lines that are read ahead to detect the format.
 const SAMPLE_LINES: usize = 16;
 
-/// The header, and the form of the first lines of numbers.
+/// The header of a table, and the form of its first lines of numbers.
 pub struct Head {
     pub separator: Separator,
     /// Names of all columns; empty when the table has none.
     pub names: Vec<String>,
     /// The line below the names, if it contains units.
     pub units: Vec<String>,
-    /// How many columns there are.
+    /// The number of columns.
     pub width: usize,
     /// The usual number of cells in lines of numbers, as counted by [`Separator::width`].
     usual_width: usize,
@@ -32,14 +32,14 @@ pub struct Head {
     pub rate_hz: Option<f64>,
     /// Whether the file was written by Empatica's E4.
     pub is_e4: bool,
-    /// The start time that it states [ns since 1970].
+    /// The start time that the table states [ns since 1970].
     pub begin_ns: Option<i64>,
     /// The first line of numbers.
     pub first: Option<TextLine>,
 }
 
 impl Head {
-    /// Reads up to the first line of numbers. `takes_one` when one column is wanted and none is named.
+    /// Reads up to the first line of numbers. `takes_one` is set if one column is wanted and none is named.
     pub fn read(
         lines: &mut LineReader,
         takes_one: bool,
@@ -58,7 +58,7 @@ impl Head {
                 first = lines.next_data()?.ok_or(TableError::NoNumbers)?;
             }
         }
-        // The header may have another separator than the numbers.
+        // The header may have a different separator than the numbers.
         let sample = [vec![first.clone()], lines.peek(SAMPLE_LINES)?].concat();
         let is_counted = of_top != Separator::Spaces || names.len() == 1;
         let counted = if is_counted { names.len() } else { 0 };
@@ -85,7 +85,7 @@ impl Head {
             units = found.map(str::to_owned).to_vec();
         }
         if !is_counted && names.len() > 1 && sample[0].len() == 1 {
-            // One name of several words.
+            // A single name that consists of several words.
             names = vec![line_of_names];
         }
         let width = width(&names, &sample);
@@ -105,8 +105,8 @@ impl Head {
         Ok(head)
     }
 
-    /// Whether the last of the `filled` cells of a line belongs to no known column, so that its cells can't
-    /// be assigned.
+    /// Whether the last of the `filled` cells of a line belongs to no known column, so that its cells can't be
+    /// assigned.
     pub fn is_of_other_width(&self, line: &str, filled: usize) -> bool {
         match self.separator {
             Separator::SecondComma => self.separator.width(line) != self.usual_width,
@@ -114,7 +114,7 @@ impl Head {
         }
     }
 
-    /// The name of a column, or its number from 1.
+    /// The name of a column, or its number from 1 if it has none.
     pub fn name(&self, place: usize) -> String {
         let name = self.names.get(place).filter(|name| !name.is_empty());
         name.cloned().unwrap_or_else(|| (place + 1).to_string())
@@ -130,13 +130,14 @@ impl Head {
         self.sample[0].get(place).is_some_and(|cell| number(cell).is_none())
     }
 
-    /// Whether a column has neither a name nor text in its first cells, as outside of an outer bar.
+    /// Whether a column has neither a name nor text in its first cells, as before the first and after the last bar of a
+    /// line.
     pub fn is_empty(&self, place: usize) -> bool {
         self.names.get(place).is_some_and(String::is_empty)
             && self.cells(place).iter().all(|cell| cell.is_empty())
     }
 
-    /// A column that looks like times, by its name or else by its unit.
+    /// Returns the name of a column that looks like times, by its name or else by its unit.
     pub fn time_like(&self) -> Option<String> {
         let has_unit = |name: &&String| in_brackets(name).and_then(unit_ns).is_some();
         let named = self.names.iter().find(|name| is_time_like(name));
@@ -144,15 +145,15 @@ impl Head {
     }
 }
 
-/// The lines that are separated as the names are, if any is: below names a line that ends after its first cell shows no
-/// separator.
+/// Returns the lines with the same separator as the names, or all lines if there are none: a line that ends after its
+/// first cell shows no separator.
 fn alike(lines: &[TextLine], of_names: Option<Separator>) -> Vec<TextLine> {
     let is_alike = |line: &&TextLine| Some(Separator::of(&line.text)) == of_names;
     let alike: Vec<TextLine> = lines.iter().filter(is_alike).cloned().collect();
     if alike.is_empty() { lines.to_vec() } else { alike }
 }
 
-/// How many columns there are: columns after the last name count only where they are not empty.
+/// Counts the columns; columns after the last name count only if they are not empty.
 fn width(names: &[String], sample: &[Vec<String>]) -> usize {
     let filled = |cells: &Vec<String>| cells.iter().rposition(|cell| !cell.is_empty());
     match names.len() {
@@ -168,7 +169,7 @@ fn usual(widths: impl Iterator<Item = usize>) -> usize {
     counts.into_iter().max_by_key(|(width, count)| (*count, *width)).map_or(0, |(width, _)| width)
 }
 
-/// The names in a line; after spaces, a unit in brackets belongs to the name before it.
+/// Splits a line into names; where spaces separate, a unit in brackets belongs to the name before it.
 fn names(line: &str) -> Vec<String> {
     let separator = Separator::of(line);
     let mut names: Vec<String> = Vec::new();
@@ -180,18 +181,18 @@ fn names(line: &str) -> Vec<String> {
             _ => names.push(cell.to_owned()),
         }
     }
-    // A separator at the end of the line does not begin a column.
+    // A separator at the end of the line does not start a column.
     names.truncate(separator.width(line).max(1).min(names.len()));
     names
 }
 
-/// The rate in comments, and the first line that is not a comment [Hz].
+/// Reads the rate stated in comments [Hz], and the first line that is not a comment.
 fn above(lines: &mut LineReader) -> Result<(Option<f64>, TextLine), TableError> {
     let mut rate_hz = None;
     loop {
         let Some(mut line) = lines.next()? else { return Err(TableError::Empty) };
         line.text = line.text.trim_start_matches('\u{feff}').to_owned();
-        // This line sets the separator for Excel.
+        // A line `sep=` sets the separator for Excel.
         let is_for_excel = line.text.trim_matches('"').starts_with("sep=");
         let is_drawn = is_comment(&line.text) || is_rule(&line.text);
         if line.text.trim().is_empty() || is_drawn || is_for_excel {
@@ -202,7 +203,7 @@ fn above(lines: &mut LineReader) -> Result<(Option<f64>, TextLine), TableError> 
     }
 }
 
-/// Whether a column with such a name contains the time, or the number, of a row.
+/// Whether a column with such a name contains the time or the number of each row.
 pub fn is_time_like(name: &str) -> bool {
     let name = name.to_ascii_lowercase();
     let words = ["time", "timer", "t", "index", "sample", "seconds", "date", "datetime"];
@@ -219,7 +220,7 @@ pub fn is_count_like(name: &str) -> bool {
     name.starts_with("index") || name.starts_with("sample")
 }
 
-/// The sampling rate in a comment [Hz].
+/// Parses the sampling rate in a comment [Hz].
 fn stated_rate_hz(comment: &str) -> Option<f64> {
     let lower = comment.to_ascii_lowercase();
     let after = lower.find("sampling").or_else(|| lower.find("sample rate"))?;

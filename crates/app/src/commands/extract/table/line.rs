@@ -9,7 +9,7 @@ pub enum Separator {
     Mark(char),
     /// Any number of spaces.
     Spaces,
-    /// A comma that is also the decimal one in every number: every second comma separates.
+    /// Commas that are also the decimal separator: every second comma separates cells.
     SecondComma,
 }
 
@@ -24,8 +24,8 @@ impl Separator {
         marks.into_iter().find(is_one).map_or(Separator::Spaces, Separator::Mark)
     }
 
-    /// The number of cells in a line, without empty ones at its end. Where every second comma separates,
-    /// all commas count.
+    /// The number of cells in a line, without empty ones at its end. With [`Separator::SecondComma`], every comma
+    /// counts.
     pub fn width(self, line: &str) -> usize {
         let all = if self == Separator::SecondComma { Separator::Mark(',') } else { self };
         let filled = all.cells(line).enumerate().filter(|(_, cell)| !cell.is_empty());
@@ -38,7 +38,7 @@ impl Separator {
     }
 }
 
-/// Whether bars separate: the commas beside them are those of numbers and dates.
+/// Whether bars separate the cells of a line, so that any commas are part of numbers and dates.
 fn is_piped(line: &str) -> bool {
     let is_plain = |cell: &str| !cell.contains(',') || number(cell).is_some() || is_date(cell);
     line.contains('|') && Separator::Mark('|').cells(line).all(is_plain)
@@ -83,10 +83,10 @@ impl<'a> Iterator for Cells<'a> {
     }
 }
 
-/// The number of a cell: NaN for a cell marked as missing, `None` for text. A comma in a cell is decimal:
-/// where commas separate, the cell was quoted.
+/// Parses the number in a cell: NaN for a cell marked as missing, `None` for text. A comma in a cell is decimal: where
+/// commas separate cells, the cell was quoted.
 pub fn number(cell: &str) -> Option<f64> {
-    // The last ones are errors of spreadsheets.
+    // The last ones are error values of spreadsheets.
     const NONE: [&str; 12] = [
         "", "na", "n/a", "null", "none", "-", "?", "#n/a", "#div/0!", "#value!", "#num!", "#null!",
     ];

@@ -14,7 +14,7 @@ const LONGEST_LINE: u64 = 1 << 20;
 /// A line that may contain cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextLine {
-    /// From 1.
+    /// The line number, from 1.
     pub number: usize,
     pub text: String,
 }
@@ -27,12 +27,12 @@ pub struct LineReader {
     ahead: VecDeque<TextLine>,
     read: u64,
     bytes: u64,
-    /// The bytes that may end a line, once the first one has.
+    /// The bytes that may end a line, known after the first line ending.
     ends: Option<&'static [u8]>,
 }
 
 impl LineReader {
-    /// The lines of a file; `-` is standard input.
+    /// Opens a file; `-` is standard input.
     pub fn open(path: &Path) -> Result<LineReader, TableError> {
         let opened = |error| TableError::Open { path: path.to_owned(), error };
         let (input, bytes): (Box<dyn Read + Send>, u64) = if path == Path::new("-") {
@@ -48,12 +48,12 @@ impl LineReader {
         Ok(LineReader { input, number: 0, ahead: VecDeque::new(), read: 0, bytes, ends: None })
     }
 
-    /// The share of the file that was read [0..1]; `None` when its length is not known.
+    /// The fraction of the file that was read [0..1]; `None` if its length is not known.
     pub fn read_share(&self) -> Option<f64> {
         (self.bytes > 0).then(|| (self.read as f64 / self.bytes as f64).min(1.0))
     }
 
-    /// The next line that is neither empty nor a comment.
+    /// Returns the next line that is neither empty nor a comment.
     pub fn next_data(&mut self) -> Result<Option<TextLine>, TableError> {
         loop {
             match self.next()? {
@@ -63,7 +63,7 @@ impl LineReader {
         }
     }
 
-    /// The next line with data, or an empty one with data after it.
+    /// Returns the next line with data, or an empty line with data after it.
     pub fn next_data_or_empty(&mut self) -> Result<Option<TextLine>, TableError> {
         loop {
             match self.next()? {
@@ -75,7 +75,7 @@ impl LineReader {
         }
     }
 
-    /// Whether an empty line follows every line with data among those that were read ahead: such lines are spacing.
+    /// Whether an empty line follows every line with data among those read ahead: such empty lines are only spacing.
     pub fn is_double_spaced(&self) -> bool {
         let is_data = |line: &TextLine| is_data(&line.text);
         let is_alone = |pair: &[&TextLine]| !(is_data(pair[0]) && is_data(pair[1]));
@@ -84,14 +84,14 @@ impl LineReader {
         count > 1 && !is_data(lines[0]) && lines.windows(2).all(is_alone)
     }
 
-    /// Whether a line with data follows. The last line that was read ahead is the first one to look at: reading ahead
-    /// ends with data.
+    /// Whether a line with data follows. Lines read ahead are searched from the last one, since reading ahead stops at
+    /// data.
     fn goes_on(&mut self) -> Result<bool, TableError> {
         let is_known = self.ahead.iter().rev().any(|line| is_data(&line.text));
         Ok(is_known || !self.peek(1)?.is_empty())
     }
 
-    /// The next line, of any kind.
+    /// Returns the next line of any kind.
     pub fn next(&mut self) -> Result<Option<TextLine>, TableError> {
         if let Some(line) = self.ahead.pop_front() {
             return Ok(Some(line));
@@ -99,7 +99,7 @@ impl LineReader {
         self.read()
     }
 
-    /// The next `count` lines with data, or as many as there are, without consuming them.
+    /// Returns the next `count` lines with data, or as many as there are, without consuming them.
     pub fn peek(&mut self, count: usize) -> Result<Vec<TextLine>, TableError> {
         let mut known = self.ahead.iter().filter(|line| is_data(&line.text)).count();
         while known < count
@@ -170,18 +170,18 @@ fn is_data(line: &str) -> bool {
     !(line.trim().is_empty() || is_comment(line) || is_rule(line))
 }
 
-/// Whether a line is drawn below the names: `----+----`, `|:--|--:|`.
+/// Whether a line is a rule below the names, such as `----+----` or `|:--|--:|`.
 pub fn is_rule(line: &str) -> bool {
     line.contains("---") && line.bytes().all(|byte| b"-+|=: \t".contains(&byte))
 }
 
-/// Whether a line is a comment; those of `SoX` begin with a semicolon.
+/// Whether a line is a comment; comments of `SoX` start with a semicolon.
 pub fn is_comment(line: &str) -> bool {
     let line = line.trim_start();
     if ["; Sample Rate ", "; Channels "].iter().any(|of_sox| line.starts_with(of_sox)) {
         return true;
     }
-    // A cell of a spreadsheet with an error begins like a comment.
+    // A cell with a spreadsheet error starts like a comment.
     line.starts_with(['#', '%'])
         && !["#N/A", "#DIV/0!", "#VALUE!", "#NUM!", "#NULL!"].iter().any(|it| line.starts_with(it))
 }

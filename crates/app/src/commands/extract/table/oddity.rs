@@ -2,12 +2,12 @@
 
 use teampulse_core::counted::counted;
 
-/// How often an oddity occurred, and where first.
+/// How often an oddity occurred, and in which line first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Oddity {
-    /// How often.
+    /// The number of occurrences.
     pub count: usize,
-    /// The first line, from 1; 0 where there is none.
+    /// The first line, from 1; 0 if there is none.
     pub first_line: usize,
 }
 
@@ -20,7 +20,7 @@ impl Oddity {
         self.count += count;
     }
 
-    /// The number of occurrences, what they are, and the first line.
+    /// Describes the oddity: how often it occurred, and in which line first.
     pub fn words(self, one: &str, several: &str) -> String {
         let first = if self.count == 1 { "" } else { "the first " };
         format!("{}, {first}in line {}", counted(self.count, one, several), self.first_line)
@@ -39,7 +39,7 @@ pub struct Oddities {
 }
 
 impl Oddities {
-    /// The note on each oddity.
+    /// Returns a note on each oddity.
     pub fn notes(&self, rows: usize) -> impl Iterator<Item = String> {
         let Oddities { missing, short, other } = *self;
         [
@@ -62,7 +62,7 @@ impl Oddities {
         .into_iter()
         .filter(|(oddity, ..)| oddity.count > 0)
         .map(move |(oddity, [one, several], so)| {
-            format!("{}: {so} (of all {rows} rows)", oddity.words(one, several))
+            format!("{}: {so} (of {rows} rows)", oddity.words(one, several))
         })
     }
 }

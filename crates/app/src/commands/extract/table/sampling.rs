@@ -17,44 +17,45 @@ pub struct Sampling {
     pub is_even: bool,
 }
 
-/// Stamps are coarse where more than this share of rows has the stamp of the row before.
+/// Stamps are coarse if more than this share of rows has the stamp of the row before.
 const SHARED: f64 = 0.25;
-/// Rows that share a stamp are spread evenly where there are more stamps than this, and rows deviate from an even line
-/// by less than this share of the time between two stamps.
+/// Rows that share a stamp are spread evenly if there are more stamps than this, and rows deviate from an even line by
+/// less than this share of the time between two stamps.
 const FEWEST_TIMES: f64 = 10.0;
 const STEADY: f64 = 0.5;
-/// A step longer than this many usual ones ends a segment.
+/// A step longer than this many usual steps ends a segment.
 const GAP: f64 = 2.5;
-/// The share of steps that are not longer than a usual one.
+/// The share of steps that are no longer than a usual step.
 const USUAL: f64 = 0.9;
-/// Spans of these numbers of rows are compared: the longest one of which there are enough.
+/// The spans that are compared, by their number of rows: the longest of which there are enough.
 const SPANS: [usize; 4] = [64, 16, 4, 1];
-/// A span from which the jitter is estimated [rows].
+/// The span from which the jitter is estimated [rows].
 const SHORT_SPAN: usize = 8;
-/// Rows whose stamps are searched for a period that some rows are missing from, in blocks.
+/// The most rows in which a period is searched from which some rows are missing, and the rows of a block.
 const SEARCHED: usize = 4096;
 const BLOCK: usize = 256;
-/// The coherence of stamps with a period, from 0 to 1, from which it is believed.
+/// The minimum coherence of stamps with a period, from 0 to 1, at which the period is trusted.
 const COHERENT: f64 = 0.25;
-/// Stamps are even where at most this share of steps is further from a period than this share of it, and so they are at
-/// a rate that differs by less than this share.
+/// Stamps are even if at most this share of steps deviates from the period by at least this share of it. They stay even
+/// at a given rate that differs by less than this share.
 const UNEVEN: f64 = 0.01;
 const EVEN_STEP: f64 = 0.5;
 const SAME_RATE: f64 = 0.05;
-/// A whole rate is taken where it differs by less than this share, and by less than half a sample over all rows.
+/// The rate is rounded to a whole number if that changes it by less than this share, and by less than half a sample
+/// over all rows.
 const WHOLE: f64 = 1e-3;
 
 impl Sampling {
-    /// Rows at a known rate [Hz], without stamps.
+    /// Sampling at a known rate [Hz], without stamps.
     pub fn even(rate_hz: f64) -> Sampling {
         Sampling { rate_hz, jitter: 0.0, shared: 1.0, unit: 0.0, is_even: false }
     }
 
-    /// The sampling of rows with these stamps [ns]; `None` where they never increase.
+    /// Estimates the sampling of rows with these stamps [ns]; `None` if they never increase.
     ///
-    /// Between gaps, the time of spans of many rows gives the rate: rounding and jitter of single stamps hardly
-    /// change it. Where such spans vary more than short ones, single rows are missing, and the period is the one
-    /// that all steps are multiples of. A line through all rows then makes it exact.
+    /// Between gaps, the rate follows from the duration of spans of many rows: rounding and jitter of single stamps
+    /// hardly change it. Where such spans vary more than short ones, single rows are missing, and the period is the one
+    /// of which all steps are multiples. A line through all rows then refines it.
     pub fn of(stamps_ns: &[i64]) -> Option<Sampling> {
         let stamps = Stamps::new(stamps_ns)?;
         let mut sampling = stamps.estimated();
@@ -68,24 +69,24 @@ impl Sampling {
         Some(Sampling { is_even: sampling.shared <= 1.0 && stamps.are_even(sampling), ..sampling })
     }
 
-    /// Whether rows that share stamps come steadily: there are several times of them, and none is further from its
-    /// stamp than the next.
+    /// Whether rows that share stamps come steadily: they have several different stamps, and none deviates from its
+    /// stamp by as much as half the time to the next.
     pub fn is_steady(&self, rows: usize) -> bool {
         let times = rows as f64 / self.shared;
         self.jitter < STEADY * self.shared && times > FEWEST_TIMES
     }
 
-    /// The note on rows that share the times in a column.
+    /// Returns a note on rows that share the times in a column.
     pub fn note(&self, column: &str) -> Option<String> {
         (self.shared > 1.0).then(|| {
             format!(
-                "rows share their times in column {column}: they are spread evenly from each time on, at {} Hz",
+                "several rows share each time in column {column}: they are spread evenly from that time on, at {} Hz",
                 (self.rate_hz * 1e3).round() / 1e3
             )
         })
     }
 
-    /// The same stamps as samples at another rate [Hz].
+    /// Estimates the sampling of rows with these stamps [ns] at another rate [Hz].
     pub fn at(stamps_ns: &[i64], rate_hz: f64) -> Sampling {
         match Sampling::of(stamps_ns) {
             Some(own) => {
@@ -101,10 +102,10 @@ impl Sampling {
     }
 }
 
-/// Stamps in segments without gaps.
+/// Stamps, split at gaps into segments.
 struct Stamps<'a> {
     segments: Vec<&'a [i64]>,
-    /// Usual positive steps, the median of them and the share of all steps that are zero.
+    /// The median of the usual positive steps, and the share of all steps that are zero.
     usual_step_ns: f64,
     shared: f64,
     rows: usize,
@@ -130,7 +131,7 @@ impl Stamps<'_> {
         })
     }
 
-    /// The times that this many successive steps take together [ns], sorted.
+    /// Returns the durations of all spans of this many steps [ns], sorted.
     fn spans_ns(&self, steps: usize) -> Vec<f64> {
         let in_segment = |segment: &&[i64]| {
             let ends = segment.iter().skip(steps).copied();
@@ -143,7 +144,7 @@ impl Stamps<'_> {
         spans_ns
     }
 
-    /// Whether few steps are further than half a period from one, apart from gaps.
+    /// Whether only few steps within segments differ from a period by half a period or more.
     fn are_even(&self, sampling: Sampling) -> bool {
         let steps = self.segments.iter().flat_map(|segment| segment.windows(2));
         let periods =
@@ -169,13 +170,13 @@ impl Stamps<'_> {
         if shared > 1.0 || steps < SPANS[0] || grown < 0.1 + 0.5 * short {
             return sampling;
         }
-        // The number of missing rows in a span varies by its square root.
+        // The number of missing rows in a span varies with a standard deviation of its square root.
         let missing = grown / (steps - SHORT_SPAN) as f64;
         self.with_missing(sampling, missing)
     }
 
-    /// The mean of the spans close to the median one [ns]: up to the next unit of the stamps, but without a missing
-    /// row.
+    /// The mean of the spans close to the median [ns]: close enough for the next unit of the stamps to count, but not
+    /// for a missing row.
     fn usual_span_ns(&self, spans_ns: &[f64], steps: usize) -> f64 {
         let median_ns = spans_ns.get(spans_ns.len() / 2).copied().unwrap_or(0.0);
         let unit_ns = if self.shared > 0.0 { 1.01 * self.usual_step_ns } else { 0.0 };
@@ -185,7 +186,7 @@ impl Stamps<'_> {
         if count > 0.0 { sum_ns / count } else { median_ns }
     }
 
-    /// The sampling where rows are missing one by one.
+    /// Corrects the sampling where single rows are missing.
     fn with_missing(&self, seen: Sampling, missing: f64) -> Sampling {
         let (coherence, period_ns) = self.coherent(1e9 / seen.rate_hz);
         if coherence > COHERENT {
@@ -195,7 +196,7 @@ impl Stamps<'_> {
         let spans_ns = self.spans_ns(SPANS[0]);
         let mean_ns = spans_ns.iter().sum::<f64>() / (spans_ns.len() * SPANS[0]) as f64;
         if mean_ns <= 0.0 {
-            // A clock that was set back again and again.
+            // The clock was set back again and again.
             return seen;
         }
         let steps_ns = self.spans_ns(1);
@@ -204,7 +205,8 @@ impl Stamps<'_> {
         Sampling { rate_hz: 1e9 * (1.0 + missing) / mean_ns, ..seen }
     }
 
-    /// The longest period that the stamps are multiples of, up to this one [ns], with their coherence.
+    /// Finds the longest period, up to this one [ns], of which the stamps are multiples; returns their coherence, then
+    /// the period.
     fn coherent(&self, longest_ns: f64) -> (f64, f64) {
         let blocks: Vec<&[i64]> = {
             let blocks = self.segments.iter().flat_map(|segment| segment.chunks(BLOCK));
@@ -237,12 +239,12 @@ impl Stamps<'_> {
             tried.filter(|(_, period_ns)| !is_of_unit(*period_ns)).collect();
         let best = tried.iter().map(|(coherence, _)| *coherence).fold(0.0, f64::max);
         let first = tried.iter().position(|(coherence, _)| *coherence >= 0.85 * best);
-        // The first of a peak; its top follows.
+        // The first value near a peak; the top of the peak follows.
         let peak = first.map_or(&[][..], |first| &tried[first..(first + 4).min(tried.len())]);
         peak.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, longest_ns))
     }
 
-    /// The unit of the stamps [ns]: all of them are multiples of its parts.
+    /// The unit of the stamps [ns], of which all steps are multiples.
     fn unit_ns(&self) -> f64 {
         let steps = self.segments.iter().flat_map(|segment| segment.windows(2));
         let steps_ns = steps.map(|pair| pair[1].abs_diff(pair[0]));
@@ -254,7 +256,7 @@ fn greatest_common_divisor(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
-/// The length of the sum of the stamps' phases in a period.
+/// The magnitude of the sum of unit vectors with the stamps' phases within a period.
 fn phase_sum(stamps_ns: &[i64], period_ns: f64) -> f64 {
     let phases = stamps_ns.iter().map(|stamp_ns| {
         let since_ns = stamp_ns.saturating_sub(stamps_ns[0]) as f64;
@@ -271,7 +273,7 @@ fn variance(numbers: &[f64]) -> f64 {
     numbers.iter().map(|number| (number - mean).powi(2)).sum::<f64>() / count
 }
 
-/// The sampling with the rate of lines through the places of all rows, and the jitter around them.
+/// Refines the rate by lines through the places of all rows, and the jitter by the deviations from these lines.
 fn refined(stamps_ns: &[i64], sampling: Sampling) -> Sampling {
     let mut grid = Grid::new(sampling);
     let (mut lines, mut place) = (vec![RegressionLine::default()], 0.0);
@@ -301,7 +303,7 @@ fn refined(stamps_ns: &[i64], sampling: Sampling) -> Sampling {
     Sampling { rate_hz: 1e9 / period_ns, jitter: left_ns2.sqrt() / period_ns, ..sampling }
 }
 
-/// Sums for the regression of stamps on places.
+/// Running sums for the regression of stamps on places.
 #[derive(Default)]
 struct RegressionLine {
     rows: f64,
@@ -320,7 +322,7 @@ impl RegressionLine {
         }
         let stamp = stamp_ns.saturating_sub(self.first_ns) as f64;
         self.rows += 1.0;
-        // The means so far, by Welford's method: sums of squares of large numbers would be inexact.
+        // Running means by Welford's method: sums of squares of large numbers would be inexact.
         let (off_place, off_stamp) = (place - self.place, stamp - self.stamp);
         self.place += off_place / self.rows;
         self.stamp += off_stamp / self.rows;

@@ -9,7 +9,7 @@ use super::head::Head;
 use super::line::Separator;
 use super::line_reader::LineReader;
 
-/// The cells of a column by its name, row by row; `None` where the table has no such column.
+/// Returns the cells of a column by its name, row by row; `None` if the table has no such column.
 pub fn text_column(path: &Path, name: &str) -> Result<Option<Vec<String>>, TableError> {
     let mut lines = LineReader::open(path)?;
     let mut head = Head::read(&mut lines, false, None)?;
@@ -26,8 +26,8 @@ pub fn text_column(path: &Path, name: &str) -> Result<Option<Vec<String>>, Table
     Ok(Some(cells))
 }
 
-/// The dates in the cells of a column, as times [s since 1970], NaN for missing ones; with a note on how they are read,
-/// empty if there is nothing to note. `None` where the cells are not dates.
+/// Reads the cells of a column as dates [s since 1970], NaN where one is missing, with a note on how they are read,
+/// empty if there is nothing to note. Returns `None` if the cells are not dates.
 pub fn dates_secs(name: &str, cells: &[String]) -> Option<(Vec<f64>, String)> {
     let is_there = |cell: &&str| !["", "n/a", "nan"].contains(&&*cell.to_ascii_lowercase());
     let there: Vec<&str> = cells.iter().map(String::as_str).filter(is_there).collect();

@@ -1,9 +1,9 @@
 //! Times of rows.
 
-/// The time of a cell in a unit of `unit_ns` [ns], to the nanosecond; `None` for a cell marked as missing.
+/// Reads the time of a cell in a unit of `unit_ns` [ns], to the nanosecond; `None` if the cell is marked as missing.
 ///
-/// Digits are parsed as decimals, with a point or comma: as a float, a time since 1970 would be exact to a
-/// quarter of a microsecond only.
+/// Digits are parsed as decimals, with a point or comma: as a float, a time since 1970 would only be exact to a quarter
+/// of a microsecond.
 pub fn nanos(cell: &str, unit_ns: i64) -> Result<Option<i64>, ()> {
     if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
         return Ok(None);
@@ -35,7 +35,7 @@ fn scientific(cell: &str, unit_ns: i64) -> Option<i64> {
     (nanos.abs() < i64::MAX as f64).then_some(nanos as i64)
 }
 
-/// The rate of rows at these times [ns]: of steps like the median one [Hz].
+/// The rate of rows at these times [ns], from the steps close to the median [Hz].
 fn usual_rate_hz(times_ns: &[i64]) -> Option<f64> {
     let steps = times_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0]) as f64 / 1e9);
     let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
@@ -46,27 +46,27 @@ fn usual_rate_hz(times_ns: &[i64]) -> Option<f64> {
     Some(steps.len() as f64 / steps.iter().sum::<f64>())
 }
 
-/// The number of steps that is needed for an estimate.
+/// The number of steps needed for an estimate.
 const ENOUGH: usize = 30;
-/// The number of the longest steps, and their share of all, that may be gaps of a recording.
+/// How many of the longest steps may be gaps in a recording: a number, and a share of all steps.
 const GAPS: (usize, f64) = (3, 0.02);
-/// Rows come in bursts where their overall rate is below this share of the rate of their usual step.
+/// Rows come in bursts if their overall rate is below this share of the rate of their usual step.
 const SPARSE: f64 = 0.6;
-/// Times are coarse where more than this share of rows has the time of the row before.
+/// Times are coarse if more than this share of rows has the time of the row before.
 const SHARED: f64 = 0.25;
 
-/// Why the times of rows are not those of their samples, and give no rate.
+/// Why the times of rows are not the times of their samples, so that they give no rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Uneven {
-    /// They are times of arrival, as phones write them: the rate of rows within bursts, and overall without
-    /// the longest pauses [Hz].
+    /// Arrival times, as phones write them: the rate of rows within bursts, and the overall rate without the longest
+    /// pauses [Hz].
     Bursts { within_hz: f64, whole_hz: f64 },
     /// Several rows share each time: the overall rate of rows [Hz].
     Coarse { whole_hz: f64 },
 }
 
 impl Uneven {
-    /// The problem with rows at these times [ns]; `None` where there are at most a few gaps.
+    /// Finds what is wrong with rows at these times [ns]; `None` if there are at most a few gaps.
     pub fn of(times_ns: &[i64]) -> Option<Uneven> {
         let within_hz = usual_rate_hz(times_ns)?;
         let steps = times_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0]) as f64 / 1e9);

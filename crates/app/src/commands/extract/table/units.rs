@@ -9,8 +9,8 @@ use super::head::Head;
 const RAW: [&str; 9] =
     ["counts", "count", "adc", "raw", "lsb", "digits", "no_units", "adu", "codes"];
 
-/// The unit of a column: below its name, in brackets after it, or at its end; in a file of an E4 its fixed
-/// unit. `None` where the table states none.
+/// Returns the unit of a column: below its name, in brackets after it, or at its end; in a file of an E4, the file's
+/// fixed unit. `None` if the table states no unit.
 pub fn unit(head: &Head, place: usize, wanted: &Wanted) -> Option<String> {
     if head.is_e4 {
         let units =
@@ -27,17 +27,17 @@ pub fn unit(head: &Head, place: usize, wanted: &Wanted) -> Option<String> {
     )
 }
 
-/// The text in the last brackets of a name.
+/// Returns the text in the last brackets of a name.
 pub fn in_brackets(name: &str) -> Option<&str> {
     let end = name.rfind([']', ')'])?;
     let open = if name[end..].starts_with(']') { '[' } else { '(' };
-    // `m/(s^2)` has brackets of its own.
+    // `m/(s^2)` itself contains brackets.
     let begin = name.find(open)?;
     (begin < end).then(|| name[begin + 1..end].trim())
 }
 
-/// The unit at the end of a name, where it can be converted to the wanted one: `temp_celsius`,
-/// `eda_usiemens`, `rr_ms`.
+/// Returns the unit at the end of a name if it can be converted to the wanted unit: `temp_celsius`, `eda_usiemens`,
+/// `rr_ms`.
 fn of_ending(name: &str, to: &str) -> Option<String> {
     let ending = name.rsplit('_').next().filter(|ending| ending.len() < name.len())?;
     let upper = ending.to_uppercase();
@@ -47,14 +47,14 @@ fn of_ending(name: &str, to: &str) -> Option<String> {
     units.next().map(str::to_owned)
 }
 
-/// The unit of a voltage at the end of a name, in any case of letters: `ecg_mV`. A `V` alone may be a lead's.
+/// Returns the unit of a voltage at the end of a name, in upper or lower case: `ecg_mV`. A single `V` may name a lead.
 fn of_voltage(name: &str) -> Option<String> {
     let (_, ending) = name.rsplit_once('_')?;
     let unit = ["nV", "uV", "mV"].into_iter().find(|unit| ending.eq_ignore_ascii_case(unit));
     unit.map(str::to_owned)
 }
 
-/// A name without the unit in brackets at its end.
+/// Returns a name without the unit in brackets at its end.
 pub fn without_unit(name: &str) -> &str {
     let unit = in_brackets(name).filter(|unit| is_unit(&mended(unit)));
     let open = unit.and_then(|_| name.rfind(['[', '(']));
@@ -64,7 +64,7 @@ pub fn without_unit(name: &str) -> &str {
     }
 }
 
-/// Windows writes the micro and degree signs in bytes that are not UTF-8.
+/// Windows programs write the micro and degree signs in bytes that are not UTF-8.
 fn mended(unit: &str) -> String {
     let unit = unit.trim();
     match unit.strip_prefix('\u{fffd}') {
@@ -74,7 +74,7 @@ fn mended(unit: &str) -> String {
     }
 }
 
-/// Whether this is a unit that can be stored, converted, or counts.
+/// Whether this is a unit that can be stored or converted, or raw counts.
 pub fn is_unit(unit: &str) -> bool {
     !unit.is_empty()
         && (is_raw(unit)
@@ -87,8 +87,8 @@ pub fn is_raw(unit: &str) -> bool {
     RAW.contains(&unit.to_ascii_lowercase().as_str())
 }
 
-/// Of several columns, the calibrated ones whose unit can be converted to the wanted one, preferably those
-/// in that unit, as far as any remain.
+/// Narrows several columns down to those with a unit other than raw counts, then to those whose unit can be converted
+/// to the wanted one, to those in that unit, and to calibrated ones; a rule that no column meets is skipped.
 pub fn narrowed(head: &Head, places: Vec<usize>, wanted: &Wanted) -> Vec<usize> {
     let unit = |place: usize| unit(head, place, wanted);
     let is_named = |place: usize| unit(place).is_some_and(|unit| !is_raw(&unit));

@@ -5,9 +5,9 @@ use std::io::{self, Cursor, Read};
 /// The number of bytes that are decoded at once.
 const BLOCK: usize = 1 << 16;
 
-/// The bytes of a table as UTF-8, and how many bytes of the file correspond to each of them: two where it
-/// is in UTF-16. UTF-16 is detected by its byte-order mark, or by a zero byte in its first character, as no
-/// text contains one otherwise.
+/// Returns the bytes of a table as UTF-8, and how many bytes of the file correspond to each of them: two if the file is
+/// in UTF-16. UTF-16 is detected by its byte-order mark, or by a zero byte in its first character, which no other text
+/// contains.
 pub fn as_utf8(mut input: Box<dyn Read + Send>) -> io::Result<(Box<dyn Read + Send>, u64)> {
     let mut begin = Vec::with_capacity(2);
     (&mut input).take(2).read_to_end(&mut begin)?;
@@ -28,11 +28,11 @@ pub fn as_utf8(mut input: Box<dyn Read + Send>) -> io::Result<(Box<dyn Read + Se
 /// A text in UTF-16, decoded block by block.
 struct Utf16<R> {
     input: R,
-    /// A code unit of its two bytes.
+    /// Combines the two bytes of a code unit.
     unit: fn([u8; 2]) -> u16,
-    /// Bytes of an incomplete character.
+    /// The bytes of an incomplete character.
     rest: Vec<u8>,
-    /// UTF-8 that was not yet returned.
+    /// UTF-8 that has not been returned yet.
     ready: Cursor<Vec<u8>>,
 }
 

@@ -89,10 +89,10 @@ fn odd_rows_are_counted_with_the_first_line_of_each_kind() {
         noted,
         [
             "1 row has fewer cells than the others, in line 21: absent cells count as missing \
-             (of all 30 rows)",
+             (of 30 rows)",
             "2 rows have more cells than the others, the first in line 27: all cells of such a row count as missing \
-             (of all 30 rows)",
-            "2 cells are not numbers, the first in line 24: counted as missing samples (of all 30 rows)",
+             (of 30 rows)",
+            "2 cells are not numbers, the first in line 24: counted as missing samples (of 30 rows)",
         ]
     );
 }
