@@ -169,7 +169,7 @@ streams: Array<StreamRow>, };
  */
 export type Whose = { 
 /**
- * `person`, `robot`, `team` or `session`.
+ * The kind of subject: `person`, `robot`, `team` or `session`.
  */
 about: string, 
 /**
@@ -302,7 +302,7 @@ about: string,
  */
 subject: string, 
 /**
- * The device that measures; may be empty.
+ * The measuring device; may be empty.
  */
 device: string, 
 /**
@@ -326,7 +326,7 @@ channels: Array<Channel>,
  */
 rate_hz: number, 
 /**
- * The recipe by which the stream was computed; empty for a raw stream.
+ * How the stream was computed, as a recipe; empty for a raw stream.
  */
 method: string, 
 /**
@@ -399,7 +399,7 @@ export type StreamHealth = {
  */
 stream: number, 
 /**
- * `never`, `ok`, `degraded`, `stale` or `dead`.
+ * The state: `never`, `ok`, `degraded`, `stale` or `dead`.
  */
 state: string, 
 /**
@@ -535,8 +535,8 @@ stream: number,
  */
 t: number, 
 /**
- * `phase`, `marker`, `report`, `beat`, `response`, `breath`, `burst`, `blink`, `intervention`, `command`, `fault`
- * or `clock`.
+ * The kind: `phase`, `marker`, `report`, `beat`, `response`, `breath`, `burst`, `blink`, `intervention`,
+ * `command`, `fault` or `clock`.
  */
 kind: string, 
 /**
@@ -590,7 +590,7 @@ who: string,
  */
 why: string, 
 /**
- * `raised`, `answered`, `unknown` or `over`.
+ * The stage: `raised`, `answered`, `unknown` or `over`.
  */
 stage: string, 
 /**
@@ -939,7 +939,7 @@ export type Absence = {
  */
 subject: string, 
 /**
- * `person` or `robot`.
+ * The kind of subject: `person` or `robot`.
  */
 about: string, 
 /**
@@ -1092,8 +1092,8 @@ stream: number,
  */
 points_per_sec: number, 
 /**
- * For a camera: whether landmarks are drawn on its pictures. Then the pictures with landmarks are sent, as soon
- * as the landmarks have arrived; all pictures while there are none.
+ * For a camera: whether landmarks are drawn on its pictures. If so, pictures are sent as soon as their landmarks
+ * have arrived; without any landmarks, all pictures are sent.
  */
 with_points: boolean, };
 

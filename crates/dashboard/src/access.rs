@@ -14,7 +14,7 @@ use crate::wire::Right;
 /// The cookie that holds a browser's token.
 pub const COOKIE_NAME: &str = "teampulse_token";
 
-/// What a client may do, and where it connects from.
+/// The permissions of a client, and the address from which it connects.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grant {
     /// The right of the client.

@@ -44,7 +44,7 @@ impl Assets {
         Assets(ASSETS.iter().map(|asset| gzip(asset.bytes).into()).collect())
     }
 
-    /// Answers with the file at a path; `None` where there is none.
+    /// Answers with the file at a path; `None` if there is none.
     pub fn answer(&self, path: &str, headers: &HeaderMap) -> Option<Response> {
         let place = ASSETS.iter().position(|asset| asset.path == path)?;
         let asset = &ASSETS[place];

@@ -16,7 +16,7 @@ const KEPT_BYTES: usize = 16 << 20;
 /// two, but no longer than the second constant.
 const AWAITED_SECS: f64 = 2.0;
 const LONGEST_SECS: f64 = 5.0;
-/// Half the assumed frame period of a camera of which only one picture is kept [s].
+/// Half the assumed frame period of a camera with only one kept picture [s].
 const HALF_PERIOD_SECS: f64 = 1.0 / 60.0;
 
 /// The state of each camera.

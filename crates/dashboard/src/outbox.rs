@@ -35,7 +35,7 @@ pub enum StateKind {
     Sample,
 }
 
-/// A kind of message of which only the newest waits.
+/// A kind of message; only the newest of each kind waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Slot {
     /// The state of the recording.
@@ -137,7 +137,7 @@ impl Outbox {
         self.wake.notify_one();
     }
 
-    /// Replaces a message of which only the newest is kept.
+    /// Replaces a message of a kind for which only the newest is kept.
     pub fn replace(&self, slot: Slot, text: impl Into<Utf8Bytes>) {
         self.lock().slots.insert(slot, text.into());
         self.wake.notify_one();

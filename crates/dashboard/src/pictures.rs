@@ -37,7 +37,7 @@ pub struct Picture {
 /// How a picture depends on others of its stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// A picture that is no frame of a video.
+    /// A picture that is not part of a video.
     Alone,
     /// A key frame of video: it depends on no other frame.
     First,

@@ -29,7 +29,7 @@ use crate::replay::timeline::MOST_EVENTS;
 use crate::wire::waves::Wave;
 use crate::wire::{Ended, FromServer, Machine, known as known_number};
 
-/// The intervals at which readings are sent to clients that draw them, and to those that don't [s].
+/// The intervals at which readings are sent: to clients that draw them, and to other clients [s].
 const PACES: [f64; 2] = [1.0 / 30.0, 1.0];
 
 /// The time after which a stream that was not received counts as missing [s]: as long as `teampulse check` listens.

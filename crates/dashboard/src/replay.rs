@@ -32,7 +32,7 @@ use crate::wire::{Event, FromServer, Timeline};
 const LOOK: Duration = Duration::from_millis(15);
 /// How far back to read to show a given time: every stream's health is recorded twice a minute.
 const BEFORE: Duration = Duration::from_secs(120);
-/// How far back to look for pictures, of which the newest is shown.
+/// How far back to look for the newest picture.
 const BEFORE_PICTURES: Duration = Duration::from_secs(2);
 /// How far back to look for a key frame of video: first nearby, then further away.
 const BEFORE_VIDEO: [Duration; 3] =
@@ -168,7 +168,7 @@ struct Showing<'a> {
     playhead: &'a Playhead,
     recording: &'a dyn Recording,
     relay: Relay,
-    /// The records from the position on, except for pictures, of which less is read to show a given time.
+    /// The records from the position on, except for pictures, which are not read as far back to show a given time.
     ahead: Ahead<'a>,
     /// The pictures from the position on.
     pictures: Ahead<'a>,
@@ -311,8 +311,8 @@ impl<'a> Showing<'a> {
     }
 }
 
-/// Whether an event was already sent with the timeline, as it was recorded long after it happened, like the annotation
-/// of a span.
+/// Whether an event was already sent with the timeline: one that was recorded long after it happened, such as the
+/// annotation of a span.
 fn is_known(record: &Record, known_until: Option<Time>) -> bool {
     let Data::Event(event) = &record.sample.data else { return false };
     !is_minor(event) && known_until.is_some_and(|until| record.sample.measured < until)

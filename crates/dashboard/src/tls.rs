@@ -20,7 +20,7 @@ pub enum TlsError {
     /// A file can't be read.
     #[error("read {path}: {error}")]
     Unreadable {
-        /// Which of the two files.
+        /// Whether this is the certificate or the key.
         file: TlsFile,
         /// The file.
         path: PathBuf,
@@ -30,11 +30,11 @@ pub enum TlsError {
     /// A file is not PEM, or does not contain what it should.
     #[error("read {path}: {why}")]
     Malformed {
-        /// Which of the two files.
+        /// Whether this is the certificate or the key.
         file: TlsFile,
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong with the file.
         why: String,
     },
     /// The key does not belong to the certificate.
@@ -47,10 +47,10 @@ pub enum TlsError {
     },
 }
 
-/// One of the two files.
+/// One of the two files for https.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TlsFile {
-    /// The certificate, followed by those that sign it.
+    /// The certificate, followed by the certificates that sign it.
     Certificate,
     /// The private key of the certificate.
     Key,

@@ -50,7 +50,7 @@ pub struct Aligned {
     aligner: Aligner,
 }
 
-/// One stream of the table.
+/// A stream of the table.
 struct Member {
     stream: Stream,
     source: SourceId,

@@ -37,7 +37,8 @@ pub struct Dashboard {
     /// A file with one token per line: `watch`, `mark` or `control`, then 16 or more letters and digits. A viewer opens
     /// `/?token=…`; programs send it as `Authorization: Bearer …`.
     pub tokens: Option<PathBuf>,
-    /// A certificate in PEM, followed by those that sign it; with it, the dashboard is served over https. Needs `key`.
+    /// A certificate in PEM, followed by the certificates that sign it; with it, the dashboard is served over https.
+    /// Needs `key`.
     pub certificate: Option<PathBuf>,
     /// The private key of the `certificate` in PEM, without a passphrase.
     pub key: Option<PathBuf>,

@@ -69,7 +69,7 @@ pub struct SinkContext {
     pub bag_ended: Ended,
     /// The growth of the bag on disk.
     pub growth: Growth,
-    /// What the recording from which this session is computed has lost to damage.
+    /// What was lost to damage in the recording from which this session is computed.
     pub damage: Option<String>,
     /// Whether the recording comes from another program, which does not record the end of a session.
     pub is_imported: bool,

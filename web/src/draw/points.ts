@@ -18,7 +18,7 @@ export function placed(picture: Size, box: Size): { scale: number; left: number;
   return { scale, left: (box.w - scale * picture.w) / 2, top: (box.h - scale * picture.h) / 2 };
 }
 
-/** Draws landmarks over their picture in a box; those outside the picture are left out. */
+/** Draws landmarks over their picture in a box; landmarks outside the picture are left out. */
 export function drawFound(x: CanvasRenderingContext2D, all: readonly Drawn[], picture: Size, box: Size, ground: string): void {
   const { scale, left, top } = placed(picture, box);
   // The centre of a picture's first pixel is 0, 0.

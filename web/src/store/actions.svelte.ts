@@ -9,7 +9,7 @@ const KEPT = 50;
 /** A user action on this page, and its outcome. */
 export interface Done {
   reference: string;
-  /** `mark`, `span`, `note`, `acknowledge`, `report` or the verb of another command. */
+  /** The kind of action: `mark`, `span`, `note`, `acknowledge`, `report` or the verb of another command. */
   verb: string;
   /** The marker's label, the note, … */
   text: string;

@@ -11,7 +11,7 @@ const POINTS = 40_000;
 /** A step between samples of a wave of this many periods is a gap. */
 const GAP_PERIODS = 2.5;
 
-/** This many additional missed runs of signals mean a slow link: a few may be left out while joining. */
+/** The number of additional missed runs of signals from which a link counts as slow: a few may be skipped while joining. */
 const SLOW = 5;
 
 const OF_THE_BODY = new Set(["beat", "breath", "response", "burst", "blink"]);

@@ -22,7 +22,7 @@ export class Moments {
     };
   }
 
-  /** Takes a sample; those of unwatched streams are dropped. */
+  /** Takes a sample; samples of unwatched streams are dropped. */
   take(stream: number, t: number, values: Values): void {
     const watchers = this.watchers.get(stream);
     if (!watchers) return;

@@ -24,7 +24,7 @@ export function readPicture(frame: ArrayBuffer): Picture | undefined {
 /** A drawable picture. */
 export type Shot = ImageBitmap | VideoFrame;
 
-/** Its width and height [px]. */
+/** The width and height of a drawable picture [px]. */
 export function sizeOf(shot: Shot): [number, number] {
   return "displayWidth" in shot ? [shot.displayWidth, shot.displayHeight] : [shot.width, shot.height];
 }
@@ -40,7 +40,7 @@ interface Newest {
   why: string;
 }
 
-/** The pictures of the session: each is decoded and drawn, and the newest kept; the server sends the next one after that. */
+/** The pictures of the session: each is decoded and drawn, and the newest is kept; then the server sends the next one. */
 export class Pictures {
   private readonly shows = new Map<number, Set<Show>>();
   private readonly newest = new Map<number, Newest>();

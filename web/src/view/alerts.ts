@@ -19,7 +19,7 @@ export interface Alert {
   unknown: boolean;
   /** The first sentence: what happened. */
   what: string;
-  /** Why. */
+  /** The cause, in a sentence. */
   why: string;
   remedy: string;
   /** The problem in a word or two, for a tile. */

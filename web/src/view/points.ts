@@ -105,7 +105,7 @@ function lids(points: Map<string, Point>): Point[][] {
   });
 }
 
-/** Points sorted by their angle around the centre, closed: no lines cross, however the lids are numbered. */
+/** Sorts points by their angle around the centre and closes the outline, so that no lines cross, however the lids are numbered. */
 function outline(points: Point[]): Point[] {
   const middle = (of: (point: Point) => number) => points.reduce((sum, point) => sum + of(point), 0) / points.length;
   const [x, y] = [middle((point) => point.x), middle((point) => point.y)];

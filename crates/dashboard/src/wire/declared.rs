@@ -22,7 +22,7 @@ pub struct Declared {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Whose {
-    /// `person`, `robot`, `team` or `session`.
+    /// The kind of subject: `person`, `robot`, `team` or `session`.
     pub about: &'static str,
     /// The id of that person or robot; empty for the team and the session.
     pub subject: String,

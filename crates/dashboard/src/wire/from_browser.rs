@@ -116,8 +116,8 @@ pub struct Wanted {
     /// The most points, or pictures, drawn per second; a faster wave is sent as pairs of its minimum and maximum, in
     /// their order. 0 for all samples.
     pub points_per_sec: f64,
-    /// For a camera: whether landmarks are drawn on its pictures. Then the pictures with landmarks are sent, as soon
-    /// as the landmarks have arrived; all pictures while there are none.
+    /// For a camera: whether landmarks are drawn on its pictures. If so, pictures are sent as soon as their landmarks
+    /// have arrived; without any landmarks, all pictures are sent.
     #[serde(default)]
     pub with_points: bool,
 }

@@ -31,7 +31,7 @@ pub enum FromServer {
         /// The samples, in order of arrival.
         samples: Vec<Sample>,
     },
-    /// Events; at the start those of the last ten minutes, and all earlier phases, faults and alerts.
+    /// Events; at the start, the events of the last ten minutes, and all earlier phases, faults and alerts.
     Events {
         /// The events, in order of arrival.
         events: Vec<Event>,
@@ -189,7 +189,7 @@ pub struct Status {
 pub struct StreamHealth {
     /// The stream's number.
     pub stream: u32,
-    /// `never`, `ok`, `degraded`, `stale` or `dead`.
+    /// The state: `never`, `ok`, `degraded`, `stale` or `dead`.
     pub state: &'static str,
     /// Why the stream is not ok; empty if it is.
     pub reason: String,
@@ -268,8 +268,8 @@ pub struct Event {
     pub stream: u32,
     /// The time of the event [s].
     pub t: f64,
-    /// `phase`, `marker`, `report`, `beat`, `response`, `breath`, `burst`, `blink`, `intervention`, `command`, `fault`
-    /// or `clock`.
+    /// The kind: `phase`, `marker`, `report`, `beat`, `response`, `breath`, `burst`, `blink`, `intervention`,
+    /// `command`, `fault` or `clock`.
     pub kind: &'static str,
     /// The label of the event, as in the bag.
     pub label: String,
@@ -303,7 +303,7 @@ pub struct Alert {
     pub who: String,
     /// The cause: `offline`, `wifi is stuck`, `HR of strap/ecg/heart above 120 1/min`.
     pub why: String,
-    /// `raised`, `answered`, `unknown` or `over`.
+    /// The stage: `raised`, `answered`, `unknown` or `over`.
     pub stage: &'static str,
     /// The urgency: `act`, `soon` or `note`; the default for the cause unless the label states the study's.
     pub tier: &'static str,

@@ -36,7 +36,7 @@ pub struct Timeline {
 pub struct Absence {
     /// The id of the person or robot.
     pub subject: String,
-    /// `person` or `robot`.
+    /// The kind of subject: `person` or `robot`.
     pub about: &'static str,
     /// The gaps, in order of time.
     pub gaps: Vec<Gap>,

@@ -18,7 +18,7 @@ pub struct Stream {
     pub about: &'static str,
     /// The id of that person or robot; empty for the team and the session.
     pub subject: String,
-    /// The device that measures; may be empty.
+    /// The measuring device; may be empty.
     pub device: String,
     /// Whether the stream was computed here; otherwise it is raw.
     pub derived: bool,
@@ -30,7 +30,7 @@ pub struct Stream {
     pub channels: Vec<Channel>,
     /// The declared rate [Hz]; 0 if none is declared or the rate is irregular.
     pub rate_hz: f64,
-    /// The recipe by which the stream was computed; empty for a raw stream.
+    /// How the stream was computed, as a recipe; empty for a raw stream.
     pub method: String,
     /// The family of the feature: `heart`, `skin`; empty for a raw stream.
     pub family: String,

@@ -108,8 +108,8 @@ impl Course {
         match course.complete {
             Complete::WithSession => Next::End,
             Complete::ByCommand { after } => {
-                // The tidy files beside this bag end with it; those of later bags are written at the end of the
-                // session.
+                // The tidy files beside this bag end with it; the tidy files of later bags are written at the end of
+                // the session.
                 self.bag.ended.report(STOPPED);
                 Next::Pause { kept: self.nothing_kept(), after }
             }

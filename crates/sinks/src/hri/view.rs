@@ -1,4 +1,4 @@
-//! What a stream shows of a person, judged by the names of its channels, and the messages to which it is converted.
+//! What a stream shows of a person, as given by the names of its channels, and the messages to which it is converted.
 
 use teampulse_core::stream::{Signal, Stream};
 use teampulse_core::time::Time;

@@ -8,7 +8,7 @@ use teampulse_core::stream::{About, Stream, Window};
 /// The estimates shown, in order.
 const SHOWN: [&str; 2] = ["workload", "arousal"];
 
-/// The newest estimates about a person, by window length [ms]; those of the shortest window are shown.
+/// The newest estimates about a person, by window length [ms]; only the shortest window is shown.
 #[derive(Debug, Default)]
 pub(super) struct Estimates(BTreeMap<u64, String>);
 

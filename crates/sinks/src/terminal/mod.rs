@@ -100,7 +100,7 @@ pub enum Estimates {
 }
 
 impl Estimates {
-    /// Whether a stream is hidden, on the terminal and from those who open the dashboard.
+    /// Whether a stream is hidden on the terminal, and from viewers of the dashboard.
     pub fn hide(self, stream: &Stream) -> bool {
         self == Estimates::Hidden && estimates::unblinds(stream)
     }

@@ -8,7 +8,7 @@ pub(super) enum Style {
     /// The terminal's default.
     #[default]
     Plain,
-    /// For what a reader looks for first.
+    /// For what should be noticed first.
     Strong,
     /// For old or minor information.
     Grey,
@@ -161,7 +161,7 @@ pub(super) fn first_columns(text: &str, columns: usize) -> &str {
     text.char_indices().find(fits).map_or(text, |(end, _)| &text[..end])
 }
 
-/// Replaces control characters and those that change the direction of text with spaces.
+/// Replaces control characters, and characters that change the direction of text, with spaces.
 pub(super) fn harmless(text: &str) -> String {
     text.replace(commands, " ")
 }

@@ -174,7 +174,7 @@ impl Row {
             })
     }
 
-    /// The duration of the event; for a phase as far as it is known, missing if its end is.
+    /// The duration of the event. For a phase it is the known or announced duration, and missing if neither exists.
     fn duration(&self, timeline: &Timeline) -> String {
         let Event { kind, duration_secs, .. } = self.event.as_ref();
         if ended_secs(&self.stream, &self.event).is_some() {

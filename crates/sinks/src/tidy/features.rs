@@ -43,8 +43,8 @@ pub(super) const COLUMNS: [(&str, Column); 11] = [
     ("reason", Column::of("Why there is no value.")),
     ("span", Column::of("`phase` if the window is a whole phase; empty if it is a part of one.")),
 ];
-/// The tolerance with which a window fits into a phase [ns]. Windows end each second by the clock of their device; with
-/// this tolerance, as many of them fit into a phase as it is long.
+/// The tolerance with which a window fits into a phase [ns]. Windows end each second by the clock of their device,
+/// which may be off from the start and end of the phase.
 const TOLERANCE_NS: i64 = 500_000_000;
 
 /// A row for each value of a window, and for the window's coverage and quality. These are windows that do not overlap,

@@ -52,7 +52,7 @@ pub(super) struct Summary {
     /// The alerts, with their counts and durations.
     alerts: AlertCounts,
     counts: Counts,
-    /// What the underlying recording has lost to damage.
+    /// What was lost to damage in the underlying recording.
     pub(super) damage: Option<String>,
 }
 

@@ -11,7 +11,7 @@ const AWAITED: u32 = 10;
 #[derive(Debug)]
 pub(super) struct Watched {
     pub(super) status: StreamStatus,
-    /// The number of statuses since the stream was first seen and, below, before that.
+    /// The number of statuses since the stream was first seen, and the number before that.
     statuses: u32,
     awaited: u32,
     /// The state that was shown last.

@@ -1,4 +1,4 @@
-//! Skin, muscles, brain, breath, temperature and movement.
+//! The meanings of measures of skin, muscles, brain, breath, temperature and movement.
 
 use super::Meaning;
 

@@ -78,7 +78,8 @@ impl StreamSummary {
         }
     }
 
-    /// Takes the state in a second, of a stream whose silence would be a fault, with the current phase if there is one.
+    /// Takes the stream's state in one second, with the current phase if there is one; only for streams whose silence
+    /// would be a fault.
     pub(super) fn take_state(&mut self, state: State, phase: Option<&str>) {
         // A stream is declared a moment before its first sample.
         if state == State::Never && !std::mem::replace(&mut self.was_awaited, true) {
