@@ -24,7 +24,7 @@ device = {{ {device} }}
     [
         ("battery_percent = 70", 0, "contact  ok    heart_rate_strap of p001 touches the skin"),
         ("battery_percent = 12", 5, "missing  battery of heart_rate_strap of p001: 12 %"),
-        ('faults = [{ at_secs = 0, fault = "off" }]', 5, "missing  contact of heart_rate_strap of p001"),
+        ('faults = [{ at_secs = 0, fault = "off" }]', 5, "missing  heart_rate_strap of p001 has no skin contact"),
     ],
     ids=["a strap that is worn", "a battery that is low", "a strap that is off"],
 )

@@ -109,7 +109,7 @@ def test_what_is_done_in_a_browser_is_in_the_bag_at_its_moment(stage):
                 await browser.hear("echo", reference=reference)
             await browser.say("command", reference="e", text="stop", at=None)
             refused = await browser.hear("refused", reference="e")
-            assert "list `stop` below [commands] in `dashboard`" in refused["reason"]
+            assert "add `stop` to `dashboard` below [commands]" in refused["reason"]
             return hello["began_unix_ms"] / 1e3, clicked
 
     began, clicked = asyncio.run(act())

@@ -99,4 +99,4 @@ def test_what_the_study_does_not_allow_is_refused_with_the_setting(stage, viewed
     viewed("[]", port=8766)
     lines = harness.eventually(lambda: heard(stage, 8766, 1, "robot lost", "/teampulse/status"))
     refused = [line["status"] for line in lines if line.get("level") == 2]
-    assert refused and "list `mark` below [commands] in `foxglove`" in refused[0], lines
+    assert refused and "add `mark` to `foxglove` below [commands]" in refused[0], lines

@@ -160,9 +160,9 @@ def test_a_wristband_is_joined_by_presses_of_its_button(stage, heart, figure):
     assert abs(off_ms) <= 5
     other = joined(stage, "e4.zip", session, "--at", "clap")
     assert other.returncode != 0 and 'the session has no marker "clap"' in other.stderr, other.stderr
-    assert 'its markers are `tap`: write --at "tap"' in other.stderr, other.stderr
+    assert 'its markers are `tap`: give --at "tap"' in other.stderr, other.stderr
     other = joined(stage, "e4.zip", session, "--at", "tap=nope")
-    assert other.returncode != 0 and 'its markers are `tag`: write --at "tap=tag"' in other.stderr, other.stderr
+    assert other.returncode != 0 and 'its markers are `tag`: give --at "tap=tag"' in other.stderr, other.stderr
     other = joined(stage, "e4.zip", session, "--at", "=")
     assert other.returncode != 0 and "expected the label of markers in the session" in other.stderr, other.stderr
 

@@ -2,8 +2,8 @@
 
 use std::env;
 
-/// Folds functions whose code is the same: half a megabyte. The linker of Rust's toolchain for this target can do it;
-/// that of others may not.
+/// Folds functions with identical code, which saves half a megabyte. The linker of Rust's toolchain for this target can
+/// do this; linkers of other targets may not.
 #[expect(clippy::disallowed_methods, reason = "the environment is how Cargo says what is built")]
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

@@ -76,7 +76,7 @@ impl Absent {
 
     fn add_to(&self, summary: &Path) -> io::Result<()> {
         let page = std::fs::read_to_string(summary)?;
-        // Written beside the page first: on a full disk the old page is kept.
+        // Written next to the page first: on a full disk, the old page is kept.
         let new = summary.with_extension("md.new");
         private::write(&new, self.added_to(&page))
             .and_then(|()| std::fs::rename(&new, summary))

@@ -146,7 +146,7 @@ mod tests {
         assert_eq!(
             behind,
             "clock    off   camera  -201.0 ms ± 1.0 ms by its stamps: its stamps lie 201.0 ms \
-             before their arrival: a slow stream, or a clock that is behind; run teampulse there to measure it, or synchronise it"
+             before their arrival: the stream is slow, or the clock is behind; run teampulse there to measure the clock, or synchronise it"
         );
     }
 

@@ -12,12 +12,12 @@ pub enum Exit {
     Failed = 1,
     /// The arguments are invalid.
     BadArguments = 2,
-    /// The command finished, but data was lost inside teampulse: in a queue or on the disk. Losses before the data
-    /// reached teampulse are reported in the summary and do not change the exit code.
+    /// The command finished, but data was lost inside teampulse, in a queue or on the disk, or a feature or a worker
+    /// failed for good. Losses on the way to teampulse are reported in the summary and do not change the exit code.
     DataLost = 3,
     /// The study is invalid.
     BadStudy = 4,
-    /// A device, robot or person of the study is missing, or was missing during the whole session.
+    /// A device, robot, person or LSL stream of the study is missing, or was missing during the whole session.
     DeviceMissing = 5,
 }
 

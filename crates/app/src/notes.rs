@@ -53,7 +53,7 @@ fn of_robots(study: &Study) -> Vec<String> {
         } else {
             format!(
                 "the robots of {narrow} are also those of {wide}, which is listed first: a topic that both take is \
-                 read with the settings of {wide}; list {narrow} first"
+                 read with the earlier settings; list {narrow} first"
             )
         })
     });
@@ -369,13 +369,13 @@ mod tests {
     #[test]
     fn a_phase_without_a_start_is_reported() {
         let study = format!("{PEOPLE}[[phases]]\nname = \"baseline\"\nlasts_secs = 60\n");
-        assert!(notes(&study).starts_with("the phase `baseline` has no from_secs: it begins with"));
+        assert!(notes(&study).starts_with("the phase `baseline` has no from_secs: start it with"));
     }
 
     #[test]
     fn a_missing_baseline_is_reported_where_people_are_recorded() {
         assert_eq!(notes(&phase("baseline")), "");
-        assert!(notes(&phase("Baseline")).contains("write `baseline`"));
+        assert!(notes(&phase("Baseline")).contains("name it `baseline`"));
         assert!(notes(&phase("rest")).contains("no phase is named `baseline`"));
         assert!(notes(PEOPLE).contains("no phases"));
         assert_eq!(

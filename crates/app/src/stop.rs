@@ -70,7 +70,7 @@ impl Stop {
         }
     }
 
-    /// Counts signals. A third Ctrl-C ends the process at once; SIGTERM never does, as the kernel may send several
+    /// Counts signals. A third Ctrl-C ends the process immediately; SIGTERM never does, as the kernel may send several
     /// when a parent process ends.
     fn hear_signals(&self) {
         let interrupts = [(SignalKind::interrupt(), 3), (SignalKind::terminate(), 2)];

@@ -428,7 +428,7 @@ impl Study {
             ("[[…]]", "array of tables")
         };
         let error = SettingsError::new(format!("`{key}` is not {written}"));
-        let hint = format!("it is an {shape}: begin each with [[{key}]]");
+        let hint = format!("expected: {shape}; start each with [[{key}]]");
         Err(self.wrong(error.with_hint(hint), Some(value.span())))
     }
 

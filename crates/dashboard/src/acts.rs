@@ -443,6 +443,9 @@ mod tests {
             assert_eq!(refusal.cause, Cause::Invalid);
         }
         let hint = check_time(-5.0, 20.0).expect_err("before the session").hint;
-        assert!(hint.starts_with("expected seconds of the session from 0.0 to 20.0"), "{hint}");
+        assert!(
+            hint.starts_with("expected seconds since the session began, 0.0 to 20.0"),
+            "{hint}"
+        );
     }
 }

@@ -287,7 +287,7 @@ async fn what_is_no_message_is_refused_and_hurts_nobody_else() {
             break;
         }
     }
-    assert!(flooding.ended().await.contains("more than 100 messages a second"));
+    assert!(flooding.ended().await.contains("more than 100 messages per second"));
     stage.happen(EventKind::Marker, "after");
     good.event("after").await;
 }

@@ -228,7 +228,7 @@ for line in sys.stdin:
     };
     let asked = ("page:the_tablet do nback start 2".to_owned(), 7);
     assert_eq!(labels(EventKind::Command), [asked]);
-    assert!(labels(EventKind::Fault)[0].0.contains("list `stop` below [commands] in `page`"));
+    assert!(labels(EventKind::Fault)[0].0.contains("add `stop` to `page` below [commands]"));
 }
 
 #[tokio::test]

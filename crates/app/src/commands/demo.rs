@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn each_demo_on_a_machine_has_its_own_domain() {
-        // Names of this test only: a demo may run beside it.
+        // Names used by this test only, since a demo may be running at the same time.
         let prefix = format!("teampulse_test_{}", std::process::id());
         let domain = |taken: &Option<Taken>| taken.as_ref().map(|taken| taken.domain);
         let first = take_domain(&prefix);

@@ -333,7 +333,10 @@ mod tests {
             assert_eq!(has_rows(&table), is_filled, "{text}");
         }
         let note = no_row(0.01, 52.04);
-        assert!(note.contains("they are 100.0 s apart, and the recording lasts 52.0 s"), "{note}");
+        assert!(
+            note.contains("rows would be 100.0 s apart, and the recording lasts 52.0 s"),
+            "{note}"
+        );
     }
     fn stream(name: &str, text: &str) -> Stream {
         let schema = Schema {

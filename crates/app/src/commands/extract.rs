@@ -53,7 +53,7 @@ const fn tolerances_secs(signal: Signal) -> &'static [f64] {
     }
 }
 
-/// The most cells held in memory at once: half a gigabyte, of which an analysis needs several copies.
+/// The most cells held in memory: half a gigabyte, and an analysis needs several copies.
 const MOST_CELLS: usize = 1 << 26;
 
 /// The duration by sample count and the duration by times agree if they differ by less than this fraction.

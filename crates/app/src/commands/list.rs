@@ -130,7 +130,7 @@ mod tests {
             ("bag", "on_failure", "(default \"retry\")"),
             ("bag", "tidy", "(default true)"),
             ("bag", "keep_free_mib", "(default 64)"),
-            ("bag", "fallback", "can be recorded there."),
+            ("bag", "fallback", "it can't be started there."),
         ] {
             assert!(reported(SINKS, kind, name).ends_with(end), "{kind}: {name}");
         }

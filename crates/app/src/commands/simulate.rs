@@ -51,7 +51,7 @@ pub struct Simulate {
     /// The seed of all random numbers, instead of the study's
     #[arg(long)]
     seed: Option<u64>,
-    /// The ROS domain, or another bus as KIND:ADDRESS; by default that of the study's session, or the domain of
+    /// The ROS domain, or another bus as KIND:ADDRESS; by default the one of the study's session, or the domain of
     /// `ROS_DOMAIN_ID`, else 0
     #[arg(long, value_name = "ID")]
     domain: Option<BusId>,

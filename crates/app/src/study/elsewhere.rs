@@ -9,7 +9,7 @@ use super::header;
 /// The most kinds of one component that are listed.
 const MOST_KINDS: usize = 4;
 
-/// Returns where a setting of this name belongs; `None` if there is no such place, or too many.
+/// Returns where a setting of this name belongs; `None` if no table has it.
 pub(super) fn belongs(word: &str) -> Option<String> {
     let schema = schema::study();
     let study = schema["properties"].as_object()?;

@@ -55,7 +55,7 @@ impl Shown<'_> {
         }
     }
 
-    /// Marks where the span starts and ends, given the study's byte at which the next text lies.
+    /// Records where the span starts and ends in the shown text; `at` is the byte of the study that comes next.
     fn reach(&mut self, at: usize) {
         let here = self.text.len();
         if at >= self.span.start {

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use teampulse_core::counted::counted;
 use teampulse_core::stream::{About, Shape, Stream};
 
 /// Returns notes on the streams that were received.
@@ -23,7 +24,7 @@ fn undefined<'a>(streams: impl Iterator<Item = &'a Stream>) -> impl Iterator<Ite
         let first = topics.first().copied().unwrap_or_default();
         let others = match topics.len() {
             1 => String::new(),
-            count => format!(" and {} others", count - 1),
+            count => format!(" and {}", counted(count as u64 - 1, "other", "others")),
         };
         format!(
             "{first}{others}: no definition of {name} was found, so it is recorded as bytes that other tools can't read; set `messages` in [session] to the folder with its definition"
@@ -80,7 +81,7 @@ mod tests {
         let streams = [message("/r1/a", ""), message("/r1/b", ""), message("/r1/c", "bool x")];
         let notes = notes(streams.iter());
         assert_eq!(notes.len(), 1, "{notes:?}");
-        assert!(notes[0].starts_with("/r1/a and 1 others: no definition of own_msgs/msg/State"));
+        assert!(notes[0].starts_with("/r1/a and 1 other: no definition of own_msgs/msg/State"));
     }
 
     #[test]

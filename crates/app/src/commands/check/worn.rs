@@ -91,7 +91,7 @@ fn life_hours(device: &str) -> Option<f64> {
     LIVES_HOURS.iter().find(|(name, _)| *name == device).map(|(_, hours)| *hours)
 }
 
-/// Returns the total duration of a study's phases \[s\]; `None` if a phase has no end.
+/// Returns the time from the start of the session to the last known end of a phase \[s\]; `None` if no phase has an end.
 pub fn planned_secs(phases: &[Phase]) -> Option<f64> {
     let mut end_secs = None;
     for phase in phases {
@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn a_strap_without_contact_is_no_go_and_one_that_does_not_measure_it_is_not() {
         assert_eq!(found(&[contact(1.0)], None).missing, Vec::<String>::new());
-        assert!(found(&[contact(0.0)], None).missing[0].starts_with("contact of heart_rate_strap"));
+        assert!(found(&[contact(0.0)], None).missing[0].contains("has no skin contact"));
         assert_eq!(found(&[contact(f64::NAN)], None), Found::default());
     }
 

@@ -9,9 +9,9 @@ use super::table::{Oddity, Row};
 pub struct OddIntervals {
     left_out: Oddity,
     long: Oddity,
-    /// Intervals that start before the previous beat, where times are those of beats.
+    /// Intervals that start before the previous beat, if times are times of beats.
     overlapping: Oddity,
-    /// Whether times are those of the beats at the end of the intervals.
+    /// Whether each time is that of the beat that ends the interval.
     are_of_beats: bool,
     /// The end of the latest interval [ms]; NaN before the first.
     end_ms: f64,

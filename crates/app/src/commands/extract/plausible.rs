@@ -199,7 +199,7 @@ mod tests {
             plausible.note()
         };
         let ticks = note(Signal::Interval, 219.0).unwrap();
-        assert!(ticks.contains("219 ms, is a heart rate of 274 a minute"), "{ticks}");
+        assert!(ticks.contains("219 ms, means a heart rate of 274 per minute"), "{ticks}");
         assert_eq!((note(Signal::Interval, 300.0), note(Signal::Ecg, 219.0)), (None, None));
     }
 

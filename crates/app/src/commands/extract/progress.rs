@@ -27,7 +27,7 @@ impl Progress {
         Progress { bar }
     }
 
-    /// Shows the number of rows that were read, and the share of the file.
+    /// Shows from time to time the share of the file that was read.
     pub fn reading(&self, rows: usize, share: impl FnOnce() -> Option<f64>) {
         if rows.is_multiple_of(ROWS)
             && let Some(share) = share()

@@ -26,7 +26,7 @@ pub struct Report {
     score: Option<Vec<Score>>,
 }
 
-/// One value of one window.
+/// A value computed over a window.
 #[derive(Debug, Serialize)]
 struct Row {
     name: String,
@@ -41,7 +41,7 @@ struct Row {
     reason: Option<String>,
 }
 
-/// One value around one event.
+/// A value computed around an event.
 #[derive(Debug, Serialize)]
 struct EventRow {
     name: String,

@@ -12,7 +12,7 @@ use super::times::Times;
 use crate::exit::Exit;
 use crate::failure::Failure;
 
-/// The number of intervals that decide whether their times are those of beats.
+/// The number of intervals from which it is decided whether their times are times of beats.
 const BEATS: usize = 64;
 /// Combined rounding error of a time and an interval [ms].
 const ROUNDING_MS: f64 = 2.5;
@@ -52,8 +52,8 @@ impl Rows {
         Ok(Rows { table, scaling, times, are_of_beats, plausible, intervals })
     }
 
-    /// Whether the times of intervals are those of the beats that end them, as in the files of an E4 and in our own;
-    /// otherwise they are the times at which a strap sent the intervals.
+    /// Whether the time of each interval is that of the beat that ends it, as in the files of an E4 and in our own;
+    /// otherwise it is the time at which a strap sent the interval.
     pub fn are_of_beats(&self) -> bool {
         self.are_of_beats
     }
@@ -282,10 +282,10 @@ mod tests {
             rows(signal, text, Some(unit)).map(|_| ()).map_err(|failure| failure.words())
         };
         let (message, hint) = rated(Signal::Ecg, "banana").unwrap_err();
-        assert_eq!(message, "--unit banana of ecg is not a known unit");
+        assert_eq!(message, "--unit banana for ecg is not a known unit");
         assert!(hint.contains("mV, V"), "{hint}");
         let (message, _) = rated(Signal::Ecg, "uS").unwrap_err();
-        assert_eq!(message, "--unit uS of ecg is not a unit of voltage");
+        assert_eq!(message, "--unit uS for ecg is not a unit of voltage");
         for unit in ["mV", "uV", "millivolts", "counts", "1"] {
             assert!(rated(Signal::Ecg, unit).is_ok(), "{unit}");
         }

@@ -4,8 +4,8 @@ use teampulse_features::analyses::Analysis;
 
 use super::table::{Grid, Row, Table};
 
-/// The times of successive rows: from a column of times; otherwise from the rate, starting at zero; for intervals, from
-/// their sum.
+/// The times of successive rows: from a column of times; otherwise from the rate, starting at the table's start time or
+/// at zero; for intervals, from their sum.
 pub struct Times {
     signal: &'static Analysis,
     rate_hz: f64,

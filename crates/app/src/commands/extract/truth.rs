@@ -9,9 +9,9 @@ use crate::failure::Failure;
 
 /// True events that an expert marked.
 pub enum Marks {
-    /// Their positions [samples].
+    /// Positions of the events [samples].
     Samples(Vec<f64>),
-    /// Their times [s].
+    /// Times of the events [s].
     Secs(Vec<f64>),
 }
 
@@ -242,7 +242,7 @@ mod tests {
         let Ok((Marks::Samples(places), Some(note))) = read("0.5\n1.4\n") else {
             panic!("a column without a name holds sample numbers, with a note")
         };
-        assert!(places == [0.5, 1.4] && note.contains("taken as sample numbers"), "{note}");
+        assert!(places == [0.5, 1.4] && note.contains("read as sample numbers"), "{note}");
         let hint = read("when\n1\n").err().unwrap();
         assert!(hint.contains("--truth") && hint.contains("`onset`"), "{hint}");
     }
@@ -253,7 +253,7 @@ mod tests {
         assert_eq!(placed(&[1001.0, 1002.0]), (vec![10.0, 20.0], None));
         let (places, note) = placed(&[1.0, 2.0]);
         assert_eq!(places, [10.0, 20.0]);
-        assert!(note.is_some_and(|note| note.contains("after the first sample")));
+        assert!(note.is_some_and(|note| note.contains("from the first sample")));
         let (_, note) = placed(&[5000.0]);
         assert!(
             note.is_some_and(|note| note.contains("no event of --truth is within the recording"))

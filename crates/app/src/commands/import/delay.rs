@@ -37,7 +37,7 @@ pub(super) fn delay(
         (Kind::Beats, Kind::Pulses) => arrival,
         (Kind::Beats, Kind::PulseIntervals) => to_peak,
         (Kind::Beats, _) => BETWEEN_ECGS,
-        // The session's pulses are timed at their peaks, like those of the recording.
+        // The session's pulses are timed at their peaks, and so are the recording's.
         (Kind::Pulses, Kind::Pulses) => BETWEEN_PLACES,
         (_, Kind::Pulses | Kind::PulseIntervals) => Latency::new(0.0, PULSE_RISE.uncertainty_secs),
         (_, _) => Latency::new(-to_peak.secs, to_peak.uncertainty_secs),

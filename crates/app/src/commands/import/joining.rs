@@ -396,7 +396,7 @@ mod tests {
             clock(Some(-0.5), None),
             "its clock was 0.500 s ahead, and the recording is too short to show its skew"
         );
-        assert_eq!(clock(None, slow), "its clock has no date, and was +3.0 ± 0.1 ppm slow");
+        assert_eq!(clock(None, slow), "its clock has no date and was +3.0 ± 0.1 ppm slow");
         assert_eq!(
             clock(None, None),
             "its clock has no date, and the recording is too short to show its skew"

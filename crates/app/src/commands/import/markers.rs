@@ -128,7 +128,7 @@ mod tests {
         let form = |label: &str| format!("tap={label}");
         let (message, hint) = none_in("e4.zip", Some("nope"), &known, form).words();
         assert_eq!(message, "e4.zip has no marker \"nope\"");
-        assert_eq!(hint, "its markers are `clap`, `tag`: write --at \"tap=clap\"");
+        assert_eq!(hint, "its markers are `clap`, `tag`: give --at \"tap=clap\"");
         let (_, hint) = none_in("e4.zip", None, &BTreeSet::new(), form).words();
         assert_eq!(hint, "it has no markers: without --at heartbeats or movement are matched");
     }

@@ -7,7 +7,7 @@ use teampulse_messages::convert::type_name;
 
 use crate::commands::info::damage;
 
-/// The most topics that are named: those with the most messages.
+/// The most topics listed: those with the most messages.
 const MOST_TOPICS: usize = 16;
 
 /// Describes the contents of a ROS recording.

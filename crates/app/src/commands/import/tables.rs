@@ -23,7 +23,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::output;
 
-/// The longest run of samples [s]: the stamp of its first sample lies within one second of its arrival, and so is
+/// The longest run of samples [s]: the stamp of its first sample is within one second of its arrival, and so is
 /// trusted.
 const RUN_SECS: f64 = 0.9;
 /// A sample that comes more than this many periods after the previous one starts another run.
@@ -48,7 +48,7 @@ pub struct Asked {
     /// The pseudonym of the person who was measured; by default `p001`
     #[arg(long, value_name = "ID", value_parser = person)]
     person: Option<String>,
-    /// The device that measured; by default the one that its file states, or `table`
+    /// The measuring device; by default the one that its file states, or `table`
     #[arg(long, value_name = "NAME", default_value = TABLE, value_parser = token)]
     device: String,
 }
@@ -56,7 +56,7 @@ pub struct Asked {
 /// Parses the id of a person, as in a study: a letter, then letters, digits and `_`.
 fn person(text: &str) -> Result<String, String> {
     token(&text.to_ascii_lowercase()).map(|_| text.to_owned()).map_err(|_error| {
-        "expected at most 64 characters of a-z, A-Z, 0-9 and _, beginning with a letter".into()
+        "expected at most 64 characters of a-z, A-Z, 0-9 and _, starting with a letter".into()
     })
 }
 
@@ -68,7 +68,7 @@ fn token(text: &str) -> Result<String, String> {
     if is_token {
         Ok(text.to_owned())
     } else {
-        Err("expected at most 64 characters of a-z, 0-9 and _, beginning with a letter".into())
+        Err("expected at most 64 characters of a-z, 0-9 and _, starting with a letter".into())
     }
 }
 

@@ -12,7 +12,7 @@ use teampulse_formats::{Content, Run};
 
 use super::imported::Imported;
 
-/// Samples within this time are sent together [s]: the stamp of the first lies within one second of its arrival, and so
+/// Samples within this time are sent together [s]: the stamp of the first is within one second of its arrival, and so
 /// is trusted.
 const PIECE_SECS: f64 = 0.9;
 

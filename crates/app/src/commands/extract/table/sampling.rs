@@ -27,7 +27,7 @@ const STEADY: f64 = 0.5;
 const GAP: f64 = 2.5;
 /// The share of steps that are no longer than a usual step.
 const USUAL: f64 = 0.9;
-/// The spans that are compared, by their number of rows: the longest of which there are enough.
+/// The numbers of rows that a span may have; the longest spans that occur often enough are compared.
 const SPANS: [usize; 4] = [64, 16, 4, 1];
 /// The span from which the jitter is estimated [rows].
 const SHORT_SPAN: usize = 8;
@@ -36,8 +36,8 @@ const SEARCHED: usize = 4096;
 const BLOCK: usize = 256;
 /// The minimum coherence of stamps with a period, from 0 to 1, at which the period is trusted.
 const COHERENT: f64 = 0.25;
-/// Stamps are even if at most this share of steps deviates from the period by at least this share of it. They stay even
-/// at a given rate that differs by less than this share.
+/// The largest share of steps that may deviate from the period, by at least the second share of it, in even stamps; at
+/// a given rate, stamps stay even if it differs from their own by less than the third share.
 const UNEVEN: f64 = 0.01;
 const EVEN_STEP: f64 = 0.5;
 const SAME_RATE: f64 = 0.05;
@@ -69,7 +69,7 @@ impl Sampling {
         Some(Sampling { is_even: sampling.shared <= 1.0 && stamps.are_even(sampling), ..sampling })
     }
 
-    /// Whether rows that share stamps come steadily: they have several different stamps, and none deviates from its
+    /// Whether rows that share stamps arrive steadily: they have several different stamps, and none deviates from its
     /// stamp by as much as half the time to the next.
     pub fn is_steady(&self, rows: usize) -> bool {
         let times = rows as f64 / self.shared;
@@ -205,8 +205,8 @@ impl Stamps<'_> {
         Sampling { rate_hz: 1e9 * (1.0 + missing) / mean_ns, ..seen }
     }
 
-    /// Finds the longest period, up to this one [ns], of which the stamps are multiples; returns their coherence, then
-    /// the period.
+    /// Finds the longest period up to this one [ns] that fits the stamps, which are multiples of it; returns their
+    /// coherence and the period.
     fn coherent(&self, longest_ns: f64) -> (f64, f64) {
         let blocks: Vec<&[i64]> = {
             let blocks = self.segments.iter().flat_map(|segment| segment.chunks(BLOCK));
@@ -244,7 +244,7 @@ impl Stamps<'_> {
         peak.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, longest_ns))
     }
 
-    /// The unit of the stamps [ns], of which all steps are multiples.
+    /// The unit of the stamps [ns]: all steps are multiples of it.
     fn unit_ns(&self) -> f64 {
         let steps = self.segments.iter().flat_map(|segment| segment.windows(2));
         let steps_ns = steps.map(|pair| pair[1].abs_diff(pair[0]));

@@ -45,7 +45,7 @@ fn timed(step_ms: usize) -> String {
 fn a_rate_that_overrides_times_is_reported() {
     let [note] = &notes(Signal::Ecg, timed(4), Some(130.0))[..] else { panic!("one note") };
     assert!(note.starts_with("--rate (130 Hz) is used, not the times in column time_ms (250 Hz)"));
-    assert!(note.ends_with("unless --time \"time_ms\" is given"), "{note}");
+    assert!(note.ends_with("give --time \"time_ms\" to use the times"), "{note}");
     assert!(
         notes(Signal::Ecg, timed(4), None)[0].starts_with("times are read from column time_ms")
     );
