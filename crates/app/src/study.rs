@@ -423,12 +423,12 @@ impl Study {
             return Ok(());
         }
         let (written, shape) = if key == "simulate" {
-            ("[simulate]", "table")
+            ("[simulate]", "expected a table: start it with")
         } else {
-            ("[[…]]", "array of tables")
+            ("[[…]]", "expected an array of tables: start each with")
         };
         let error = SettingsError::new(format!("`{key}` is not {written}"));
-        let hint = format!("expected: {shape}; start each with [[{key}]]");
+        let hint = format!("{shape} {}", header(key));
         Err(self.wrong(error.with_hint(hint), Some(value.span())))
     }
 

@@ -130,6 +130,6 @@ mod tests {
         assert_eq!(message, "e4.zip has no marker \"nope\"");
         assert_eq!(hint, "its markers are `clap`, `tag`: give --at \"tap=clap\"");
         let (_, hint) = none_in("e4.zip", None, &BTreeSet::new(), form).words();
-        assert_eq!(hint, "it has no markers: without --at heartbeats or movement are matched");
+        assert_eq!(hint, "it has no markers: omit --at to match heartbeats or movement");
     }
 }
