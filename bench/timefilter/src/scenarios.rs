@@ -2,8 +2,10 @@
 //! they know their own uncertainty; and the results of LSL and `pyxdf` for the same arrivals.
 //!
 //! The error of a packet is the larger one of its first and last sample, after a constant is subtracted for the
-//! session: the fixed latency, which stamps cannot show. For computers' clocks nothing is subtracted. There is one line
-//! per kind; the worst seed counts.
+//! session: the fixed latency, which stamps cannot show. For accuracy it is the median of the errors, for peers, too. For
+//! coverage the median is weighted by the inverse square of what is stated: errors that may be tens of milliseconds
+//! reveal nothing about the latency. For computers' clocks nothing is subtracted. There is one line per kind; the worst
+//! seed counts.
 
 use std::error::Error;
 use std::fs::{File, OpenOptions};
@@ -162,30 +164,31 @@ impl Session {
         }
         let counted = |packet: &Packet| self.counts(packet.stamps.arrival);
         let counting: Vec<bool> = self.packets.iter().map(counted).collect();
-        let kept = errors.iter().zip(&counting).filter(|(_, counts)| **counts);
-        let mut lasts: Vec<f64> = kept.map(|((_, last), _)| *last).collect();
-        let constant = match self.stamped {
-            Stamped::Computer => 0.0,
-            _ => quantile(&mut lasts, 0.5),
+        let kept = errors.iter().zip(&states).zip(&counting).filter(|(_, counts)| **counts);
+        let mut lasts: Vec<(f64, f64)> =
+            kept.map(|(((_, last), state), _)| (*last, *state)).collect();
+        let (constant, latency) = match self.stamped {
+            Stamped::Computer => (0.0, 0.0),
+            _ => (weighted_median(&mut lasts, |_| 1.0), weighted_median(&mut lasts, certainty)),
         };
         let (mut counted, mut stated, mut covered, mut all) = (Vec::new(), Vec::new(), 0, 0);
         let warm = self.start() + (WARM_UP_SECS * 1e9) as i64;
         for (place, ((first, last), state)) in errors.iter().zip(&states).enumerate() {
-            let error = (first - constant).abs().max((last - constant).abs());
+            let error = |constant: f64| (first - constant).abs().max((last - constant).abs());
             if counting[place] {
-                counted.push(error);
+                counted.push(error(constant));
                 stated.push(*state);
             }
             if self.packets[place].stamps.arrival > warm {
                 all += 1;
-                covered += i32::from(error <= *state);
+                covered += i32::from(error(latency) <= *state);
             }
         }
         if let Some(file) = &mut self.errors_to.as_ref().and_then(append) {
             let rows = errors.iter().zip(&states).zip(&self.packets);
             for (((_, last), state), packet) in rows {
                 let at = (packet.stamps.arrival - self.start()) as f64 / 1e9;
-                let (error, stated) = ((last - constant) / 1e6, state / 1e6);
+                let (error, stated) = ((last - latency) / 1e6, state / 1e6);
                 let delay = (packet.stamps.arrival - packet.last) as f64 / 1e6;
                 let row = format!("{at:.3} {error:.4} {stated:.4} {delay:.4}\n");
                 if file.write_all(row.as_bytes()).is_err() {
@@ -378,6 +381,23 @@ fn worse(a: f64, b: f64) -> f64 {
 
 fn mark(good: bool) -> &'static str {
     if good { "pass" } else { "FAIL" }
+}
+
+/// The median of errors, each weighted by what is stated of it.
+fn weighted_median(errors: &mut [(f64, f64)], weight: fn(f64) -> f64) -> f64 {
+    errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = errors.iter().map(|(_, stated)| weight(*stated)).sum::<f64>() / 2.0;
+    let mut sum = 0.0;
+    let middle = errors.iter().find(|(_, stated)| {
+        sum += weight(*stated);
+        sum >= half
+    });
+    middle.map_or(f64::NAN, |(error, _)| *error)
+}
+
+/// How much an error shows of the fixed latency, by what is stated of it [ns].
+fn certainty(stated: f64) -> f64 {
+    if stated.is_nan() { 0.0 } else { (stated / 1e6).max(FINE_MS).powi(-2) }
 }
 
 fn quantile(values: &mut [f64], at: f64) -> f64 {
