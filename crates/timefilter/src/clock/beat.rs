@@ -48,6 +48,8 @@ const EVENTS: usize = 12;
 /// The regularity above which packets may come from polling, which beats, and the longest period of such packets [s].
 const POLLED: f64 = 0.99;
 const POLLED_SECS: f64 = 0.02;
+/// The number of packets among which some are retransmitted if a link has events.
+const UNSEEN: usize = 1500;
 
 /// A link whose connection interval divides the packet period.
 ///
@@ -75,6 +77,8 @@ pub(super) struct Beat {
     lowest: Option<Point>,
     /// The comb found last; kept while later windows show none.
     comb: Comb,
+    /// Whether delays hardly changed in the last window.
+    steady: bool,
 }
 
 impl Default for Beat {
@@ -91,6 +95,7 @@ impl Default for Beat {
             suspected: 0.0,
             lowest: None,
             comb: Comb::NONE,
+            steady: false,
         }
     }
 }
@@ -111,6 +116,7 @@ impl Beat {
             let may_be_polled = (0.0..POLLED_SECS).contains(&period) && period > 0.0;
             let is_regular = may_be_polled && self.direction(period) > POLLED;
             self.suspected = if is_regular { period } else { 0.0 };
+            self.steady = self.is_steady(0.0);
             let windows = self.count / ARRIVALS;
             if windows.is_power_of_two() || windows.is_multiple_of(COMB_EVERY) {
                 let is_lattice = |interval| self.direction_of_events(interval) > ON_LATTICE;
@@ -154,6 +160,13 @@ impl Beat {
     /// The comb on which the waits of packets lie.
     pub fn comb(&self) -> Comb {
         self.comb
+    }
+
+    /// How long packets may have waited without showing it [s]: if delays hardly change, each packet may have waited for
+    /// the same part of an interval, which is known only once some were retransmitted.
+    pub fn unseen_secs(&self) -> f64 {
+        let may_beat = self.steady && self.count < UNSEEN;
+        if may_beat { self.period.min(LONGEST_SECS) } else { 0.0 }
     }
 
     /// The interval between events [s]; 0 if none is known.

@@ -102,6 +102,8 @@ pub(super) struct Epoch {
     resumed: f64,
     beat: Beat,
     teeth: Teeth,
+    /// Whether the line follows the teeth.
+    on_teeth: bool,
     /// The number of packets taken.
     taken: u64,
 }
@@ -129,6 +131,7 @@ impl Epoch {
             resumed: 0.0,
             beat: Beat::default(),
             teeth: Teeth::live(),
+            on_teeth: false,
             taken: 1,
         }
     }
@@ -230,7 +233,8 @@ impl Epoch {
         let behind = (self.line.at(now) / 1e9 - self.fit.at(age)).abs();
         let of_first = self.fit.uncertainty_at(age - span, age);
         let stated = self.fit.uncertainty_at(age, age).max(of_first);
-        stated + behind + self.young_secs(age) + self.raised.unclear()
+        let unseen = if self.on_teeth { 0.0 } else { self.beat.unseen_secs() };
+        stated + behind + self.young_secs(age) + self.raised.unclear() + unseen
     }
 
     /// The additional uncertainty at an age [s]: at first, and after a silence, all packets may have been delayed.
@@ -358,7 +362,9 @@ impl Epoch {
 
     /// Fits a line to the steps of a sawtooth if there is one, otherwise under all bins.
     fn lay(&mut self, open: Option<Point>) {
-        if self.teeth.are_followed() && !self.teeth.pass_too_fast(self.envelope.bins()) {
+        self.on_teeth =
+            self.teeth.are_followed() && !self.teeth.pass_too_fast(self.envelope.bins());
+        if self.on_teeth {
             if let Some(level) = self.teeth.level() {
                 self.fit = self.teeth.line(level);
             }

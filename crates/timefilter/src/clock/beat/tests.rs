@@ -53,6 +53,14 @@ fn behind_the_second_step_of_a_saw_tooth_the_truth_is_known() {
 }
 
 #[test]
+fn until_the_interval_is_recognised_it_is_stated_how_long_packets_may_have_waited() {
+    let packets = beating(SECOND / 10, SECOND / 20, 120);
+    for (error, stated) in &errors(&mut OneWay::new(settings()), &packets)[64..] {
+        assert!(error.abs() <= *stated, "{error} ms, {stated} ms stated");
+    }
+}
+
+#[test]
 fn packets_held_up_and_delivered_at_once_lie_on_no_lattice() {
     let held_up = 190..256;
     let packet = |number: i64| {
