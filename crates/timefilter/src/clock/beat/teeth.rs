@@ -39,9 +39,10 @@ const LEAST_BIN: f64 = 0.58;
 /// The uncertainty stated where the true offset may be anywhere between two events, as a share of the interval.
 const STATED: f64 = 0.52;
 /// After the first tooth, which starts at an unknown phase: the assumed rate of the following teeth, as a fraction of
-/// the fastest that their length allows, and half the 95 % interval of that fraction.
-const FASTER: f64 = 0.6;
-const ABOUT: f64 = 0.6;
+/// the fastest that their length allows, and half the 95 % interval of that fraction. The mean is two thirds, as a step
+/// is the likelier to be seen, the faster the rate.
+const FASTER: f64 = 2.0 / 3.0;
+const ABOUT: f64 = 0.55;
 /// How long after a knot the slope of its tooth cannot be estimated [s].
 const FLAT_SECS: f64 = 20.0;
 /// The largest skew that is assumed [1].
