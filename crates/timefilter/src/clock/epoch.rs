@@ -29,6 +29,8 @@ const GATE_SECS: f64 = 0.004;
 /// either.
 const GATE_ERRORS: f64 = 1.5;
 const GATE_MOST_SECS: f64 = 0.02;
+/// The number of bins after which the rate of a clock that is not a quartz is known well enough for a lower gate.
+const GATE_BINS: usize = 60;
 /// The error of the skew with which a line is extrapolated over a silence, and the shortest pause that
 /// counts as one [s].
 const SILENT_SKEW: f64 = 20e-6;
@@ -340,7 +342,9 @@ impl Epoch {
         }
         // With beating packets, delays cover the whole sawtooth.
         let stated = GATE_ERRORS * self.fit.uncertainty_at(age, age);
-        let unsure = stated.max(SILENT_SKEW * self.silent).min(GATE_MOST_SECS);
+        let is_rate_known = self.envelope.is_of_quartz() || self.envelope.len() >= GATE_BINS;
+        let unsure = if is_rate_known { stated.max(SILENT_SKEW * self.silent) } else { f64::MAX };
+        let unsure = unsure.min(GATE_MOST_SECS);
         GATE_SECS.max(GATE_SPREADS * self.fit.spread).max(unsure).max(self.beat.height_secs())
     }
 

@@ -173,6 +173,27 @@ mod tests {
     }
 
     #[test]
+    fn a_rate_that_was_a_little_off_at_first_does_not_keep_packets_out() {
+        let (period, interval) = (30_956_000, 16_250_000);
+        let mut random = Device::new(1.0);
+        for session in 0..40 {
+            let mut clock = SampleIndex::new(32.0, LATENCY);
+            for number in 0..500 {
+                let first = (14 * number + session) * period + 400_000 * session;
+                let again = i64::from(random.uniform() < 0.1);
+                let event = (first + 13 * period) / interval + 1 + again;
+                let arrival = 1_700_000_000 * SECOND + event * interval;
+                let index = 14 * number as u64;
+                let stamps = Stamps { index, count: 14, ..Stamps::arrived(arrival) };
+                let measured = clock.correct(&stamps).measured;
+                let error = measured - 1_700_000_000 * SECOND - first;
+                let is_late = number < 250 || error.abs() < 20_000_000;
+                assert!(is_late, "{session}, packet {number}: {error} ns");
+            }
+        }
+    }
+
+    #[test]
     fn a_jump_in_numbers_is_a_gap_in_time() {
         let (mut clock, mut device) = (SampleIndex::new(50.0, LATENCY), Device::new(50.0));
         run(&mut clock, &mut device, 60);
