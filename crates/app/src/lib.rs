@@ -47,7 +47,7 @@ pub fn main() -> ExitCode {
     main_with(Components::default())
 }
 
-/// Runs the command of a program that has additional components.
+/// Like [`main`], for a program that adds components of its own.
 pub fn main_with(components: Components) -> ExitCode {
     components.use_in_this_program();
     let matches = taking_negative_numbers(Arguments::command()).get_matches();

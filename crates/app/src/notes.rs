@@ -229,6 +229,7 @@ mod tests {
     use std::path::Path;
 
     use teampulse_core::stream::{Shape, Subject};
+    use teampulse_sinks::PASSED_ON;
 
     use super::*;
 
@@ -280,6 +281,15 @@ mod tests {
             "{wide}"
         );
         assert!(of(&["/robot*", "/robot*"]).starts_with("two sources read the robots of /robot*"));
+    }
+
+    #[test]
+    fn a_study_that_only_passes_data_on_records_nothing() {
+        let nothing = "no sink stores data: nothing is recorded";
+        for kind in PASSED_ON {
+            assert!(notes(&format!("[[sinks]]\ntype = \"{kind}\"\n")).contains(nothing), "{kind}");
+        }
+        assert!(!notes("[[sinks]]\ntype = \"bag\"\n").contains(nothing));
     }
 
     #[test]

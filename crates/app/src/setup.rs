@@ -22,7 +22,8 @@ use teampulse_ros::buses::Buses;
 use teampulse_ros::sink::Publish;
 use teampulse_sinks::{
     ALLOWED, Announce, Bag, Colours, DashboardContext, Ended, Estimates, FindUnmet, Kept,
-    MarkerSettings, PhasePlan, RosContext, SHOWN, SinkContext, TerminalContext, Tidy, View,
+    MarkerSettings, PASSED_ON, PhasePlan, RosContext, SHOWN, SinkContext, TerminalContext, Tidy,
+    View,
 };
 use teampulse_sources::SourceContext;
 use teampulse_sources::claims::Claims;
@@ -357,10 +358,10 @@ pub struct Parts {
     pub workers: Workers,
 }
 
-/// Returns the kinds of a study's sinks that store data.
+/// Returns the kinds of a study's sinks that may store data: neither those that only show it nor those that pass it on.
 pub fn keeping(study: &Study) -> Vec<String> {
     let mut kinds = study.kinds("sinks");
-    kinds.retain(|kind| !SHOWN.contains(&kind.as_str()));
+    kinds.retain(|kind| !SHOWN.contains(&kind.as_str()) && !PASSED_ON.contains(&kind.as_str()));
     kinds
 }
 

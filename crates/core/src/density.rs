@@ -60,7 +60,7 @@ impl Density {
         self.stretches.push_back(Stretch { measured, log_time, waves: 1, samples });
     }
 
-    /// Examines the stretches before a wave that begins at `until`.
+    /// Compares the rate over the stretches before `until`, the time of the next wave, with the stated rate.
     fn judge(&mut self, until: Time, stated_hz: f64) {
         let (mut waves, mut samples) = (0_u64, 0_u64);
         let enough = self.stretches.iter().rposition(|stretch| {

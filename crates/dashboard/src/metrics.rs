@@ -82,7 +82,7 @@ fn text(hub: &Hub) -> String {
             recording.bytes as f64,
         );
         if let Some(free) = recording.free_bytes {
-            one("disk_free_bytes", "gauge", "Free space on the disk", free as f64);
+            one("disk_free_bytes", "gauge", "Free space on the disk of the recording", free as f64);
         }
         if let Some(age) = recording.sync_age_secs {
             one("recording_sync_age_seconds", "gauge", "Time since the recording last grew", age);

@@ -170,7 +170,7 @@ impl Threshold {
         };
         if !is_right {
             let message = format!("`clear` is beyond the limit: expected a number {side}");
-            return wrong("clear", message, "the alert is over when the number is back there");
+            return wrong("clear", message, "the alert ends once the value is back at `clear`");
         }
         Ok(())
     }

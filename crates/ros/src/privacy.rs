@@ -14,9 +14,9 @@ use teampulse_messages::convert;
 
 use crate::sink::Publish;
 
-/// Keeps the ids of people and the states of their sensors out of other topics: a status, event or description that
-/// names a person's stream is published only if that stream is, and an event that names a person is published only if
-/// one of the person's streams is.
+/// Keeps the ids of people and the states of their sensors out of topics that are not about a person. A status is
+/// withheld if its stream is not published. An event, or a description by its texts, is withheld if it names such a
+/// stream, or a person none of whose streams is published. Such streams are also removed from the inputs in descriptions.
 #[derive(Debug)]
 pub(crate) struct PrivacyFilter {
     publish: Publish,

@@ -54,6 +54,9 @@ pub const SINKS: &[Entry<dyn Sink, SinkContext>] = &[
 /// The sinks that every session has, with default settings unless the study sets them. They store nothing.
 pub const SHOWN: [&str; 4] = ["terminal", "ros", "diagnostics", "dashboard"];
 
+/// The sinks that pass data on to other programs. They store nothing, either.
+pub const PASSED_ON: [&str; 3] = ["foxglove", "hri", "lsl"];
+
 /// The context in which sinks are built.
 #[derive(Clone)]
 pub struct SinkContext {

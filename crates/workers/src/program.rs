@@ -222,7 +222,7 @@ impl Dialogue<'_> {
     fn unasked(&self, line: &str) -> WorkerError {
         let start: String = line.chars().take(60).collect();
         let message = format!(
-            "match the answers from `{}`: it wrote more lines than it read: {start}",
+            "match the answers from `{}` to its input: it wrote more lines than it read, beginning with: {start}",
             self.shown()
         );
         WorkerError { message, hint: ONE_LINE_EACH.into() }

@@ -301,7 +301,7 @@ for line in sys.stdin:
     let (_, records) = session(python(program, ""), |records| !faults(records).is_empty()).await;
     let faults = faults(&records);
     assert!(
-        gives_reason_and_hint(&faults[0], "it wrote more lines than it read: []"),
+        gives_reason_and_hint(&faults[0], "it wrote more lines than it read, beginning with: []"),
         "{faults:?}"
     );
 }

@@ -9,7 +9,7 @@ const SLEW: f64 = 5e-3;
 
 /// Recognises the connection interval of a link, and moves to the latency for this interval.
 pub(super) struct ByInterval {
-    /// The latency that the model subtracts.
+    /// The latency that the device's clock model already subtracts.
     base: Latency,
     intervals: Vec<IntervalLatency>,
     link: ConnectionInterval,

@@ -313,7 +313,7 @@ impl Inbox {
         &self.streams
     }
 
-    /// Waits for the next batch, at most for `patience`.
+    /// Waits for the next batch for at most `patience`.
     pub fn receive(&self, patience: Duration) -> Received {
         let is_idle = |state: &mut State| {
             state.batches.is_empty() && !state.closed && state.cut_off.is_none()

@@ -14,8 +14,8 @@ use crate::{Channel, Event, Reading, Stream};
 /// The time within which the first ECG of an H10 arrives after a connection, which may take 20 to 30 s.
 const FIRST_PATIENCE: Duration = Duration::from_secs(30);
 const PATIENCE: Duration = Duration::from_secs(3);
-/// The time without a frame after which the device is asked once more to start: if it is measuring, it answers that the
-/// measurement is already on, and continues.
+/// The time after a start without a first frame, after which the start is requested once more: a device that is already
+/// measuring answers so, and continues.
 const DOUBT: Duration = Duration::from_secs(10);
 /// The time within which pulse intervals arrive: optical sensors send the first after about 25 s, then one every few
 /// seconds.

@@ -50,7 +50,7 @@ impl Track {
         self.rate_hz
     }
 
-    /// The numbers of the samples that are held.
+    /// The range of indices of the samples still held, counted from the first sample ever.
     pub fn held(&self) -> Range<usize> {
         self.first..self.first + self.values.len()
     }

@@ -87,16 +87,16 @@ pub struct FrequencyDomain {
 
 /// Frequency-domain features of intervals [ms] that end at `ends_secs` [s, ascending].
 ///
-/// Bands of Task Force (1996), doi:10.1161/01.CIR.93.5.1043, in ms² of the intervals, computed as in
-/// `scipy.interpolate.CubicSpline` and `scipy.signal.welch`, or `scipy.signal.lombscargle`. Missing
-/// intervals are left out; with long gaps use [`Recipe::LombScargle`]. Window: 5 minutes by convention.
-/// Returns an error with fewer than four intervals. Limits: LF/HF does not measure autonomic balance; HF
-/// reflects only breathing above 9 breaths a minute; the spline attenuates waves of fewer than five beats.
-/// NeuroKit2's powers have no unit by default.
+/// Powers [ms²] in the bands of the Task Force (1996), doi:10.1161/01.CIR.93.5.1043, computed as by SciPy
+/// (`interpolate.CubicSpline` and `signal.welch`, or `signal.lombscargle`) or by Burg's method. Missing intervals are
+/// left out; with long gaps use [`Recipe::LombScargle`]. Window: 5 minutes by convention. Returns an error with fewer
+/// than four intervals. Limits: LF/HF does not measure autonomic balance; HF reflects breathing only above 9 breaths
+/// per minute; the spline attenuates oscillations with periods of fewer than five beats. NeuroKit2's powers have no unit
+/// by default.
 ///
 /// ```
 /// use teampulse_signal::hrv::{Recipe, frequency_domain};
-/// // Breathing at 0.2 Hz: waves of 30 ms, whose power is 30²/2.
+/// // Breathing at 0.2 Hz: a sine with an amplitude of 30 ms, so its power is 30²/2.
 /// let ends_secs: Vec<f64> = (0..400).map(|k| 0.8 * f64::from(k)).collect();
 /// let wave = |time: &f64| 800.0 + 30.0 * (std::f64::consts::TAU * 0.2 * time).sin();
 /// let intervals_ms: Vec<f64> = ends_secs.iter().map(wave).collect();

@@ -11,7 +11,7 @@ pub(super) const HEART_HZ: (f64, f64) = (0.8, 2.5);
 const USUAL_HZ: f64 = 1.1;
 /// Harmonics of faster breaths are as fast as the heart [1/min].
 const FASTEST_PER_MIN: f64 = 24.0;
-/// The share of the pulsation that the detection's low-pass at 1 Hz leaves.
+/// The share of the pulsation's amplitude that passes the low-pass at 1 Hz before the detection.
 const LEFT: f64 = 0.4;
 /// The longest time by which the heart can shift a turning point [s].
 const LONGEST_SHIFT_SECS: f64 = 0.25;

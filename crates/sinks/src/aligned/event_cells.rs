@@ -29,7 +29,7 @@ impl EventCells {
     }
 
     /// Returns the cells of a row's event. Rows are in order of time, and so mostly in the order in which events
-    /// arrived.
+    /// arrived: only the newest events are kept, and the text of an older one is left empty.
     pub(super) fn cells(&mut self, values: &[f64]) -> String {
         let [place, value, duration_secs] = values else { return ",,,".to_owned() };
         let place = (*place as u64).checked_sub(self.before);

@@ -61,7 +61,11 @@ fn absent(robots: &Robots) -> Vec<(String, String)> {
     if !named.is_empty() || robots.required.is_empty() {
         return named;
     }
-    vec![(ANY.to_owned(), has_not_appeared(&format!("a robot of {}", robots.namespace)))]
+    let none = format!(
+        "no robot matching {} has appeared: is one switched on, and in the same network and ROS domain?",
+        robots.namespace
+    );
+    vec![(ANY.to_owned(), none)]
 }
 
 fn has_not_appeared(who: &str) -> String {
@@ -126,7 +130,7 @@ mod tests {
         assert_eq!(absent(named, &["/robot1/odom", "/robot3/odom"]).await, [message]);
         let any = r#"namespace = "/robot*"
             required = ["battery"]"#;
-        let message = "a robot of /robot* has not appeared: is it switched on, and in the same network and ROS domain?";
+        let message = "no robot matching /robot* has appeared: is one switched on, and in the same network and ROS domain?";
         assert_eq!(absent(any, &[]).await, [message]);
         assert_eq!(absent(any, &["/robot7/odom"]).await, [""; 0]);
         assert_eq!(absent("", &[]).await, [""; 0]);

@@ -164,7 +164,7 @@ impl Robots {
         mapped.chain(images).chain(numbers).chain(topics).collect()
     }
 
-    /// Returns the fields that the study maps itself, by parameter.
+    /// Returns the fields that the study names in place of those of the standard types, by parameter (`battery`, `link`, …).
     fn mapped(&self) -> BTreeMap<&'static str, &Field> {
         [
             ("battery", &self.battery),

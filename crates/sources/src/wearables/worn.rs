@@ -97,7 +97,7 @@ impl Worn {
         let Worn { person, device, .. } = self;
         uses.begin(format!("{PEOPLE}/{person}/{device}")).ok_or_else(|| {
             let error = SettingsError::new(format!("{person} wears two devices of the kind {device}"));
-            let hint = format!("their streams would have the same names: give one another person, such as \"{person}_left\"");
+            let hint = format!("their streams would have the same names: set a different `person` for one of them, such as \"{person}_left\"");
             error.at("person").with_hint(hint)
         })
     }

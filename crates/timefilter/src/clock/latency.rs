@@ -64,7 +64,7 @@ fn begins(name: &str, word: &str) -> bool {
     name.strip_prefix(word).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
 }
 
-const BLUETOOTH: &str = "no published figure: any Bluetooth Low Energy sensor";
+const BLUETOOTH: &str = "no published figure; assumed as for any Bluetooth Low Energy sensor";
 
 /// The known devices. Latencies are `(centre, half of the 95 % interval)` [ms], wide where no measurement
 /// is published; `calibrate` narrows them.

@@ -48,7 +48,7 @@ impl OffsetMap {
         knot.offset + knot.slope * (i128::from(device) - i128::from(knot.device)) as f64
     }
 
-    /// Fixes the map up to a device time [ns].
+    /// Makes the map final up to a device time [ns].
     pub fn settle(&mut self, device: i64) {
         self.frontier = self.frontier.max(device);
     }

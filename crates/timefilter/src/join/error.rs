@@ -10,7 +10,7 @@ pub enum JoinError {
         /// The number of events needed.
         needed: usize,
     },
-    /// No events are within the largest offset of each other.
+    /// No event in one recording is within the largest allowed offset of one in the other.
     Apart,
     /// Two offsets fit about equally well.
     Ambiguous {
@@ -74,7 +74,7 @@ impl fmt::Display for JoinError {
                 )
             }
             JoinError::Apart => f.write_str(
-                "find events in both recordings within the largest offset of each other",
+                "match the events: none in one recording is within the largest allowed offset of one in the other",
             ),
             JoinError::Ambiguous { offset_secs, next_offset_secs } => write!(
                 f,

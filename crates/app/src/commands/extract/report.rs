@@ -95,7 +95,7 @@ pub struct Score {
 }
 
 impl Score {
-    /// Computes the agreement of events, given in samples, at a sampling rate.
+    /// Turns an agreement, whose offset is in samples, into a score with its offset in ms.
     pub fn new(tolerance_secs: f64, agreement: &Agreement, rate_hz: f64) -> Score {
         Score {
             tolerance_ms: tolerance_secs * 1e3,

@@ -231,7 +231,7 @@ impl Table {
         if self.counts_empty { self.lines.next_data_or_empty() } else { self.lines.next_data() }
     }
 
-    /// Reads the next line with data.
+    /// Reads the next row: a line with data or, where empty lines are missing samples, an empty line. `None` at the end.
     fn read_row(&mut self) -> Result<Option<Row>, TableError> {
         let line = match self.head.first.take() {
             Some(first) => first,

@@ -103,7 +103,8 @@ impl DeviceRecording {
     }
 }
 
-/// Whether a file has a format that is recognised by its first bytes.
+/// Whether a file that starts with these bytes has one of the formats of devices and recorders: zip (E4), Avro, XDF, EDF
+/// or BDF.
 pub fn is_of_device(start: &[u8]) -> bool {
     ["PK\x03\x04", "Obj\x01", "XDF:", "0       "]
         .iter()

@@ -119,9 +119,9 @@ pub(super) const VARIABILITY: &[Meaning] = &[
     ),
     (
         "HRV_PSS",
-        "Share of intervals in short stretches in which the heart speeds up or slows down.",
+        "Share of the stretches of speeding up or slowing down that have fewer than three steps.",
     ),
-    ("HRV_PAS", "Share of intervals in stretches that alternate at each beat."),
+    ("HRV_PAS", "Share of the stretches that alternate at each beat and have at least four beats."),
     ("HRV_SampEn", "Sample entropy of intervals: how unpredictably similar sequences continue."),
     ("HRV_ApEn", "Approximate entropy of intervals."),
     ("HRV_FuzzyEn", "Fuzzy entropy of intervals."),
