@@ -24,7 +24,7 @@ impl Room {
         let keep_free_bytes = bags.iter().map(keep_free_bytes).max().unwrap_or(0);
         let unfit_fallback = bags.iter().find_map(|bag| {
             let reason = unfit(bag.fallback.as_deref()?, keep_free_bytes)?;
-            Some(format!("the recording could not continue in its fallback: {reason}"))
+            Some(format!("the fallback of the bag is unusable: {reason}"))
         });
         let room = Room { folder: out.to_owned(), instead: None, unfit: None, unfit_fallback };
         let Some(reason) = unfit(out, keep_free_bytes) else { return room };

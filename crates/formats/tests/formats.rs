@@ -243,8 +243,8 @@ fn samples_of_xdf_without_a_stamp_are_not_placed_by_those_before_the_damage() {
         file.splice(starts[2]..starts[2], unstamped.clone());
         file[starts[1]] = 7;
     });
-    let note = "58 bytes in one place could not be read: the samples there are missing, and 10 after \
-                them, which have no stamps, were left out";
+    let note = "58 bytes in one place could not be read: the samples there are missing; 10 samples after \
+                them were left out, as they have no stamps";
     assert_eq!((starts, notes), (vec![0, 2000, 3000], vec![note.to_owned()]));
 }
 

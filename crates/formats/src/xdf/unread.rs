@@ -47,7 +47,8 @@ impl Unread {
         };
         let left_out = match unstamped {
             0 => String::new(),
-            _ => format!(", and {unstamped} after them, which have no stamps, were left out"),
+            1 => "; 1 sample after them was left out, as it has no stamp".to_owned(),
+            _ => format!("; {unstamped} samples after them were left out, as they have no stamps"),
         };
         let bytes = self.bytes;
         format!(

@@ -49,7 +49,7 @@ struct Rising {
 }
 
 impl ResponseDetector {
-    /// Creates a detector for samples at 1 to 2000 Hz and an absolute threshold [µS].
+    /// Creates a detector with an absolute threshold [µS] for samples at `rate_hz`, which must be from 1 to 2000.
     pub fn new(rate_hz: f64, threshold_us: f64) -> Result<ResponseDetector, SignalError> {
         ResponseDetector::waiting(rate_hz, threshold_us, WAIT_SECS)
     }

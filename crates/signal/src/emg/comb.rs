@@ -2,7 +2,7 @@
 
 /// A Hann window spreads a tone over this many bins.
 const LINE_BINS: usize = 3;
-/// Shorter spectra have few harmonics [bins].
+/// The minimum length of a spectrum in which harmonics are looked for [bins]; a shorter one holds too few.
 const LEAST_LENGTH: usize = 40;
 const NEARLY_ALL: f64 = 0.9;
 /// The highest order that the strongest harmonic may have.

@@ -59,7 +59,7 @@ pub fn dfa_alpha(intervals_ms: &[f64], scales_beats: &RangeInclusive<usize>) -> 
     slope.is_finite().then_some(slope)
 }
 
-/// F(s); `None` when all windows are constant.
+/// F(s) over the windows of `scale` beats that deviate from a straight line; `None` if none does.
 fn fluctuation(profile: &[f64], scale: usize) -> Option<f64> {
     let starts = (0..profile.len() - scale).step_by(scale / 2);
     let variances = starts.map(|start| variance_about_line(&profile[start..start + scale]));

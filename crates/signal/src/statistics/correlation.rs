@@ -18,8 +18,8 @@ pub struct Correlation {
 impl Correlation {
     /// The confidence interval by Fisher's transform, tanh(artanh r ± z/√(n − 3)).
     ///
-    /// Fisher (1921), doi:10.2307/2331838; as SciPy's for Pearson's r. From −1 to 1 with fewer than four
-    /// pairs. Limits: only approximate for ranks.
+    /// Fisher (1921), Metron 1, 3–32; as SciPy's for Pearson's r. From −1 to 1 with fewer than four pairs. Limits: only
+    /// approximate for ranks.
     pub fn interval(&self, level: f64) -> Result<Interval, StatisticsError> {
         let z = normal_quantile(f64::midpoint(1.0, checked_level(level)?));
         if self.n < 4 {

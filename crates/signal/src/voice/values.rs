@@ -74,12 +74,12 @@ pub(super) static VALUES: [Value; 14] = [
     Value::new(
         "VOICE_Jitter",
         "1",
-        "mean difference of consecutive periods over their mean (Praat's local jitter), for periods within a factor of 1.3",
+        "mean absolute difference of consecutive periods over the mean period (Praat's local jitter), without pairs that differ by more than a factor of 1.3",
     ),
     Value::new(
         "VOICE_Shimmer",
         "1",
-        "mean difference of consecutive amplitudes over their mean (Praat's local shimmer), for amplitudes within a factor of 1.6",
+        "mean absolute difference of consecutive amplitudes over the mean amplitude (Praat's local shimmer), without pairs that differ by more than a factor of 1.6",
     ),
     Value::new(
         "VOICE_Tilt",

@@ -1,4 +1,4 @@
-//! This computer's keyboards, mice and gamepads: how much and when they are used, never for what.
+//! This computer's keyboards, mice and gamepads: how much they are used in each second, but not what for.
 
 mod activity;
 mod event_clock;
@@ -33,7 +33,7 @@ use x11::Display;
 const SETTLED_NS: i64 = 100_000_000;
 const SECOND_NS: i64 = 1_000_000_000;
 
-/// The keyboards, mice and gamepads that a person uses: how much and when, never for what.
+/// The keyboards, mice and gamepads that a person uses: how much in each second, but not what for.
 ///
 /// Each second has a summary: presses, their times and corrections of keyboards; path, clicks and wheel of mice;
 /// buttons and deflection of gamepads. No key and no text leaves the reader, nor the time of a single press: means are
@@ -201,7 +201,11 @@ impl InputReader {
                 Err(why) => activity.warn(&format!("no keyboard and no mouse: failed to {why}")),
             }
         }
-        if readers.is_empty() { Err(nodes.lacking("X11 is not read")) } else { Ok(()) }
+        if readers.is_empty() {
+            Err(nodes.lacking("X11 is not used (`via`, or only gamepads are requested)"))
+        } else {
+            Ok(())
+        }
     }
 }
 

@@ -31,12 +31,12 @@ use listening::Listening;
 /// A person's microphone whose sound is published on ROS (`audio_common_msgs`, also as in REP-155:
 /// `/humans/voices/v1/audio`).
 ///
-/// How somebody speaks is recorded, not what they say: level, pitch, voicing and the basis for rates and pauses (15
-/// numbers, 100 times a second). No word can be reconstructed from these. The sound itself leaves this source only with
-/// `raw_audio = true`.
+/// Records how somebody speaks (level, pitch, voicing, and what speaking rate and pauses are computed from: 15 numbers,
+/// 100 times a second), not what they say. No word can be reconstructed from these. The sound itself leaves this source
+/// only with `raw_audio = true`.
 ///
-/// Blocks have no stamps, or stamps of another clock, so they are timed by counting samples. Of several channels, the
-/// first is used. Lost blocks are gaps.
+/// Messages have no stamps, or stamps of another clock, so they are timed by counting samples. Of several channels, the
+/// first is used. Lost messages are gaps.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RosAudio {

@@ -267,7 +267,7 @@ impl Worn {
                 self.fault(&format!("the device refuses {stream}: {reason}"), outlet);
             }
             Wearable { connected: false } => {
-                self.fault("the radio link between the device and its base is lost", outlet);
+                self.fault("the wristband lost its radio link to the computer that runs the streaming server", outlet);
             }
             Discarded { source, bytes } if self.reported.insert(source) => {
                 self.fault(

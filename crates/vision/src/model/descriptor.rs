@@ -300,8 +300,15 @@ impl Input {
 /// Reads the contents of a model file.
 pub fn contents(file: &Path) -> Result<Vec<u8>, DescriptorError> {
     let about = std::fs::metadata(file).map_err(|error| unread(file, &error))?;
-    if !about.is_file() || about.len() > MOST_BYTES {
-        let why = format!("a model file may have at most {} MiB", MOST_BYTES >> 20);
+    let mib = |bytes: u64| bytes >> 20;
+    let wrong = if !about.is_file() {
+        Some("it is not a file".to_owned())
+    } else if about.len() > MOST_BYTES {
+        Some(format!("it has {} MiB; at most {} MiB are read", mib(about.len()), mib(MOST_BYTES)))
+    } else {
+        None
+    };
+    if let Some(why) = wrong {
         return Err(DescriptorError::File { file: file.display().to_string(), why });
     }
     std::fs::read(file).map_err(|error| unread(file, &error))

@@ -116,7 +116,7 @@ pub(super) fn stream_of(topic: &Topic, input: &Stream) -> Option<Stream> {
     Some(Stream {
         signal: Signal::Event,
         inputs: vec![input.name.clone()],
-        method: "a number beyond the limit of one of the study's [[alerts]], for as long as it says; unknown while \
+        method: "a number that stays beyond the limit of one of the study's [[alerts]] for its `for_secs`; unknown while \
                  the number is missing"
             .to_owned(),
         doc: "When the person needs someone, when that is no longer known, and when it is over.".to_owned(),

@@ -1,4 +1,4 @@
-//! The modulations by breathing, one value per beat.
+//! How breathing modulates heartbeats: their heights, and the intervals between them.
 
 use std::f64::consts::PI;
 

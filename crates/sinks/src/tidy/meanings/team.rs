@@ -15,7 +15,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
     ("workload_physiology", "Estimate of workload from 0 to 1, from the body alone."),
     ("workload_report", "Workload from 0 to 1 as reported."),
     ("arousal", "Estimate of arousal from 0 to 1."),
-    ("deployed_secs", "Time that a robot has been in use."),
+    ("deployed_secs", "Time that a robot has been online, without its outages."),
     ("online", "Whether a robot is online: 1 or 0."),
     ("age_secs", "Age of the newest sample of a robot."),
     ("outages", "How often a robot was offline."),

@@ -32,7 +32,7 @@ const REQUESTS: usize = 256;
 
 /// A protocol over Bluetooth Low Energy, and how its devices are recognised.
 pub(in crate::wearables) trait Wearable: GattSession + Send + 'static {
-    /// The type of the source in a study: `polar`.
+    /// The type of the source in a study, such as `polar`.
     const KIND: &'static str;
 
     /// The settings of the session in a study.

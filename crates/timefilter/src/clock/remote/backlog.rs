@@ -1,7 +1,7 @@
 //! Late messages: those delayed in a backlog, which arrive in order, and those held by their receiver until
 //! the clock was known.
 
-/// The most streams of a computer that are followed; late messages of further ones are not accepted.
+/// The maximum number of streams followed per computer; late messages of any others are rejected.
 const MOST_STREAMS: usize = 1024;
 /// How long messages may be equally late [ns]: a backlog shrinks, a clock that was set back does not.
 const STEADY_NANOS: i64 = 1_000_000_000;

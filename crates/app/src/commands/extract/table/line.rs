@@ -38,7 +38,7 @@ impl Separator {
     }
 }
 
-/// Whether bars separate the cells of a line, so that any commas are part of numbers and dates.
+/// Whether bars separate the cells of a line: it contains some, and each cell with a comma is a number or a date.
 fn is_piped(line: &str) -> bool {
     let is_plain = |cell: &str| !cell.contains(',') || number(cell).is_some() || is_date(cell);
     line.contains('|') && Separator::Mark('|').cells(line).all(is_plain)
