@@ -260,7 +260,7 @@ MISTAKES = {
     "absolute command": (COMMANDS.format('"/goal_pose"'), "study.toml:6", "goal_pose"),
     "nameless command": (COMMANDS.format('""'), "study.toml:6", "goal_pose"),
     "command with a space": (COMMANDS.format('"cmd_vel", "goal pose"'), "study.toml:6", "goal pose"),
-    "every topic a command": (COMMANDS.format('"*"'), "study.toml:6", "in full"),
+    "every topic a command": (COMMANDS.format('"*"'), "study.toml:6", "full name"),
     "command that is the battery": (COMMANDS.format('"power/state"'), "study.toml:6", "battery"),
     "unknown table of a feature": (STUDY + "[features.stat]\n", "study.toml:7", "state"),
     "unknown setting of a feature": (

@@ -199,7 +199,7 @@ def test_a_session_that_never_recorded_leaves_nothing_and_says_so(stage):
     out = stage.folder / "sessions"
     study = STUDY.replace("tidy = false", "start_paused = true")
     monitor = stage.teampulse("run", stage.study(study), "--out", out)
-    monitor.wait_for("the recording is paused: Ctrl-P")
+    monitor.wait_for("the recording is paused: start it with Ctrl-P")
     monitor.wait_for("dashboard is at")
     assert monitor.interrupt() == 0, monitor.report()
     assert "nothing was recorded: no command started the recording" in monitor.report()

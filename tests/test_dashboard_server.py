@@ -247,7 +247,7 @@ def test_a_time_outside_of_the_last_minute_and_a_label_of_nothing_are_answered_w
     monitor, address, out = started(stage)
     for at in (-5, -1e300, 3600, 1e300):
         status, answer = post(address, {"label": "never", "at": at})
-        assert status == 422 and "expected seconds of the session from 0.0 to" in answer["hint"], answer
+        assert status == 422 and "expected seconds since the session began, 0.0 to" in answer["hint"], answer
     status, answer = post(address, {"label": "never", "unix": time.time() + 3600})
     assert status == 422 and "not within the last minute" in answer["error"], answer
     status, answer = post(address, {"label": ""})
@@ -271,7 +271,7 @@ def test_the_printed_addresses_open_a_dashboard_that_listens_on_all(stage):
     tokens.write_text("mark mark0123456789abcd\n")
     monitor, address, out = started(stage, f'[[sinks]]\ntype = "dashboard"\nlisten = "0.0.0.0"\ntokens = "{tokens}"\n')
     assert address.startswith("http://localhost:"), address
-    monitor.wait_for(f"is a token from {tokens}")
+    monitor.wait_for(f"with a token from {tokens}")
     assert post(address, {"label": "here"}, Authorization="Bearer mark0123456789abcd")[0] == 200
     others = re.findall(r"(http://[0-9.]+:[0-9]+)/\?token=…", monitor.stderr)
     for other in others:
@@ -284,4 +284,4 @@ def test_the_printed_addresses_open_a_dashboard_that_listens_on_all(stage):
 def test_no_other_address_without_a_token(stage):
     study = stage.study(STUDY + '[[sinks]]\ntype = "dashboard"\nlisten = "0.0.0.0"\n')
     ran = stage.ask("run", study)
-    assert ran.returncode != 0 and "could see the team on 0.0.0.0" in ran.stderr, ran.stderr
+    assert ran.returncode != 0 and "could see the team at 0.0.0.0" in ran.stderr, ran.stderr

@@ -84,7 +84,7 @@ def test_artefacts_that_are_kept_are_noted(stage):
     path = table(stage.folder / "missed.csv", missed, "rr_ms")
     for options, are_noted in (((), True), (("--artefacts", "kept"), False), (("--artefacts", "corrected"), False)):
         notes = extract(stage, path, "--signal", "interval", *options)["notes"]
-        assert any("--artefacts corrected corrects" in note for note in notes) == are_noted, (options, notes)
+        assert any("give --artefacts corrected to correct them" in note for note in notes) == are_noted, (options, notes)
     path = table(stage.folder / "whole.csv", BEATS_MS, "rr_ms")
     assert not any("--artefacts" in note for note in extract(stage, path, "--signal", "interval")["notes"])
 

@@ -323,7 +323,7 @@ def test_a_person_manager_says_whose_face_it_is_and_nothing_of_people_is_publish
 def test_check_and_scan_know_people_whom_others_see(stage):
     study = stage.study(SEEN.split("[[sinks]]")[0])
     nobody = stage.ask("check", study)
-    assert nobody.returncode == 5 and "anybody on camera" in nobody.stdout, nobody.stdout
+    assert nobody.returncode == 5 and "no face or body of a person of the study is published" in nobody.stdout, nobody.stdout
     node = stage.cyclone("send", "/humans/faces/a/landmarks", "--type", "hri_msgs/msg/FacialLandmarks", "--subscribers", 0)
     node.answer("matched")
     scan = stage.ask("scan", "--seconds", 2)

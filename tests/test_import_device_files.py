@@ -389,7 +389,7 @@ def test_xdf_has_the_times_that_pyxdf_finds(stage):
     expected = theirs["EEG"]["time_stamps"] - theirs["Markers"]["time_stamps"][0]
     assert np.abs(ours - expected).max() < 1e-4
     refused = stage.ask("import", path, "--signal", "eeg")
-    assert refused.returncode == 2 and "leave out --signal" in refused.stderr, refused.stderr
+    assert refused.returncode == 2 and "omit --signal" in refused.stderr, refused.stderr
 
 
 def test_bad_files_are_refused_with_a_hint(stage):

@@ -76,7 +76,7 @@ fn take(findings: &mut Findings, lsl: &Lsl, query: &str, found: &[FoundStream]) 
     findings.lines.extend(read.iter().copied().map(line));
     findings.lines.extend(own.first().map(|found| {
         format!(
-            "note     LSL: {} with {query} come from teampulse itself and are only read if selected by name or source_id, such as name = \"{}\"",
+            "note     LSL: {} with {query} from teampulse itself: read only if selected by name or source_id, such as name = \"{}\"",
             counted(own.len(), "stream", "streams"),
             found.info.name
         )
