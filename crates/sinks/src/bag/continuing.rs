@@ -120,7 +120,7 @@ fn goes_on(
     let Broken { error: mut failed, unwritten: mut missed } = broken;
     let needed_bytes = needed_bytes(sink);
     inbox.report(format!(
-        "bag: failed to {failed}; the recording continues in another bag once {} MiB are free and the disk is writable",
+        "bag: failed to {failed}; another bag begins once {} MiB are free and the disk is writable",
         needed_bytes.div_ceil(1 << 20)
     ));
     let mut before = sink.bag.folder.clone();
