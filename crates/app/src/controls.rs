@@ -19,7 +19,7 @@ const STOP: &str = "stop the recording (the session continues)?  y: yes, any oth
 
 /// The message when there is no paused recording to start or to save.
 const NOT_PAUSED: &str =
-    "nothing is paused: Ctrl-P pauses a recording, Ctrl-K starts one and keeps the time before it";
+    "nothing is paused: Ctrl-P stops a recording, and then Ctrl-K saves the last seconds";
 
 /// The message when there is no next phase.
 const NO_PHASE: &str = "no phase follows: the study has no more [[phases]]";

@@ -202,7 +202,8 @@ impl InputReader {
             }
         }
         if readers.is_empty() {
-            Err(nodes.lacking("X11 is not used (`via`, or only gamepads are requested)"))
+            Err(nodes
+                .lacking("X11 is not used (`via = \"evdev\"`, or only gamepads are requested)"))
         } else {
             Ok(())
         }
