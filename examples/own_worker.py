@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A worker of one's own: how far the skin rises within each notification [uS]."""
+"""A worker of your own: how far skin conductance rises within each batch of samples [uS]."""
 
 import json
 import sys
