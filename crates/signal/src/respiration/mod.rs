@@ -42,6 +42,7 @@ mod spectral;
 mod rival;
 mod cusps;
 mod uncounted;
+mod extra;
 mod pulsation;
 pub mod rsa;
 pub mod derived;

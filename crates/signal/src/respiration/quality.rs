@@ -3,6 +3,7 @@
 use super::Breath;
 use super::band;
 use super::cusps::sharpness;
+use super::extra::extra_share;
 use super::grouping::Grouping;
 use super::pattern::mean;
 use super::recurrence::recurrence;
@@ -27,6 +28,8 @@ const NOT_RECURRING: f64 = 0.45;
 /// The share of uncounted rises up to which the rate is not in doubt, and the share from which on the true rate may be
 /// a different one: a rate is right within a tenth, and several breaths may hide in one rise.
 const UNCOUNTED: (f64, f64) = (0.03, 0.15);
+/// The share of breaths that may be beats of the heart: up to the first, the rate is not in doubt.
+const EXTRA: (f64, f64) = (0.05, 0.1);
 /// How much sharper than peaks troughs may be without raising doubt, and how much sharper they are in a folded signal.
 const FOLDED: (f64, f64) = (0.45, 0.6);
 /// The highest quality without a rhythm.
@@ -54,6 +57,8 @@ const SHAPE_LENGTH: usize = 32;
 ///   - it falls from 1 to 0 as the rate of the strongest line differs from the counted rate by 15 to 40 %;
 ///   - it falls from 1 to 0 as smaller rises between the counted breaths increase from 3 to 15 % of all rises, such as
 ///     shallow breaths after deep ones, or speech;
+///   - it falls from 1 to 0 as the share of breaths with less than half of the median duration and of the median
+///     amplitude increases from 5 to 10 %: these may be beats of a slow heart between slow breaths;
 ///   - it falls from 1 to 0 as troughs become sharper than peaks, by 0.45 to 0.6: a belt that is stretched in both
 ///     directions shows two rises per breath;
 /// - the covered share is the share of time in breaths with an amplitude between a quarter and four times
@@ -95,7 +100,8 @@ pub(super) fn of_means(
     ));
     let uncounted = uncounted_share(means, rate_hz, &whole);
     let folded = falls(sharpness(means, &whole), FOLDED);
-    let kept = kept.min(alone(&spectral, rhythm)).min(falls(uncounted, UNCOUNTED)).min(folded);
+    let counted = falls(uncounted, UNCOUNTED).min(falls(extra_share(&whole), EXTRA));
+    let kept = kept.min(alone(&spectral, rhythm)).min(counted).min(folded);
     let quality = product.cbrt() * covered_share(breaths, length) * living_share(means, rate_hz);
     let quality = (kept * quality).max(quality.min(MOST_WITHOUT_RHYTHM));
     if quality.is_finite() { quality.clamp(0.0, 1.0) } else { 0.0 }
