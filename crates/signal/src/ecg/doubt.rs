@@ -82,7 +82,7 @@ const CLEAR_RATIO: f64 = 0.8;
 /// In a signal less clear than this, such intervals have lost beats, and the more signs there are, the lower the
 /// probability.
 const UNCLEAR_LIKE: f64 = 0.988;
-const OF_UNCLEAR: [f64; 3] = [0.35, 0.3, 0.1];
+const OF_UNCLEAR: [f64; 3] = [0.35, 0.3, 0.13];
 
 /// A span is silent below this share of living signal: if beats are as clear as this, the heart may pause, unless
 /// intervals cover this share of the span. A smaller coverage is doubtful in any signal.
