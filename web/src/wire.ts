@@ -1082,13 +1082,12 @@ paused: boolean | null, };
  */
 export type Wanted = { 
 /**
- * The maximum number of points, or pictures, drawn per second; a faster wave is sent as pairs of its minimum and
- * maximum, in the order in which they occur. 0 for all samples.
+ * The stream's number.
  */
 stream: number, 
 /**
- * The most points, or pictures, drawn per second; a faster wave is sent as pairs of its minimum and maximum, in
- * their order. 0 for all samples.
+ * The maximum number of points, or pictures, drawn per second; a faster wave is sent as pairs of its minimum and
+ * maximum, in the order in which they occur. 0 for all samples.
  */
 points_per_sec: number, 
 /**

@@ -22,7 +22,8 @@ const SENDS_NOTHING: &str =
 /// several seconds.
 pub const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What the sources of a study have supplied so far, with their names, by their index in the study; clones share it.
+/// What each watched source of a study has supplied so far, and its name, by the source's index in the study. Clones
+/// share the map.
 #[derive(Clone, Default)]
 pub struct Supplies(Arc<Mutex<BTreeMap<usize, (String, Supply)>>>);
 

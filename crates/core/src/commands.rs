@@ -179,7 +179,7 @@ impl Default for Commands {
 }
 
 impl Commands {
-    /// Creates the commands of a session with these settings.
+    /// Creates the command registry of a session with these settings.
     pub fn new(settings: CommandSettings) -> Commands {
         let (receivers, refusals) = (Mutex::default(), Mutex::default());
         let stop = watch::Sender::new(false);

@@ -26,7 +26,7 @@ impl PublishedBy {
     pub(crate) fn stream() -> Stream {
         own_events(
             TOPIC,
-            "who publishes a topic that has, or had, several publishers: topic, names",
+            "the publishers of each topic that has, or had, several; the label is the topic, then their names",
         )
     }
 

@@ -74,7 +74,7 @@ fn start(
     let windows_secs = context.windows_or(windows_secs)?;
     let mains_hz = context.mains_hz.filter(|_| analysis.signal == Signal::Ecg);
     if let Some(wrong) = mains_hz.filter(|hz| ![50.0, 60.0].contains(hz)) {
-        let message = format!("mains of {wrong} Hz: expected 50 or 60");
+        let message = format!("a mains frequency of {wrong} Hz: expected 50 or 60");
         let hint = "remove it to detect the mains frequency in the signal";
         return Err(SettingsError::new(message).with_hint(hint).at("mains_hz"));
     }

@@ -72,8 +72,8 @@ impl Environment {
         let is_known = range.is_empty() || RANGES.contains(&range);
         (!is_known && self.localhost_only != "1").then(|| {
             format!(
-                "ROS_AUTOMATIC_DISCOVERY_RANGE is {range:?}, expected one of {}: as in ROS, only this \
-                 machine is searched",
+                "ROS_AUTOMATIC_DISCOVERY_RANGE is {range:?}, which is none of {}: as ROS does, teampulse then \
+                 searches only this machine",
                 RANGES.join(", ")
             )
         })

@@ -229,7 +229,7 @@ async fn each_byte_of_a_serial_line_is_a_code() {
 #[test]
 fn mistakes_in_settings_are_named_at_their_place() {
     for (settings, wrong) in [
-        ("listen = \"0.0.0.0:5006\"", "token: there is no token, and other computers can connect"),
+        ("listen = \"0.0.0.0:5006\"", "token: other computers can connect, but no token is set"),
         ("listen = \"0.0.0.0:5006\"\ntoken = \"short\"", "token: the token is too short"),
     ] {
         assert_eq!(built::<MarkerLines>(settings).map(drop), Err(wrong.to_owned()));

@@ -213,7 +213,7 @@ fn write_all(mut to: impl Write, pieces: &Receiver<Vec<u8>>) {
 }
 
 /// Passes on each line of a pipe, until the pipe closes or `take` returns `false`. For a line that is too long, it
-/// reports each part.
+/// passes on [`Written::TooLong`] for each full piece, and the remainder as a line of its own.
 fn each_line(from: impl Read, mut take: impl FnMut(Written) -> bool) {
     let mut from = BufReader::new(from);
     loop {
@@ -234,7 +234,7 @@ fn each_line(from: impl Read, mut take: impl FnMut(Written) -> bool) {
     }
 }
 
-/// Keeps the last lines of standard error, and logs each line; a line that is too long is dropped.
+/// Keeps the last lines of standard error, and logs each line; of a line that is too long, only the remainder.
 fn keep(last: &LastWords, line: Written) -> bool {
     let Written::Whole(line) = line else { return true };
     let line = label(line, LONGEST_LABEL);

@@ -68,7 +68,7 @@ pub struct Play {
 fn speed(text: &str) -> Result<f64, String> {
     let speed = text.parse().ok().filter(|speed: &f64| speed.is_finite() && *speed > 0.0);
     speed.ok_or_else(|| {
-        format!("`{text}` is not a speed above 0: 2 is twice as fast as the recording")
+        format!("`{text}` is not a speed: give a number above 0, such as 2 for twice as fast as the recording")
     })
 }
 

@@ -14,7 +14,7 @@ pub fn share_one_heap() {
     for (setting, value) in [(libc::M_ARENA_MAX, 1), (libc::M_MMAP_THRESHOLD, LARGE)] {
         // SAFETY: only sets a number in the allocator, which may be done at any time.
         if unsafe { libc::mallopt(setting, value) } != 1 {
-            tracing::debug!("the C library refuses the setting {setting} of its allocator");
+            tracing::debug!("the C library's allocator rejected the setting {setting} (mallopt)");
         }
     }
 }

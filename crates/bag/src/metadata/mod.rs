@@ -24,7 +24,7 @@ pub(crate) use parsed::ParsedMetadata;
 pub(crate) const FILE_NAME: &str = "metadata.yaml";
 /// The metadata record in which rosbag2 stores the text of `metadata.yaml`.
 pub(crate) const ROSBAG2_RECORD: &str = "rosbag2";
-/// The key of that text in the record.
+/// The key of the text of `metadata.yaml` in [`ROSBAG2_RECORD`].
 pub(crate) const SERIALIZED_KEY: &str = "serialized_metadata";
 /// The ROS distribution that our bags state, as they use its formats.
 const ROS_DISTRO: &str = "jazzy";

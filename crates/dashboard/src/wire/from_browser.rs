@@ -110,11 +110,10 @@ pub enum FromBrowser {
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
 pub struct Wanted {
+    /// The stream's number.
+    pub stream: u32,
     /// The maximum number of points, or pictures, drawn per second; a faster wave is sent as pairs of its minimum and
     /// maximum, in the order in which they occur. 0 for all samples.
-    pub stream: u32,
-    /// The most points, or pictures, drawn per second; a faster wave is sent as pairs of its minimum and maximum, in
-    /// their order. 0 for all samples.
     pub points_per_sec: f64,
     /// For a camera: whether landmarks are drawn on its pictures. If so, pictures are sent as soon as their landmarks
     /// have arrived; without any landmarks, all pictures are sent.

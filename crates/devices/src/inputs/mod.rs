@@ -1,4 +1,4 @@
-//! Keyboards, mice and gamepads: how much a person uses them in each second, but not what for.
+//! Keyboards, mice and gamepads: how much a person uses them each second, but not which keys.
 //!
 //! Events go in, summaries of whole seconds come out. The times between presses can reveal a text, and so can the times
 //! of single presses; so a summary holds counts, means over at least [`LEAST_GROUP`] times, and idle time in whole

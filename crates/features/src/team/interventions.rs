@@ -308,7 +308,8 @@ fn window_stream(inputs: &[String], secs: f64) -> Stream {
         inputs: inputs.to_vec(),
         rate_hz: 1.0,
         method: format!(
-            "interventions that began in {secs} s over its length; robots commanded in it"
+            "number of interventions that began in a window of {secs} s, divided by its length; number of robots \
+             commanded in the window; time since the last command"
         ),
         doc: format!("How often people commanded robots in the last {secs} s."),
         ..Stream::concluded(NAME, Subject::team(), FAMILY, Shape::Feature)

@@ -154,7 +154,7 @@ pub(super) fn length(file: &mut Cursor<'_>) -> Result<u64, FormatError> {
         8 => file.array().map(u64::from_le_bytes),
         other => {
             let found = other.to_string();
-            Err(FormatError::malformed("the size of a length", &found, "1, 4 or 8 bytes"))
+            Err(FormatError::malformed("the width of a length field", &found, "1, 4 or 8 bytes"))
         }
     }
 }

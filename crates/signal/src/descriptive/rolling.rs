@@ -153,8 +153,8 @@ impl Rolling {
         self.begin_ns.map(|_| self.newest_ns)
     }
 
-    /// If the next hop ends at or before `at_ns` [ns], moves the windows that [end](Self::ends) with it and returns its
-    /// end; otherwise returns `None`. Before each [`push`](Self::push), call this until it returns `None`.
+    /// If the next hop ends at or before `at_ns` [ns], advances the windows that [end](Self::ends) there to that time,
+    /// and returns it; otherwise returns `None`. Before each [`push`](Self::push), call this until it returns `None`.
     ///
     /// No windows end in a gap that is longer than the longest window.
     pub fn advance(&mut self, at_ns: i64) -> Option<i64> {

@@ -29,13 +29,12 @@ const CYCLE_SECS: (f64, f64) = (0.22, 2.4);
 
 /// Finds the beats of a whole ECG at 80 to 4000 Hz, in any unit and of either polarity.
 ///
-/// A first pass detects beats as [`BeatDetector`] does. In three further passes, the usual heights and cycle
-/// are known from both sides of each candidate, and the chain with the most probable heights and intervals is
-/// chosen: the more deflections there are besides beats, the higher a candidate off the rhythm must be.
-/// Samples that are not [usable numbers](crate::gaps::is_usable) are bridged; a recording without beats
-/// returns none.
+/// A first pass detects beats as [`BeatDetector`] does. Three further passes estimate the typical beat height and
+/// interval from the beats before and after each candidate, and choose the most probable chain of beats. The more
+/// deflections there are besides beats, the higher a candidate that does not fit the rhythm must be to count. Samples
+/// that are not [usable numbers](crate::gaps::is_usable) are bridged; a recording without beats returns none.
 ///
-/// Returns an error for another rate.
+/// Returns an error for a rate outside this range.
 pub fn find_beats(signal: &[f64], rate_hz: f64) -> Result<Vec<Beat>, SignalError> {
     let mut candidates = Candidates::with_spacing(rate_hz, LATENCY_SECS, SPACING_SECS)?;
     let mut detector = BeatDetector::over(candidates.clone());

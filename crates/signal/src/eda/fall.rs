@@ -1,7 +1,7 @@
 //! Extrapolates the recovery of an earlier response.
 
-/// The assumed recovery time constant [s]: few are shorter; a longer one slightly reduces the amplitude of
-/// the next response, whereas too long an assumption would create false ones.
+/// The assumed recovery time constant [s]. Few real ones are shorter. If the real one is longer, the amplitude of the
+/// next response comes out slightly too small; if this value were too long, there would be false responses.
 const FALL_SECS: f64 = 1.5;
 /// The time before an onset over which the slope of the recovery is taken [s].
 const SLOPE_SECS: f64 = 0.75;

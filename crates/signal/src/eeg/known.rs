@@ -1,4 +1,4 @@
-//! The store of an analysed EEG: its segments and blinks.
+//! What is kept of an analysed EEG: its segments and blinks.
 
 use std::collections::VecDeque;
 

@@ -117,9 +117,9 @@ pub(super) fn quantities(names: &[String], welch: &str, blinks: &str) -> Vec<(Qu
         all.extend(
             own.map(|shape| (Quantity::Channel(index, shape), shape.value(Some(name), welch))),
         );
-        let method = "amplitude · mains · muscle (30–45 Hz) · share not flat, saturated or missing; \
-                      mean of the segments of 4 s; \
-                      times how free of narrow lines their mean spectrum is";
+        let method = "product of the scores for amplitude, mains and muscle (30–45 Hz) and the share of samples \
+                      that are neither flat, saturated nor missing, averaged over segments of 4 s; times a \
+                      score for the absence of narrow lines in their mean spectrum";
         all.push((Quantity::Quality(index), Value::of_channel("EEG_Quality", name, "1", method)));
     }
     all

@@ -53,7 +53,7 @@ const OF_CHANNEL: [(&str, &str, &str); 18] = [
     ),
     ("EMG_Mains", "1", "share of 50 or 60 Hz in the power of the band, averaged over 1 s"),
     ("EMG_Outside", "1", "share of the power outside the band"),
-    ("EMG_Flat", "1", "share of samples that are constant for more than 0.2 s"),
+    ("EMG_Flat", "1", "share of samples at which the signal has been constant for more than 0.2 s"),
     ("EMG_Clipped", "1", "share of samples clipped at an end of the range"),
 ];
 /// The values that are means over frames.

@@ -2,7 +2,7 @@
 
 use super::Peak;
 
-/// Measures the width of a peak at `share` of its prominence below it, within its bases.
+/// Measures the width of a peak between its bases, at `share` of its prominence below its top (SciPy's `rel_height`).
 pub(super) fn measure(signal: &[f64], peak: &mut Peak, share: f64) {
     let level = peak.height - peak.prominence * share;
     let is_above = |index: &usize| level < signal[*index];

@@ -17,7 +17,7 @@ pub(super) struct Piece {
     pub(super) skewness: f64,
 }
 
-/// The 5 s segments of a smoothed signal since its first sample.
+/// The newest 5 s segments of a smoothed signal, counted from its first sample.
 #[derive(Clone, Debug)]
 pub(super) struct Pieces {
     length: usize,

@@ -16,7 +16,7 @@ const FAST_PER_MIN: f64 = 24.0;
 /// The power of a slower rhythm, relative to the counted one, below which it is not a rival, and from which it may be
 /// the breathing: blood pressure waves and sway are slower rhythms, too.
 const SLOWER: (f64, f64) = (0.3, 0.8);
-/// The limits for a slower rhythm if a fast one was counted, which may be motion over the breathing.
+/// The limits for a slower rhythm if the counted one is fast: a fast rhythm may be motion that masks the breathing.
 const SLOWER_THAN_FAST: (f64, f64) = (0.03, 0.1);
 /// The limits in that case for a clear line, which has more than this share of all slower power.
 const CLEAR_SLOWER_THAN_FAST: (f64, f64) = (0.003, 0.01);

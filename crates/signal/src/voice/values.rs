@@ -62,13 +62,13 @@ pub(super) static VALUES: [Value; 14] = [
     Value::new(
         "VOICE_Speaking_Rate",
         "1/s",
-        "syllable nuclei (voiced peaks of level between dips of 2 dB, as de Jong & Wempe 2009) over the time from the first to the last speech",
+        "syllable nuclei (voiced peaks in level, separated by dips of 2 dB, as in de Jong & Wempe 2009) over the time from the start of the first stretch of speech to the end of the last",
     ),
     Value::new("VOICE_Articulation_Rate", "1/s", "syllable nuclei over the time in speech"),
     Value::new(
         "VOICE_Pauses",
         "1/min",
-        "pauses of 0.25 s or more within speech, over the time from the first to the last speech",
+        "pauses of 0.25 s or more within speech, over the time from the start of the first stretch of speech to the end of the last",
     ),
     Value::new("VOICE_Pause_Mean", "s", "mean length of these pauses"),
     Value::new(

@@ -22,7 +22,7 @@ const NOTHING_TO_STOP: &str = "`stop_recording` had no effect: nothing is being 
 /// last seconds are kept in memory.
 #[derive(Debug)]
 pub struct CommandedBag {
-    /// The bag, which is a template for each recording.
+    /// The template from which the bag of each recording is made.
     pub bag: ContinuingBag,
     /// Whether the recording starts paused.
     pub is_paused: bool,

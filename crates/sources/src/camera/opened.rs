@@ -108,7 +108,7 @@ impl Opened {
         })
     }
 
-    /// Warns about settings that the camera does not meet.
+    /// Warns if the camera's frame rate differs from the requested one.
     pub fn warn(&self, settings: &Camera, outlet: &Outlet) {
         let asked_hz = settings.rate_hz;
         if (self.rate_hz - asked_hz).abs() > RATE_WITHIN * asked_hz {

@@ -28,7 +28,7 @@ pub(super) fn gids<'a>(
     theirs.map(|each| each.gid)
 }
 
-/// Returns the names of publishers: the names of their computers, with GIDs where these are not unique.
+/// Returns the names of publishers: the names of their computers; if these are not all different, each with its GID.
 pub(super) fn names_of(graph: &Graph, publishers: &[Gid]) -> Vec<String> {
     let computers: BTreeSet<String> = publishers.iter().map(|gid| graph.computer(*gid)).collect();
     if computers.len() == publishers.len() {

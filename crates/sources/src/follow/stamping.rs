@@ -8,9 +8,9 @@ use teampulse_core::stream::StreamId;
 use teampulse_ros::graph::{Gid, Graph};
 use tokio::sync::watch;
 
-/// The computer that stamps one stream, reported in band before its first message and whenever the next message comes
-/// from another computer: if several computers publish a topic, each message is stamped by the clock of its own
-/// computer.
+/// Tracks which computer stamps a stream, and reports it in band before the stream's first message and before each
+/// message from a different computer than the previous one. If several computers publish a topic, each message is
+/// stamped by the clock of the computer that sent it.
 #[derive(Debug)]
 pub(super) struct Stamping {
     stream: StreamId,

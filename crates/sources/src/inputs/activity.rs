@@ -123,7 +123,7 @@ fn stream(person: &str, kind: Kind) -> Stream {
     Stream {
         signal: Signal::Activity,
         rate_hz: 1.0,
-        doc: format!("how much {person} uses the {} in each second, but not what for", kind.name()),
+        doc: format!("how much {person} uses the {} each second, but not which keys", kind.name()),
         ..stream.with_channels(kind.channels())
     }
 }

@@ -1,4 +1,4 @@
-//! This computer's keyboards, mice and gamepads: how much they are used in each second, but not what for.
+//! This computer's keyboards, mice and gamepads: how much they are used each second, but not which keys.
 
 mod activity;
 mod event_clock;
@@ -33,7 +33,7 @@ use x11::Display;
 const SETTLED_NS: i64 = 100_000_000;
 const SECOND_NS: i64 = 1_000_000_000;
 
-/// The keyboards, mice and gamepads that a person uses: how much in each second, but not what for.
+/// The keyboards, mice and gamepads that a person uses: how much each second, but not which keys.
 ///
 /// Each second has a summary: presses, their times and corrections of keyboards; path, clicks and wheel of mice;
 /// buttons and deflection of gamepads. No key and no text leaves the reader, nor the time of a single press: means are

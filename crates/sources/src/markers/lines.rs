@@ -55,13 +55,12 @@ impl Component<dyn Source, SourceContext> for MarkerLines {
 
     fn build(self, _: &SourceContext) -> Result<Box<dyn Source>, SettingsError> {
         let wrong = |message: &str| {
-            let hint =
-                "set one of at least 16 characters, such as the output of `openssl rand -hex 16`";
+            let hint = "set a token of at least 16 characters, such as the output of `openssl rand -hex 16`";
             Err(SettingsError::new(message).at("token").with_hint(hint))
         };
         match &self.token {
             None if !self.listen.ip().is_loopback() => {
-                wrong("there is no token, and other computers can connect")
+                wrong("other computers can connect, but no token is set")
             }
             Some(token) if token.chars().count() < SHORTEST_TOKEN => {
                 wrong("the token is too short")

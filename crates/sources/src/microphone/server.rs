@@ -141,7 +141,8 @@ fn connect() -> Result<Client, ClientError> {
     Client::new_unix(c"teampulse", socket, cookie)
 }
 
-/// Returns where the server's socket may be, according to the environment (`man pulse-client.conf`).
+/// Returns the paths at which the server's socket may be: the one in `PULSE_SERVER`, or else those below
+/// `PULSE_RUNTIME_PATH`, `XDG_RUNTIME_DIR` and `/run`, in this order.
 fn sockets(variable: impl Fn(&str) -> Option<OsString>) -> Vec<PathBuf> {
     if let Some(server) = variable("PULSE_SERVER").and_then(|server| server.into_string().ok()) {
         let path = server.strip_prefix("unix:").unwrap_or(&server);

@@ -88,7 +88,7 @@ fn describe(path: &str, error: &io::Error) -> SerialError {
             ("it is not a serial port".to_owned(), "`teampulse scan` lists the ports".to_owned())
         }
         Some(Errno::HOSTDOWN | Errno::HOSTUNREACH | Errno::CONNREFUSED | Errno::TIMEDOUT) => {
-            ("the device does not answer".to_owned(), "is it switched on, paired and near?".to_owned())
+            ("the device does not answer".to_owned(), "is it switched on, paired and in range?".to_owned())
         }
         _ => (error.to_string(), "`teampulse scan` lists the ports".to_owned()),
     };

@@ -155,7 +155,7 @@ fn at_port(error: SourceError, port: &str) -> SourceError {
     match error {
         SourceError::Gone { message, .. } => SourceError::Gone {
             message: format!("{message} (Shimmer3 at {port})"),
-            hint: "is this the port of a Shimmer3 with LogAndStream, switched on and near?".into(),
+            hint: "is this the port of a Shimmer3 with LogAndStream, and is it switched on and in range?".into(),
         },
         fatal @ SourceError::Fatal { .. } => fatal,
     }

@@ -25,12 +25,13 @@ pub struct Movement {
     pub magnitude: f64,
 }
 
-/// Joins by the motion that two accelerometers on one person recorded, each in order of time. The sampling
-/// rate must be 20 Hz or more, and the person must move for at least a few minutes.
+/// Joins two recordings by the motion that accelerometers on one person recorded in both. The sampling rate must be
+/// 20 Hz or more, and the person must move for at least a few minutes.
 ///
-/// The envelopes of both motions show where the recording belongs. From there, half-minute segments are
-/// followed: each with similar motion gives the offset to within a few milliseconds, and a robust line is
-/// fitted to these. Set [`Search::delay`] to how much later a movement reaches one sensor than the other.
+/// The envelopes of the two motions show roughly where the recording belongs. From there it is followed in half-minute
+/// segments: every segment in which the motions are similar gives the offset to within a few milliseconds, and a robust
+/// line is fitted to these offsets. Set [`Search::delay`] to how much later a movement reaches one sensor than the
+/// other.
 pub fn by_motion(
     session: &[Movement],
     recording: &[Movement],

@@ -79,7 +79,8 @@ pub struct Input {
     /// that its fingers point up.
     #[serde(default)]
     pub source: Source,
-    /// How much the part is enlarged on each side: 0.25 adds a quarter of its size to each side.
+    /// How much larger than the part the input is: 0.25 adds a quarter of its width and height, half of it on each
+    /// side.
     #[serde(default)]
     pub margin: f64,
 }

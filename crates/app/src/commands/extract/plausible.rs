@@ -105,12 +105,12 @@ impl Plausible {
             ),
             Signal::Temperature if !(SKIN_DEG_C.0..=SKIN_DEG_C.1).contains(&usual) => (
                 format!("{usual} degC is not a skin temperature{counts}"),
-                "give --unit degF or K if that is their unit, --scale FACTOR to convert counts \
+                "give --unit degF or --unit K if the values are in that unit, --scale FACTOR to convert counts \
                  to degC, or --signal other for anything but skin",
             ),
             Signal::Acceleration if usual > MOST_ACCELERATION_G => (
                 format!("{usual:.4} g is too large for a person's acceleration{counts}"),
-                "give --unit mg or m/s^2 if that is their unit, g/64 for an E4, or --scale \
+                "give --unit mg or --unit m/s^2 if the values are in that unit, --unit g/64 for an E4, or --scale \
                  FACTOR to convert counts to g: 0.000488281 for an Embrace Plus",
             ),
             Signal::Audio if self.largest > MOST_AUDIO => (

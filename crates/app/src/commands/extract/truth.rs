@@ -76,7 +76,7 @@ impl Marks {
 
 fn outside(begin_secs: f64, end_secs: f64) -> String {
     format!(
-        "no event of --truth is within the recording, which is from {begin_secs:.3} to {end_secs:.3} s"
+        "no event of --truth is within the recording, which runs from {begin_secs:.3} to {end_secs:.3} s"
     )
 }
 

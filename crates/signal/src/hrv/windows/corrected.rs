@@ -6,7 +6,8 @@ use super::{EDIT_WITHIN_SECS, Treatment};
 use crate::analysis::Span;
 use crate::intervals::{Beats, Correction, Edit, Kind, PLAUSIBLE_MS};
 
-/// A longer time without a beat [s] is a hole: more than one beat missed at the longest interval.
+/// A time without a beat that is longer than this [s] is a hole: even at the longest plausible interval (2 s), more
+/// than one beat was missed.
 const LONGEST_SECS: f64 = 4.0;
 
 /// Beats after correction, each stretch between holes on its own.

@@ -93,7 +93,7 @@ pub struct EmulatedBluetooth {
 }
 
 impl EmulatedBluetooth {
-    /// Starts the devices, whose time is that of `clock`.
+    /// Starts the devices, which take their time from `clock`.
     pub async fn start(
         devices: Vec<EmulatedDevice>,
         clock: Stopwatch,

@@ -312,9 +312,9 @@ fn which_is_whose(kind: &str, person: &str, rival: &Rival) -> SettingsError {
     } else {
         format!("several people have a `{kind}` without an address: who wears which is unknown")
     };
-    SettingsError::new(message)
-        .at("person")
-        .with_hint("give each source the `address` of its device; `teampulse scan` lists them")
+    SettingsError::new(message).at("person").with_hint(
+        "give each source the `address` of its device; `teampulse scan` lists the addresses",
+    )
 }
 
 pub(crate) fn check_address(address: &str) -> Result<(), SettingsError> {

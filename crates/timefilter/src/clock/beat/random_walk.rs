@@ -25,7 +25,7 @@ const NEAREST: usize = 24;
 /// The offset and skew of a clock at a time, and the standard error of the offset.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Estimate {
-    /// The delay of a packet that does not wait [s].
+    /// The offset: the delay of a packet that is not held up on its way [s].
     pub delay: f64,
     /// The slope of the delay over device time.
     pub slope: f64,

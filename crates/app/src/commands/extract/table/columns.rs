@@ -46,8 +46,9 @@ pub struct Wanted {
     pub decimal: Option<Decimal>,
 }
 
-/// The indices of the selected columns.
+/// The selected columns of a table.
 pub struct Columns {
+    /// The index of each column.
     pub places: Vec<usize>,
     pub names: Vec<String>,
     /// The unit of each column, if the table states it.

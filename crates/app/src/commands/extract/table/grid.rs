@@ -8,7 +8,7 @@ const TRACKING: f64 = 1e-3;
 /// The time of a row differs from its place on the line by at most this much [periods]: a step between two such rows is
 /// never so long that a sample would count as missing.
 const KEPT: f64 = 0.2;
-/// A stamp this far from the line, together with those after it, means that rows are missing or too many [periods].
+/// If a stamp and those after it are this far from the line [periods], rows are missing or there are too many.
 const ASTRAY: f64 = 0.5;
 /// Stamps with less jitter than this are trusted one by one [periods].
 const CLEAN: f64 = 0.1;
