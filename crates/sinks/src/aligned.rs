@@ -6,6 +6,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use teampulse_bag::private;
@@ -48,6 +50,7 @@ pub struct Aligned {
     path: PathBuf,
     members: Vec<Member>,
     aligner: Aligner,
+    undecoded: Arc<AtomicU64>,
 }
 
 /// A stream of the table.
@@ -55,15 +58,19 @@ struct Member {
     stream: Stream,
     source: SourceId,
     readout: Option<Readout>,
+    /// The number of messages without values, as they could not be decoded.
+    undecoded: u64,
 }
 
 impl Aligned {
     /// A sink that writes `path`, with these streams from left to right. If rows are placed at the samples of a pivot,
-    /// the pivot is the first stream; it may be a stream of events.
+    /// the pivot is the first stream; it may be a stream of events. At the end, `undecoded` is the number of messages
+    /// that could not be decoded.
     pub fn new(
         path: &Path,
         onto: RowTimes,
         streams: impl IntoIterator<Item = (Stream, Policy)>,
+        undecoded: &Arc<AtomicU64>,
     ) -> Result<Aligned, AlignError> {
         let mut aligner = Aligner::new(onto, Mode::Reproducible)?;
         let mut members = Vec::new();
@@ -84,9 +91,9 @@ impl Aligned {
                 aligner.hold(source, &held(&stream))?;
             }
             let readout = Readout::of(&stream);
-            members.push(Member { stream, source, readout });
+            members.push(Member { stream, source, readout, undecoded: 0 });
         }
-        Ok(Aligned { path: path.to_owned(), members, aligner })
+        Ok(Aligned { path: path.to_owned(), members, aligner, undecoded: Arc::clone(undecoded) })
     }
 }
 
@@ -127,6 +134,7 @@ struct AlignedTable {
     aligner: Aligner,
     ticks: Ticks,
     table: Table,
+    undecoded: Arc<AtomicU64>,
 }
 
 /// The file, and the first error in writing it.
@@ -161,6 +169,7 @@ impl AlignedTable {
                 uncertainties,
                 events: is_of_events.then(EventCells::default),
             },
+            undecoded: sink.undecoded,
         })
     }
 
@@ -206,8 +215,11 @@ impl AlignedTable {
             let described = Stream { channels: member.stream.channels.clone(), ..stream.clone() };
             member.readout = Readout::of(&described);
         }
-        let Some(readout) = &mut member.readout else { return };
-        let Some(values) = readout.read(&sample.data) else { return };
+        let values = member.readout.as_mut().and_then(|readout| readout.read(&sample.data));
+        let Some(values) = values else {
+            member.undecoded += 1;
+            return;
+        };
         let run = Run { measured, period_nanos: sample.period_ns, arrival, values };
         let table = &mut self.table;
         let taken = self.aligner.push_run(member.source, run, |output| table.take(output));
@@ -216,6 +228,14 @@ impl AlignedTable {
 
     fn finish(mut self) -> io::Result<()> {
         for member in &self.members {
+            if member.undecoded > 0 {
+                let failed = counted(member.undecoded, "message has", "messages have");
+                tracing::warn!(
+                    "{}: {failed} no values in the table: they can't be decoded",
+                    member.stream.name
+                );
+                self.undecoded.fetch_add(member.undecoded, Ordering::AcqRel);
+            }
             let counts = self.aligner.counts(member.source).unwrap_or_default();
             if counts.late + counts.ahead + counts.crowded > 0 {
                 tracing::warn!(
@@ -353,9 +373,9 @@ fn columns(stream: &Stream) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
+    use bytes::Bytes;
     use teampulse_core::stream::{Schema, Subject};
+    use tempfile::tempdir;
 
     use super::*;
 
@@ -371,5 +391,45 @@ mod tests {
         let channels = [("on", ""), ("states[0]", ""), ("raw", "uV"), ("x", ""), ("y[1]", "")];
         let stream = stream.with_channels(&channels);
         assert_eq!(held(&stream), [true, true, false, false, false]);
+    }
+
+    #[test]
+    fn messages_that_cannot_be_decoded_are_counted() {
+        let folder = tempdir().unwrap();
+        let schema = Schema {
+            name: "own_msgs/msg/Own".into(),
+            encoding: "ros2msg".into(),
+            text: "float64 x".into(),
+            hash: String::new(),
+        };
+        let stream = Stream::raw("/r1/own", Subject::robot("r1"), Shape::Message(Arc::new(schema)));
+        let stream = stream.with_channels(&[("x", "m")]);
+        let policy = Policy::Hold { max_age_nanos: 1_000_000_000 };
+        let undecoded = Arc::default();
+        let streams = [(stream.clone(), policy)];
+        let path = folder.path().join("aligned.csv");
+        let aligned = Aligned::new(&path, RowTimes::Pivot, streams, &undecoded).unwrap();
+        let mut table = AlignedTable::open(aligned).unwrap();
+        for message in [&[0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0xf0, 0x3f][..], &[0, 1, 0, 0, 7]] {
+            table.take(&record(&stream, message)).unwrap();
+        }
+        table.finish().unwrap();
+        assert_eq!(undecoded.load(Ordering::Acquire), 1);
+    }
+
+    fn record(stream: &Stream, message: &[u8]) -> Record {
+        let cdr = Bytes::copy_from_slice(message);
+        let sample = Sample {
+            stream: StreamId(0),
+            measured: Time::from_nanos(1_500_000_000),
+            log_time: Time::from_nanos(2_000_000_000),
+            device_time: None,
+            source_time: None,
+            period_ns: 0.0,
+            index: 0,
+            turn: Turn::OnTime,
+            data: Data::Message(cdr.clone()),
+        };
+        Record { stream: Arc::new(stream.clone()), sample, cdr }
     }
 }

@@ -100,7 +100,7 @@ impl Export {
         let folder = self.out.clone().unwrap_or_else(|| self.bag.with_extension("csv"));
         let undecoded = Arc::new(AtomicU64::new(0));
         let (sink, written) = match self.onto() {
-            Some(onto) => (self.aligned(onto, &bag, &folder)?, folder.join(TABLE)),
+            Some(onto) => (self.aligned(onto, &bag, &folder, &undecoded)?, folder.join(TABLE)),
             None => match self.format {
                 Format::Csv if has_health(&bag) => {
                     (Csv::into_folder(folder.clone(), &undecoded), folder)
@@ -140,7 +140,13 @@ impl Export {
         grid.or(self.pivot.as_ref().map(|_| RowTimes::Pivot))
     }
 
-    fn aligned(&self, onto: RowTimes, bag: &Bag, folder: &Path) -> Result<Box<dyn Sink>, Failure> {
+    fn aligned(
+        &self,
+        onto: RowTimes,
+        bag: &Bag,
+        folder: &Path,
+        undecoded: &Arc<AtomicU64>,
+    ) -> Result<Box<dyn Sink>, Failure> {
         let wanted =
             bag.streams().iter().filter(|each| each.messages > 0 && self.wants(&each.stream));
         let mut streams: Vec<Stream> =
@@ -166,7 +172,7 @@ impl Export {
             let policy = self.policy_of(&stream);
             (stream, policy)
         });
-        let aligned = Aligned::new(&folder.join(TABLE), onto, streams);
+        let aligned = Aligned::new(&folder.join(TABLE), onto, streams, undecoded);
         Ok(Box::new(
             aligned
                 .map_err(|error| Failure::new(format!("the table can't be created: {error}")))?,
