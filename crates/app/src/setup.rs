@@ -80,10 +80,7 @@ impl Setup {
     pub async fn new(study: Study, buses: Arc<Buses>) -> Result<Setup, Failure> {
         // Errors in the environment are not errors in the study.
         default_bus(&buses)?;
-        study.check_phases()?;
-        study.check_commands()?;
-        study.check_alerts()?;
-        study.check_faces()?;
+        study.check()?;
         let growth = Growth::default();
         let (clock, bag_ended) = (Clock::host(), Ended::default());
         let (view, phases, follows) = (View::default(), ScheduleHandle::default(), None);
@@ -389,10 +386,7 @@ fn sinks(study: &Study, context: &SinkContext) -> Result<Vec<Box<dyn Sink>>, Fai
 
 /// Fails if a study could not be run. Joins and creates nothing.
 pub fn try_out(study: &Study) -> Result<(), Failure> {
-    study.check_phases()?;
-    study.check_commands()?;
-    study.check_alerts()?;
-    study.check_faces()?;
+    study.check()?;
     team(study)?;
     let (clock, buses) = (Clock::settable(), Arc::new(Buses::apart()));
     let context = SourceContext {

@@ -15,10 +15,7 @@ use super::*;
 /// Reads a study and builds its sources, as `run` does.
 fn read(text: &str) -> Result<usize, StudyError> {
     let study = Study::parse(Path::new("study.toml"), text.to_owned())?;
-    study.check_phases()?;
-    study.check_commands()?;
-    study.check_alerts()?;
-    study.check_faces()?;
+    study.check()?;
     let bus: Arc<dyn Bus> = MemoryBus::new("/test");
     let buses = Arc::new(Buses::holding([(0, bus)]));
     let context = SourceContext {
