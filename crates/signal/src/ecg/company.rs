@@ -4,9 +4,10 @@ use super::windows::WindowBeat;
 use crate::robust::median_in_place;
 
 /// Beats are of two kinds if the variance between the kinds is at least this share of the total variance.
-const APART: f64 = 0.75;
-/// The fewest beats of a kind whose times are judged.
-const LEAST_BEATS: usize = 5;
+const APART: f64 = 0.70;
+/// The fewest beats in which two rhythms are looked for, and the fewest of one kind.
+const LEAST_IN_ALL: usize = 10;
+const LEAST_BEATS: usize = 3;
 /// The rate of all beats is wrong if it exceeds that of one rhythm by more than this factor; or if the median interval
 /// of that rhythm is shorter than this [s], like the intervals of two hearts together, and the other beats are at least
 /// this share of all.
@@ -16,9 +17,9 @@ const LEAST_SHARE: f64 = 0.2;
 /// Limits of the mean relative deviation of intervals from the median interval. Beats of one rhythm are regular below
 /// the first limit, if the deviation of all beats exceeds the second limit and is at least this many times as large.
 /// Within one rhythm, deviations are taken from the nearest multiple of the median interval, up to this multiple.
-const REGULAR: f64 = 0.03;
+const REGULAR: f64 = 0.06;
 const IRREGULAR: f64 = 0.03;
-const TIMES_REGULAR: f64 = 2.5;
+const TIMES_REGULAR: f64 = 2.0;
 const MOST_MULTIPLE: f64 = 4.0;
 /// The shortest median interval of a heart [s].
 const LEAST_SECS: f64 = 0.27;
@@ -32,7 +33,7 @@ pub(super) fn is_in_company(beats: &[WindowBeat]) -> bool {
     let secs = |beat: &WindowBeat| (beat.at_ns - first_ns) as f64 / 1e9;
     let times: Vec<f64> = beats.iter().map(secs).collect();
     let irregularity = irregularity(&times, 1.0);
-    if times.len() < 2 * LEAST_BEATS || irregularity < IRREGULAR {
+    if times.len() < LEAST_IN_ALL || irregularity < IRREGULAR {
         return false;
     }
     let regular = REGULAR.min(irregularity / TIMES_REGULAR);
@@ -153,6 +154,12 @@ mod tests {
         for height in [0.4, 0.7, 1.6] {
             assert!(are_two(rhythm(0.0, 0.93, 1.0).chain(rhythm(0.4, 0.61, height))), "{height}");
         }
+    }
+
+    #[test]
+    fn a_few_clicks_at_random_are_not_of_the_heart() {
+        let clicks = [3.3, 11.65, 20.1, 27.5].map(|at| (at, 1.7));
+        assert!(are_two(rhythm(0.0, 0.9, 1.0).chain(clicks)));
     }
 
     #[test]
