@@ -358,8 +358,8 @@ async fn a_bluetoothd_that_vanishes_and_returns_is_reached_again_on_the_same_tim
         bluez.expect("a dbus-daemon")
     };
     let first = start(folder.path()).await;
-    // Another daemon has another identity: as `DBUS_SYSTEM_BUS_ADDRESS` is set, it is not asked for.
-    let context = context(&format!("unix:path={}", folder.path().join("bus").display()));
+    // Another daemon has another identity, which is not part of the address.
+    let context = context(first.bus_address());
     let began = context.clock.now() - clock.elapsed();
     let source = source::<Polar>(r#"person = "p001""#, &context);
     let (seen, mut waves) = tokio::sync::watch::channel(0);

@@ -87,6 +87,8 @@ impl Daemon {
                 _ => failed(&"dbus-daemon ended at once"),
             });
         };
+        // Without the daemon's GUID, so that programs reconnect to the next daemon with this socket.
+        let address = address.split_once(",guid=").map_or(&*address, |(path, _)| path).to_owned();
         Ok(Self { address, _guard: guard, _folder: None })
     }
 }

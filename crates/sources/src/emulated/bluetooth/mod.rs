@@ -102,7 +102,8 @@ impl EmulatedBluetooth {
         Self::serve(devices, clock, Daemon::start().await?).await
     }
 
-    /// Starts the devices like [`start`](Self::start), on a D-Bus whose socket is `bus` in an existing folder.
+    /// Starts the devices like [`start`](Self::start), on a D-Bus whose socket is the file `bus` in `folder`, which must
+    /// exist.
     pub async fn start_in(
         folder: &Path,
         devices: Vec<EmulatedDevice>,
