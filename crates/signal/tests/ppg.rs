@@ -147,6 +147,29 @@ fn a_gap_is_no_pulse() {
 }
 
 #[test]
+fn no_interval_spans_a_gap() {
+    let mut signal = wave(&times_secs(60.0), RATE_HZ);
+    signal[1280..1600].fill(f64::NAN);
+    let mut live = causal(&Settings::default(), RATE_HZ).unwrap();
+    let mut events = Vec::new();
+    for (k, &sample) in signal.iter().enumerate() {
+        live.push((k as f64 / RATE_HZ * 1e9) as i64, &[sample]);
+        events.extend(std::iter::from_fn(|| live.next_event()));
+    }
+    let recorded = whole(&Settings::default(), &recording(&[signal])).unwrap();
+    let interval_ms = |event: &Event| {
+        event.details.iter().find(|(name, _)| *name == "pp_ms").map_or(0.0, |(_, ms)| *ms)
+    };
+    for events in [events, recorded.events] {
+        let (unknown, known): (Vec<f64>, Vec<f64>) =
+            events.iter().map(interval_ms).partition(|ms| ms.is_nan());
+        assert_eq!(unknown.len(), 2, "the first one, and the one after the gap");
+        assert!(known.len() > 45, "{}", known.len());
+        assert!(known.iter().all(|ms| (500.0..1100.0).contains(ms)), "{known:?}");
+    }
+}
+
+#[test]
 fn cleaning_takes_out_drift_and_noise() {
     let wave = |k: usize, hz: f64| (TAU * hz * k as f64 / RATE_HZ).sin();
     let signal: Vec<f64> =

@@ -79,6 +79,16 @@ impl Track {
         self.values.range(begin - self.first..end - self.first).copied()
     }
 
+    /// The number of samples in the longest run that is not [usable](crate::gaps::is_usable), as far as they are held.
+    pub fn longest_gap(&self, samples: Range<usize>) -> usize {
+        let (mut run, mut longest) = (0, 0);
+        for value in self.iter(samples) {
+            run = if is_usable(value) { 0 } else { run + 1 };
+            longest = longest.max(run);
+        }
+        longest
+    }
+
     /// The time of a (fractional) sample position [ns], also slightly beyond the ends; `None` when no sample
     /// is held.
     pub fn time_ns(&self, sample: f64) -> Option<i64> {

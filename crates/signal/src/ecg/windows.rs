@@ -13,7 +13,6 @@ use super::silence::Silence;
 use super::steepness::Steepness;
 use super::values;
 use crate::analysis::{LEAST_COVERAGE, Measured, Reason, Span, Track, Value, Windows};
-use crate::gaps::is_usable;
 use crate::hrv::HeartWindows;
 use crate::respiration::derived::{Beat, BreathingWindows};
 use crate::robust::median_in_place;
@@ -88,11 +87,7 @@ impl EcgWindows {
         let is_long = self.usual_ms().is_some_and(|usual| interval_ms > HIDING_CYCLES * usual);
         let hiding_secs = if is_long { HIDING_PART_SECS } else { HIDING_SECS };
         let hiding = (hiding_secs * self.track.rate_hz()) as usize;
-        let (mut run, mut longest) = (0, 0);
-        for value in self.track.iter(before as usize..beat as usize) {
-            run = if is_usable(value) { 0 } else { run + 1 };
-            longest = longest.max(run);
-        }
+        let longest = self.track.longest_gap(before as usize..beat as usize);
         (longest <= hiding).then_some(interval_ms)
     }
 

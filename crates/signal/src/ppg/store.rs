@@ -18,6 +18,8 @@ use crate::respiration::derived::BreathingWindows;
 
 /// The smallest probability of the rate for which it is reported.
 const LEAST_PROBABILITY: f64 = 0.4;
+/// A pulse may be missed in a longer run of missing data [s].
+const HIDING_SECS: f64 = 0.3;
 /// The time before the end in which pulses are not known yet [s].
 const UNKNOWN_SECS: f64 = 0.5;
 
@@ -65,12 +67,23 @@ impl PpgWindows {
         }
     }
 
-    /// Takes in a pulse; returns its time [ns], and the interval from the one before [ms].
+    /// Takes in a pulse; returns its time [ns], and the interval from the one before [ms]: NaN for the first one, and if
+    /// missing data may hide a pulse between them.
     pub(super) fn push_pulse(&mut self, pulse: Pulse) -> (i64, f64) {
         let at_ns = self.signal.time_ns(pulse.sample).unwrap_or_default();
-        let before = self.pulses.push(at_ns, pulse.sample).unwrap_or(f64::NAN);
+        let before = self.pulses.push(at_ns, pulse.sample);
         self.pulses.settle(&self.smoothed);
-        (at_ns, (pulse.sample - before) / self.signal.rate_hz() * 1e3)
+        let interval_ms = before.and_then(|before| self.interval_ms(before, pulse.sample));
+        (at_ns, interval_ms.unwrap_or(f64::NAN))
+    }
+
+    /// The interval between two successive pulses [ms]; `None` if missing data may hide a pulse between them.
+    fn interval_ms(&self, before: f64, pulse: f64) -> Option<f64> {
+        let between = before as usize..pulse as usize;
+        let hiding = (HIDING_SECS * self.signal.rate_hz()) as usize;
+        let is_known =
+            between.start >= self.signal.held().start && self.signal.longest_gap(between) <= hiding;
+        is_known.then_some((pulse - before) / self.signal.rate_hz() * 1e3)
     }
 
     pub(super) fn forget(&mut self, before_ns: i64) {
