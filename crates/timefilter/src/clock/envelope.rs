@@ -49,9 +49,11 @@ const USUAL_SECS: f64 = 600.0;
 const USUAL_MOST_SECS: f64 = 60.0;
 /// The number of bins needed to call a clock poor: at its start, and after a wrong verdict.
 const POOR_BINS: (usize, usize) = (6, 30);
-/// The number of packets needed to call a clock poor: the waits of a few packets for link events may rise or fall by
-/// chance.
-const POOR_PACKETS: f64 = 24.0;
+/// The number of packets needed to call a clock poor: if delays have changed by more than any wait for a link event, and
+/// if not. The waits of few packets may rise or fall steadily, as along one edge of a sawtooth.
+const POOR_PACKETS: (f64, f64) = (24.0, 84.0);
+/// A change of delays beyond that of waits for link events [s].
+const BEYOND_WAITS_SECS: f64 = 0.1;
 
 /// The smallest delays of the last bins.
 #[derive(Clone, Debug)]
@@ -178,7 +180,10 @@ impl Envelope {
             let fastest = points().min_by(|a, b| a.delay.total_cmp(&b.delay));
             return fastest.map_or(guess, Fit::level);
         }
-        let is_known = count >= self.poor_bins && count as f64 * in_bin >= POOR_PACKETS;
+        let since = points().next().map_or(device, |first| first.device);
+        let is_beyond_waits = straight.slope.abs() * (device - since) > BEYOND_WAITS_SECS;
+        let packets = if is_beyond_waits { POOR_PACKETS.0 } else { POOR_PACKETS.1 };
+        let is_known = count >= self.poor_bins && count as f64 * in_bin >= packets;
         let shown = is_known && excess > usual;
         let within = |skew: f64| {
             line_under(points, device, memory, Expected { skew, slope: 0.0, scatter }, guess)

@@ -402,6 +402,25 @@ fn waits_for_link_events_that_fall_with_each_of_a_few_packets_are_no_fast_clock(
 }
 
 #[test]
+fn waits_for_link_events_that_change_steadily_from_packet_to_packet_are_no_fast_clock() {
+    let mut random = Device::new(1.0);
+    for session in 0..400 {
+        // Batches of 73 samples at 130 Hz, over intervals of 7.5 to 50 ms.
+        let (mut clock, mut device) = (model(), Device::new(130.0));
+        (device.batch, device.tail, device.least_delay) = (73, 0.0, 0.0);
+        let interval = 1_250_000 * (6 + session % 35);
+        device.now += (random.uniform() * interval as f64) as i64;
+        while device.clock < 125 * SECOND {
+            let (_, stamps) = device.send();
+            let again = i64::from(random.uniform() < 0.1);
+            let arrival = (stamps.arrival / interval + 1 + again) * interval;
+            clock.correct(&Stamps { arrival, ..stamps });
+        }
+        assert_eq!(events(&mut clock), [], "{session}");
+    }
+}
+
+#[test]
 fn a_perfect_clock_of_few_packets_makes_no_news() {
     for tenths_hz in [10, 15, 20, 30, 50] {
         let (mut clock, mut device) = (model(), Device::new(f64::from(tenths_hz) / 10.0));
