@@ -359,7 +359,11 @@ impl Epoch {
         self.lay(open);
         let now = self.line.frontier();
         let age = seconds(now).max(0.0);
-        let slew = (0.5 / age.max(1.0)).clamp(SLOWEST_SLEW, FASTEST_SLEW);
+        let slew = if age < YOUNG_SECS && self.line.at(now) / 1e9 - self.fit.at(age) > STEADY_SECS {
+            FASTEST_SLEW // the first packets were late
+        } else {
+            (0.5 / age.max(1.0)).clamp(SLOWEST_SLEW, FASTEST_SLEW)
+        };
         let within = (age / 4.0).clamp(0.5, 4.0) * 1e9;
         self.line.lead_to(self.fit.at(age) * 1e9, self.fit.slope, within, slew);
     }

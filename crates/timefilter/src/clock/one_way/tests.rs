@@ -421,6 +421,25 @@ fn waits_for_link_events_that_change_steadily_from_packet_to_packet_are_no_fast_
 }
 
 #[test]
+fn first_packets_that_were_held_up_do_not_delay_all_times_or_look_like_a_clock_that_was_set() {
+    for held_millis in [300, 1_000, 5_000, 9_000] {
+        let (mut clock, mut device) = (model(), Device::new(2.0));
+        let up = device.now + held_millis * SECOND / 1_000;
+        let start = device.now;
+        let mut error = f64::NAN;
+        while device.now < start + 60 * SECOND {
+            let (truth, stamps) = device.send();
+            let stamps = Stamps { arrival: stamps.arrival.max(up), ..stamps };
+            error = (clock.correct(&stamps).measured - truth) as f64 / 1e9 - device.least_delay;
+            let settles = up + 3 * (up - start) + SECOND;
+            assert!(truth < settles || error.abs() < 0.25, "{held_millis}: {error}");
+        }
+        assert!(error.abs() < 0.05, "{held_millis}: {error}");
+        assert_eq!(events(&mut clock), [], "{held_millis}");
+    }
+}
+
+#[test]
 fn a_perfect_clock_of_few_packets_makes_no_news() {
     for tenths_hz in [10, 15, 20, 30, 50] {
         let (mut clock, mut device) = (model(), Device::new(f64::from(tenths_hz) / 10.0));
