@@ -181,6 +181,9 @@ impl Remote {
             Found::Elsewhere(_) | Found::Nothing => {}
         }
         if self.bursts.pass(self.now) {
+            if let Some(nanos) = self.bursts.take_set() {
+                self.envelope.shift(self.now, nanos.saturating_neg());
+            }
             self.judge();
         }
     }

@@ -37,6 +37,8 @@ pub(super) struct Bursts {
     agreed: Option<i64>,
     line: Option<LinearFit>,
     spread: f64,
+    /// How far the clock was set forward, if the last burst has shown that [ns].
+    set: Option<i64>,
 }
 
 /// The fastest probe of a burst.
@@ -97,6 +99,11 @@ impl Bursts {
         self.agreed
     }
 
+    /// How far the clock was set forward, if this has become known since the last call [ns].
+    pub(super) fn take_set(&mut self) -> Option<i64> {
+        self.set.take()
+    }
+
     /// Takes a probe. Implausible ones are ignored.
     pub(super) fn push(&mut self, probe: &Probe) {
         let sound = probe.offset_secs.abs() <= FURTHEST_SECS
@@ -148,6 +155,7 @@ impl Bursts {
                 self.away = apart;
             }
             self.closed.clear();
+            self.set = Some(exchange.offset.saturating_sub(line.at(exchange.at)));
             agreed = None;
         }
         self.astray = None;

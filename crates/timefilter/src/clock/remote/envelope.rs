@@ -63,6 +63,16 @@ impl Envelope {
         Envelope { line, ..Envelope::default() }
     }
 
+    /// Continues with delays that are `nanos` longer from now on, as after the clock was set [ns].
+    pub(super) fn shift(&mut self, now: i64, nanos: i64) {
+        let Some(line) = self.line else { return };
+        let delay = line.at(now).saturating_add(nanos);
+        self.line = Some(LinearFit { origin: now, nanos: delay, slope: 0.0 });
+        self.bins.clear();
+        self.raised.clear();
+        self.open = None;
+    }
+
     /// The delay of the fastest messages; `None` until it is known.
     pub(super) fn line(&self) -> Option<LinearFit> {
         self.line

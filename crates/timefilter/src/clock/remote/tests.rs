@@ -317,6 +317,22 @@ fn a_clock_that_is_set_in_a_small_step_is_followed_without_one() {
     assert_eq!(state.epoch, 0);
 }
 
+#[test]
+fn a_probed_clock_that_was_set_back_by_a_tenth_of_a_second_is_not_reported_minutes_later() {
+    for back_millis in [60, 98, 100, 101] {
+        let mut computer = Computer::new(-80_000_000, 0);
+        computer.run_with_probes(0, 200);
+        computer.ahead_nanos -= back_millis * 1_000_000;
+        for second in 200..600 {
+            computer.ahead_nanos -= 100_000;
+            computer.run_with_probes(second, second + 1);
+        }
+        let state = computer.remote.state();
+        assert!((state.offset_secs - computer.truth_secs(600)).abs() < 0.002, "{state:?}");
+        assert!(matches!(computer.events[..], [ClockEvent::Off { .. }]), "{:?}", computer.events);
+    }
+}
+
 /// The fraction of messages whose true time is outside the stated interval [0..1].
 fn outside(computer: &mut Computer, seconds: Range<i64>, probe_secs: Option<i64>) -> f64 {
     let (mut outside, mut all) = (0, 0);
