@@ -143,26 +143,32 @@ impl Summary {
     ) {
         let of = &record.stream;
         let is_phase = is_of_phases(&record.stream);
-        let judged = record.stream.inputs.first();
-        let judged = judged.filter(|input| {
-            self.judges.get(*input).is_some_and(|judge| {
-                let is_alike = judge.windowless_name() == of.windowless_name();
-                judge.name == of.name || is_phase && is_alike
-            })
+        let judge = of.inputs.first().and_then(|input| self.judges.get(input));
+        let is_judge = judge.is_some_and(|judge| {
+            let is_alike = judge.windowless_name() == of.windowless_name();
+            judge.name == of.name || is_phase && is_alike
         });
-        let Some(stream) = judged.and_then(|input| raw(streams, input)) else { return };
+        if !is_judge && !(is_phase && is_of_statistics(of)) {
+            return;
+        }
+        let Some(stream) = of.inputs.first().and_then(|input| raw(streams, input)) else { return };
         let window = Window::of(record.sample.measured, values);
         // Windows of a stream that is reported on change are mostly empty.
-        let is_judged = window.is_after(timeline.began()) && !stream.is_reported_on_change();
-        if !is_judged || is_too_short(values) {
+        if !window.is_after(timeline.began()) || stream.is_reported_on_change() {
             return;
         }
         let subject = stream.subject();
         let section = timeline.section(&subject, window.middle());
         let watched = self.watched.entry((subject, stream.name.clone())).or_default();
-        let worth = usable_share(&record.stream, values);
+        let (worth, secs) = (usable_share(of, values), values.window_secs);
         match section.phase {
-            Some(phase) if is_phase => watched.take_phase(worth, values.window_secs, phase),
+            // Statistics of a long phase are over the last part of it.
+            Some(_) if is_phase && !section.is_covered_by(secs) => {}
+            Some(phase) if is_phase && !is_judge => {
+                watched.take_coverage(f64::from(values.coverage), secs, phase);
+            }
+            _ if is_too_short(values) => {}
+            Some(phase) if is_phase => watched.take_phase(worth, secs, phase),
             phase if !is_phase => {
                 watched.take_window(worth, phase.filter(|_| window.lies_in(section)));
             }

@@ -385,11 +385,12 @@ fn the_summary_says_what_was_usable_of_whom_and_when() {
     | /robot1/odom |      20.0 |  75 %* |   100 %* | 50 %* |    3 |    1.0 |
 
     rate: the median over the seconds in which samples arrived. usable: the share of each phase with data good enough
-    for values, or else the mean share over the windows in the phase; for the session, the mean over its phases if they
-    cover it, or else over all windows. * = without windows: the share of time in which the stream arrived as it
-    should. - = a silence would mean nothing, as for a key or the battery of a wearable. lost: on the way here and in
-    our own queue; ? = unknown. ± : how far a time may be off (95 %); - = unknown, as neither a model of its clock nor
-    the computer that stamps such a stream states it.
+    for values, or else the mean share over the windows in the phase, at most the share of the phase with data; for the
+    session, the mean over its phases if they cover it, or else over all windows, at most the share of time in which
+    samples arrived. * = without windows: the share of time in which the stream arrived as it should. - = a silence
+    would mean nothing, as for a key or the battery of a wearable. lost: on the way here and in our own queue; ? =
+    unknown. ± : how far a time may be off (95 %); - = unknown, as neither a model of its clock nor the computer that
+    stamps such a stream states it.
 
     ## What was lost or wrong
 

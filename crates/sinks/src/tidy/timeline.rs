@@ -41,6 +41,9 @@ pub(super) struct Timeline {
     cut_off: Option<String>,
 }
 
+/// The share of a section that values must cover to be those of the section.
+const LEAST_COVERED: f64 = 0.95;
+
 /// A stretch of a subject's time within one phase, or between two phases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Section<'a> {
@@ -50,6 +53,13 @@ pub(super) struct Section<'a> {
     pub(super) begin: Time,
     /// The end of the section, as far as it is known.
     pub(super) end: Option<Time>,
+}
+
+impl Section<'_> {
+    /// Whether values over this time [s] are those of the whole section, as far as its end is known.
+    pub(super) fn is_covered_by(self, secs: f64) -> bool {
+        self.end.is_none_or(|end| secs >= LEAST_COVERED * end.secs_since(self.begin))
+    }
 }
 
 impl Default for Timeline {

@@ -34,6 +34,16 @@ const NO_STREAM: &str = "- No stream of a person or a robot was received.";
 const JOINED: &str = "- The session was already running when this bag began: times count from there, and so does a phase \
                       that had begun before, such as the baseline. The streams in the bag compare with the whole \
                       phase.";
+/// The meaning of the columns of the tables of streams.
+const COLUMNS: &str = "\
+rate: the median over the seconds in which samples arrived. usable: the share of each phase with data good enough
+for values, or else the mean share over the windows in the phase, at most the share of the phase with data; for the
+session, the mean over its phases if they cover it, or else over all windows, at most the share of time in which
+samples arrived. * = without windows: the share of time in which the stream arrived as it should. - = a silence
+would mean nothing, as for a key or the battery of a wearable. lost: on the way here and in our own queue; ? =
+unknown. ± : how far a time may be off (95 %); - = unknown, as neither a model of its clock nor the computer that
+stamps such a stream states it.
+";
 
 /// A summary with its context.
 pub(super) struct Page<'a> {
@@ -150,15 +160,7 @@ impl Page<'_> {
             let name = if subject.id.is_empty() { "everyone" } else { &subject.id };
             writeln!(f, "### {name}\n\n{}", self.streams_of(subject))?;
         }
-        writeln!(
-            f,
-            "rate: the median over the seconds in which samples arrived. usable: the share of each phase with data good \
-             enough\nfor values, or else the mean share over the windows in the phase; for the session, the mean over its \
-             phases if they\ncover it, or else over all windows. * = without windows: the share of time in which the \
-             stream arrived as it\nshould. - = a silence would mean nothing, as for a key or the battery of a wearable. \
-             lost: on the way here and in\nour own queue; ? = unknown. ± : how far a time may be off (95 %); - = unknown, \
-             as neither a model of its clock nor\nthe computer that stamps such a stream states it.\n"
-        )
+        writeln!(f, "{COLUMNS}")
     }
 
     fn streams_of(&self, subject: &Subject) -> Table {

@@ -22,10 +22,14 @@ pub(super) struct StreamSummary {
     was_awaited: bool,
     /// The shares of seconds in which the stream was fine.
     fine: Shares,
+    /// The share of seconds in which samples arrived, however many.
+    arriving: Share,
     /// The usable shares of windows; for a phase, of the windows within it.
     windows: Shares,
     /// The usable shares of whole phases, weighted by length.
     phases: Shares,
+    /// The shares of whole phases with data, of whatever quality.
+    covered: Shares,
     /// The number of seconds in which the stream was not fine.
     pub(super) not_fine_secs: u32,
     /// The complaints of those seconds, by state and by text without its numbers.
@@ -87,6 +91,8 @@ impl StreamSummary {
         }
         let is_fine = f64::from(u8::from(state == State::Ok));
         self.fine.take(is_fine, 1.0, phase);
+        let is_arriving = matches!(state, State::Ok | State::Degraded);
+        self.arriving.take(f64::from(u8::from(is_arriving)), 1.0);
     }
 
     fn complain(&mut self, status: &StreamStatus) {
@@ -117,34 +123,42 @@ impl StreamSummary {
         self.phases.take(worth, length_secs, Some(phase));
     }
 
+    /// Takes the share of a whole phase with data, with its length.
+    pub(super) fn take_coverage(&mut self, coverage: f64, length_secs: f64, phase: &str) {
+        self.covered.take(coverage, length_secs, Some(phase));
+    }
+
     /// The usual rate of the stream while samples arrived [Hz].
     pub(super) fn rate_hz(&self) -> Option<f64> {
         self.rates.usual_hz()
     }
 
-    /// The usable share of the session: from whole phases if they cover the session, otherwise from windows.
+    /// The usable share of the session: from whole phases if they cover the session, otherwise from windows. In a long
+    /// silence no windows are reported, so it is at most the share of time in which samples arrived.
     pub(super) fn usable(&self) -> Option<Usable> {
-        let (phases, windows) = (&self.phases, &self.windows);
-        let is_covered = phases.all.of >= COVERED * self.fine.all.of;
-        let computed = if is_covered { [phases, windows] } else { [windows, phases] };
-        self.first(computed, Shares::mean)
+        let is_covered = self.phases.all.of >= COVERED * self.fine.all.of;
+        let arriving = self.arriving.mean().unwrap_or(1.0);
+        let windows = self.windows.mean().map(|share| share.min(arriving));
+        let phases = self.phases.mean();
+        let computed = if is_covered { phases.or(windows) } else { windows.or(phases) };
+        Usable::computed(computed, self.fine.mean())
     }
 
     /// The usable share of a phase: from the phase as a whole, otherwise from the windows in it; `None` without values
-    /// in it.
+    /// in it. Windows do not show data that is missing at an end of the phase, so it is at most the share with data.
     pub(super) fn usable_in(&self, phase: &str) -> Option<Usable> {
-        self.first([&self.phases, &self.windows], |shares| shares.mean_in(phase))
+        let covered = self.covered.mean_in(phase).unwrap_or(1.0);
+        let windows = self.windows.mean_in(phase).map(|share| share.min(covered));
+        let computed = self.phases.mean_in(phase).or(windows);
+        Usable::computed(computed, self.fine.mean_in(phase))
     }
+}
 
-    /// The first of these shares that is known, or else the share by the stream's state.
-    fn first(
-        &self,
-        computed: [&Shares; 2],
-        mean: impl Fn(&Shares) -> Option<f64>,
-    ) -> Option<Usable> {
-        let computed = computed.into_iter().find_map(&mean);
-        let by_state = || Some(Usable { share: mean(&self.fine)?, is_by_state: true });
-        computed.map(|share| Usable { share, is_by_state: false }).or_else(by_state)
+impl Usable {
+    /// The computed share, or else the share by the stream's state.
+    fn computed(computed: Option<f64>, by_state: Option<f64>) -> Option<Usable> {
+        let computed = computed.map(|share| Usable { share, is_by_state: false });
+        computed.or_else(|| Some(Usable { share: by_state?, is_by_state: true }))
     }
 }
 
@@ -177,5 +191,38 @@ impl Share {
 
     fn mean(self) -> Option<f64> {
         (self.of > 0.0).then(|| self.worth / self.of)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Summarises a minute with a silence from 30 to 40 s, in which no windows are reported.
+    fn silent_for_a_while() -> StreamSummary {
+        let mut summary = StreamSummary::default();
+        for end in 1..=60 {
+            let state = if (32..=40).contains(&end) { State::Stale } else { State::Ok };
+            summary.take_state(state, Some("task"));
+            if !(31..=44).contains(&end) {
+                summary.take_window(1.0, Some("task"));
+            }
+        }
+        summary
+    }
+
+    #[test]
+    fn a_silence_without_windows_is_not_usable() {
+        let share = silent_for_a_while().usable().map_or(0.0, |usable| usable.share);
+        assert!((share - 51.0 / 60.0).abs() < 1e-9, "{share}");
+    }
+
+    #[test]
+    fn no_more_of_a_phase_is_usable_than_has_data() {
+        let mut summary = silent_for_a_while();
+        let share = |summary: &StreamSummary| summary.usable_in("task").map_or(0.0, |it| it.share);
+        assert!(share(&summary) > 0.95);
+        summary.take_coverage(0.83, 60.0, "task");
+        assert!((share(&summary) - 0.83).abs() < 1e-9);
     }
 }
