@@ -29,6 +29,9 @@ struct AlertCount {
     secs: f64,
     /// When the alert was raised, unless it is over.
     since: Option<Time>,
+    /// The time without values, which is part of `secs` [s], and since when there is none.
+    unknown_secs: f64,
+    unknown_since: Option<Time>,
 }
 
 impl AlertCounts {
@@ -46,11 +49,17 @@ impl AlertCounts {
             return;
         }
         let count = self.kept.entry(key).or_default();
+        if matches!(stage, Stage::Raised | Stage::Over) {
+            count.unknown_secs += count.unknown_since.take().map_or(0.0, |since| lasted(since, at));
+        }
         match stage {
             // An alert is raised again when its value returns.
             Stage::Raised if count.since.is_none() => {
                 count.times += 1;
                 count.since = Some(at);
+            }
+            Stage::Unknown if count.since.is_some() => {
+                count.unknown_since.get_or_insert(at);
             }
             Stage::Over => {
                 let lasted_secs = count.since.take().map(|since| at.secs_since(since));
@@ -63,10 +72,15 @@ impl AlertCounts {
     /// Returns a line for each alert; an alert that is not over counts until `now`.
     pub(super) fn lines(&self, now: Time) -> Vec<String> {
         let kept = self.kept.iter().map(|((who, limit), count)| {
-            let open_secs = count.since.map_or(0.0, |since| now.secs_since(since).max(0.0));
+            let open = |since: Option<Time>| since.map_or(0.0, |since| lasted(since, now));
+            let (secs, unknown_secs) =
+                (count.secs + open(count.since), count.unknown_secs + open(count.unknown_since));
             let times = counted(count.times.max(1), "time", "times");
+            let unknown = (unknown_secs > 0.0)
+                .then(|| format!(" ({unknown_secs:.1} s of it without values)"));
+            let unknown = unknown.unwrap_or_default();
             let not_over = if count.since.is_some() { ", not over at the end" } else { "" };
-            format!("{who}: {limit}: {times}, {:.1} s in all{not_over}", count.secs + open_secs)
+            format!("{who}: {limit}: {times}, {secs:.1} s in all{unknown}{not_over}")
         });
         let others = (self.others > 0).then(|| {
             let others = counted(self.others, "more alert", "more alerts");
@@ -74,4 +88,9 @@ impl AlertCounts {
         });
         kept.chain(others).collect()
     }
+}
+
+/// How long something lasted [s].
+fn lasted(since: Time, until: Time) -> f64 {
+    until.secs_since(since).max(0.0)
 }

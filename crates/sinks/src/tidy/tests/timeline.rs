@@ -211,7 +211,8 @@ fn an_alert_is_about_the_robot_that_it_names_and_counted_in_the_summary() {
     let files = session.run();
     assert_eq!(row(&files, raised, &[5]), "robot2");
     let text = files.text("summary.md");
-    let line = "## Alerts\n\n- robot2: battery below 20 %: 2 times, 11.5 s in all, not over at the end\n\n##";
+    let line = "## Alerts\n\n- robot2: battery below 20 %: 2 times, 11.5 s in all (1.0 s of it without values), not over \
+                at the end\n\n##";
     assert!(text.contains(line), "{text}");
 }
 
