@@ -257,8 +257,8 @@ impl Page<'_> {
             let of_device = if device.is_empty() { String::new() } else { format!(" of {device}") };
             writeln!(
                 f,
-                "- {name}.csv: {intervals} between heartbeats of {person} ({signal}{of_device}) with their times and\n  phases, as detected; the {corrected} that the \
-                 features correct are marked{missing}.\n- {name}.txt: the same for Kubios HRV: \
+                "- {name}.csv: {intervals} between heartbeats of {person} ({signal}{of_device}) with their times and\n  phases, as detected; those that the \
+                 features correct are marked ({corrected}){missing}.\n- {name}.txt: the same for Kubios HRV: \
                  time of the beat and interval [s], nothing corrected."
             )?;
         }
