@@ -148,7 +148,8 @@ impl Summary {
             let is_alike = judge.windowless_name() == of.windowless_name();
             judge.name == of.name || is_phase && is_alike
         });
-        if !is_judge && !(is_phase && is_of_statistics(of)) {
+        let is_coverage = is_phase && is_of_statistics(of);
+        if !(is_judge || is_coverage) {
             return;
         }
         let Some(stream) = of.inputs.first().and_then(|input| raw(streams, input)) else { return };
