@@ -37,7 +37,23 @@ pub fn of_study(study: &Study) -> Vec<String> {
     let fallback = bags().find_map(|bag| of_fallback(&bag));
     let (by_hand, order) = (of_hand(phases), of_order(phases));
     let of_bags = room.into_iter().chain(paused).chain(fallback).chain(of_robots(study));
-    kept.into_iter().chain(baseline).chain(by_hand).chain(order).chain(of_bags).collect()
+    let of_phases = baseline.into_iter().chain(by_hand).chain(order);
+    kept.into_iter().chain(of_phases).chain(of_bags).chain(of_keys(study)).collect()
+}
+
+/// Notes keys that send requests to a component that the study does not have.
+fn of_keys(study: &Study) -> Vec<String> {
+    let keys = study.key_commands().unwrap_or_default();
+    let named = ["sources", "workers"].into_iter().flat_map(|key| study.texts(key, "name"));
+    let kinds = ["sources", "workers", "sinks"].into_iter().flat_map(|key| study.kinds(key));
+    let known: BTreeSet<String> = named.flatten().chain(kinds).collect();
+    let idle = keys.asked().filter(|(_, component)| !known.contains(*component));
+    let note = |(key, component)| {
+        format!(
+            "the key `{key}` sends a request to `{component}`, which no component of the study accepts"
+        )
+    };
+    idle.map(note).collect()
 }
 
 /// Notes sources of robots whose robots all belong to a source listed earlier.
@@ -290,6 +306,17 @@ mod tests {
             assert!(notes(&format!("[[sinks]]\ntype = \"{kind}\"\n")).contains(nothing), "{kind}");
         }
         assert!(!notes("[[sinks]]\ntype = \"bag\"\n").contains(nothing));
+    }
+
+    #[test]
+    fn a_key_for_a_component_that_the_study_lacks_is_reported() {
+        let study =
+            "[[sinks]]\ntype = \"bag\"\n[keys]\nb = \"do nback start 2\"\nl = \"mark lost\"\n";
+        let note =
+            "the key `b` sends a request to `nback`, which no component of the study accepts";
+        assert_eq!(notes(study), note);
+        let worker = "[[workers]]\ntype = \"program\"\nname = \"nback\"\ncommand = [\"nback\"]\n";
+        assert_eq!(notes(&format!("{worker}{study}")), "");
     }
 
     #[test]

@@ -131,7 +131,7 @@ mod tests {
             let discovery_range = range.to_owned();
             Environment { discovery_range, ..Environment::default() }.oddity()
         };
-        assert!(of("SUBNT").unwrap().contains("expected one of SUBNET, LOCALHOST"));
+        assert!(of("SUBNT").unwrap().contains("none of SUBNET, LOCALHOST"));
         assert_eq!(["", "SUBNET", "OFF", "SYSTEM_DEFAULT"].map(of), [const { None }; 4]);
     }
 

@@ -41,6 +41,14 @@ impl KeyCommands {
         self.0.get(&key)
     }
 
+    /// The components to which keys send requests, with the keys.
+    pub fn asked(&self) -> impl Iterator<Item = (char, &str)> {
+        self.0.iter().filter_map(|(key, command)| match command {
+            Command::Do { component, .. } => Some((*key, component.as_str())),
+            _ => None,
+        })
+    }
+
     /// The markers among them, with their keys.
     pub fn markers(&self) -> impl Iterator<Item = (char, &str)> {
         self.0.iter().filter_map(|(key, command)| match command {

@@ -44,7 +44,11 @@ fn port() -> u16 {
 
 impl EmulatedE4 {
     pub(super) async fn open(&self, worn: Dressed) -> io::Result<Emulation> {
-        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, self.port)).await?;
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, self.port)).await;
+        let listener = listener.map_err(|error| {
+            let message = format!("an Empatica E4 at port {}: {error}", self.port);
+            io::Error::new(error.kind(), message)
+        })?;
         let address = listener.local_addr()?.to_string();
         Ok(Emulation {
             device: format!("Empatica E4 of {}", self.person),
