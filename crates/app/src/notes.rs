@@ -44,9 +44,9 @@ pub fn of_study(study: &Study) -> Vec<String> {
 /// Notes keys that send requests to a component that the study does not have.
 fn of_keys(study: &Study) -> Vec<String> {
     let keys = study.key_commands().unwrap_or_default();
-    let named = ["sources", "workers"].into_iter().flat_map(|key| study.texts(key, "name"));
+    let named = study.texts("workers", "name").into_iter().flatten();
     let kinds = ["sources", "workers", "sinks"].into_iter().flat_map(|key| study.kinds(key));
-    let known: BTreeSet<String> = named.flatten().chain(kinds).collect();
+    let known: BTreeSet<String> = named.chain(kinds).collect();
     let idle = keys.asked().filter(|(_, component)| !known.contains(*component));
     let note = |(key, component)| {
         format!(

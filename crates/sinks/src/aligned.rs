@@ -379,15 +379,20 @@ mod tests {
 
     use super::*;
 
-    #[test]
-    fn only_measurements_are_interpolated() {
+    /// A stream of messages with this definition.
+    fn own(definition: &str) -> Stream {
         let schema = Schema {
             name: "own_msgs/msg/Own".into(),
             encoding: "ros2msg".into(),
-            text: "bool on\nuint8[] states\nint32 raw\nfloat32 x\nfloat64[2] y".into(),
+            text: definition.into(),
             hash: String::new(),
         };
-        let stream = Stream::raw("/r1/own", Subject::robot("r1"), Shape::Message(Arc::new(schema)));
+        Stream::raw("/r1/own", Subject::robot("r1"), Shape::Message(Arc::new(schema)))
+    }
+
+    #[test]
+    fn only_measurements_are_interpolated() {
+        let stream = own("bool on\nuint8[] states\nint32 raw\nfloat32 x\nfloat64[2] y");
         let channels = [("on", ""), ("states[0]", ""), ("raw", "uV"), ("x", ""), ("y[1]", "")];
         let stream = stream.with_channels(&channels);
         assert_eq!(held(&stream), [true, true, false, false, false]);
@@ -396,14 +401,7 @@ mod tests {
     #[test]
     fn messages_that_cannot_be_decoded_are_counted() {
         let folder = tempdir().unwrap();
-        let schema = Schema {
-            name: "own_msgs/msg/Own".into(),
-            encoding: "ros2msg".into(),
-            text: "float64 x".into(),
-            hash: String::new(),
-        };
-        let stream = Stream::raw("/r1/own", Subject::robot("r1"), Shape::Message(Arc::new(schema)));
-        let stream = stream.with_channels(&[("x", "m")]);
+        let stream = own("float64 x").with_channels(&[("x", "m")]);
         let policy = Policy::Hold { max_age_nanos: 1_000_000_000 };
         let undecoded = Arc::default();
         let streams = [(stream.clone(), policy)];

@@ -1,16 +1,16 @@
-//! Breaths that are none.
+//! Heartbeats that are counted as breaths.
 
 use super::Breath;
 use crate::robust::median;
 
-/// A breath shorter and lower than this share of the median is a beat of the heart.
+/// A breath that is both shorter and lower than these shares of the median is a heartbeat.
 const SHORT: f64 = 0.5;
 const LOW: f64 = 0.5;
 
-/// The share of breaths that are far too short and too low for one, in all that were counted [0..1].
+/// The share of the counted breaths that are far too short and too low to be breaths [0..1].
 ///
-/// A slow heart, at less than 60 beats a minute, is as slow as a fast breath: in the pauses between slow breaths, single
-/// beats of it are counted.
+/// A heart below 60 beats a minute is as slow as fast breathing: in the pauses between slow breaths, single beats of it
+/// are counted.
 pub(super) fn extra_share(breaths: &[&Breath]) -> f64 {
     let usual = |of: fn(&Breath) -> f64| {
         let all: Vec<f64> = breaths.iter().map(|breath| of(breath)).collect();
@@ -27,7 +27,7 @@ pub(super) fn extra_share(breaths: &[&Breath]) -> f64 {
 mod tests {
     use super::*;
 
-    /// The share among ten breaths of 4 s, of which some have this duration [s] and amplitude.
+    /// The share among ten breaths of 4 s, of which two have this duration [s] and amplitude.
     fn share(duration: f64, amplitude: f64) -> f64 {
         let breath = |number: usize| {
             let (end, amplitude) =

@@ -28,7 +28,7 @@ const NOT_RECURRING: f64 = 0.45;
 /// The share of uncounted rises up to which the rate is not in doubt, and the share from which on the true rate may be
 /// a different one: a rate is right within a tenth, and several breaths may hide in one rise.
 const UNCOUNTED: (f64, f64) = (0.03, 0.15);
-/// The share of breaths that may be beats of the heart: up to the first, the rate is not in doubt.
+/// The share of breaths that may be heartbeats, up to which the rate is not in doubt, and from which it may be wrong.
 const EXTRA: (f64, f64) = (0.05, 0.1);
 /// How much sharper than peaks troughs may be without raising doubt, and how much sharper they are in a folded signal.
 const FOLDED: (f64, f64) = (0.45, 0.6);

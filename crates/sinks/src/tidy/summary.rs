@@ -162,18 +162,18 @@ impl Summary {
         let section = timeline.section(&subject, window.middle());
         let watched = self.watched.entry((subject, stream.name.clone())).or_default();
         let (worth, secs) = (usable_share(of, values), values.window_secs);
+        // Values of a long phase are those of its last part.
+        if is_phase && !section.is_covered_by(secs, timeline.now()) {
+            return;
+        }
         match section.phase {
-            // Statistics of a long phase are over the last part of it.
-            Some(_) if is_phase && !section.is_covered_by(secs) => {}
             Some(phase) if is_phase && !is_judge => {
                 watched.take_coverage(f64::from(values.coverage), secs, phase);
             }
             _ if is_too_short(values) => {}
             Some(phase) if is_phase => watched.take_phase(worth, secs, phase),
-            phase if !is_phase => {
-                watched.take_window(worth, phase.filter(|_| window.lies_in(section)));
-            }
-            _ => {}
+            None if is_phase => {}
+            phase => watched.take_window(worth, phase.filter(|_| window.lies_in(section))),
         }
     }
 

@@ -56,9 +56,9 @@ pub(super) struct Section<'a> {
 }
 
 impl Section<'_> {
-    /// Whether values over this time [s] are those of the whole section, as far as its end is known.
-    pub(super) fn is_covered_by(self, secs: f64) -> bool {
-        self.end.is_none_or(|end| secs >= LEAST_COVERED * end.secs_since(self.begin))
+    /// Whether values over this time [s] are those of the whole section, which lasts until `now` if its end is not known.
+    pub(super) fn is_covered_by(self, secs: f64, now: Time) -> bool {
+        secs >= LEAST_COVERED * self.end.unwrap_or(now).secs_since(self.begin)
     }
 }
 

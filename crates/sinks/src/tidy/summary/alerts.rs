@@ -29,8 +29,9 @@ struct AlertCount {
     secs: f64,
     /// When the alert was raised, unless it is over.
     since: Option<Time>,
-    /// The time without values, which is part of `secs` [s], and since when there is none.
+    /// The part of `secs` in which no value arrived [s].
     unknown_secs: f64,
+    /// When values ceased to arrive, unless they have returned or the alert is over.
     unknown_since: Option<Time>,
 }
 
@@ -62,8 +63,8 @@ impl AlertCounts {
                 count.unknown_since.get_or_insert(at);
             }
             Stage::Over => {
-                let lasted_secs = count.since.take().map(|since| at.secs_since(since));
-                count.secs += lasted_secs.unwrap_or(event.duration_secs).max(0.0);
+                let lasted_secs = count.since.take().map(|since| lasted(since, at));
+                count.secs += lasted_secs.unwrap_or(event.duration_secs.max(0.0));
             }
             _ => {}
         }
@@ -76,9 +77,11 @@ impl AlertCounts {
             let (secs, unknown_secs) =
                 (count.secs + open(count.since), count.unknown_secs + open(count.unknown_since));
             let times = counted(count.times.max(1), "time", "times");
-            let unknown = (unknown_secs > 0.0)
-                .then(|| format!(" ({unknown_secs:.1} s of it without values)"));
-            let unknown = unknown.unwrap_or_default();
+            let unknown = if unknown_secs > 0.0 {
+                format!(" ({unknown_secs:.1} s of it without values)")
+            } else {
+                String::new()
+            };
             let not_over = if count.since.is_some() { ", not over at the end" } else { "" };
             format!("{who}: {limit}: {times}, {secs:.1} s in all{unknown}{not_over}")
         });
